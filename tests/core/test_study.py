@@ -35,14 +35,13 @@ from kogao_core.lab.study import (
     plan,
     report,
     results,
-    sources,
+    tables,
     words,
 )
 from kogao_core.lab.study.conduct import Conduct
 from kogao_core.lab.study.plan import Study
 from kogao_core.lab.study.session import Record, Session
-from kogao_core.lab.study.statistics import Grades, Share
-from kogao_core.lab.study.tally import tally
+from kogao_core.lab.study.tally import Grades, Share, tally
 from kogao_core.lab.study.variants import LATTICES, Variant, variants
 from kogao_core.lab.subjects import Subject
 from kogao_core.photo import Photo
@@ -536,11 +535,11 @@ def counted(copy, *others):
 
 
 def table_1(found):
-    return report.table_1(found, found.shares(), "everybody", len(found.raters))
+    return tables.table_1(found, found.shares(), "everybody", len(found.raters))
 
 
 def figure_11(found):
-    return report.figure_11(found, found.shares())
+    return tables.figure_11(found, found.shares())
 
 
 def as_html(found):
@@ -559,7 +558,7 @@ def test_answers_are_counted_by_what_was_shown(copy):
         assert share.hits == 2 * judged + 2 * lenient_too
     # Nobody is in two photos: these are grades of others.
     assert found.grades()[1:] == (Grades(2, 85.0, math.sqrt(50.0)), 2)
-    assert [row[1] for row in report.satisfaction(found).rows] == ["0", "2"], (
+    assert [row[1] for row in tables.satisfaction(found).rows] == ["0", "2"], (
         "and none of the paper"
     )
 
@@ -580,7 +579,7 @@ def test_bots_are_named_left_out_and_move_no_cell(copy):
     made = report.report(found)
     captions = [str(one.caption) for one in made.tables[:2]]
     assert [one.rsplit(", ", 1)[1] for one in captions] == ["those who count", "everybody"]
-    said = " ".join(sources.notes(found))
+    said = " ".join(report.notes(found))
     for bot in ("b1", "b2", "b3"):
         assert (
             f"{bot} are left out: 100 % of answers in under 200 ms; the same answer to all" in said
@@ -601,7 +600,7 @@ def test_answers_before_the_least_time_dont_count(copy):
     log.add(answered(log.session, "unnatural", took_ms=200))
     found = counted(copy)
     assert (len(found.answers), len(found.counted)) == (44, 41)
-    assert "too early and are left out: 3" in " ".join(sources.notes(found))
+    assert "too early and are left out: 3" in " ".join(report.notes(found))
 
 
 def test_a_rater_can_be_left_out(copy):
@@ -808,7 +807,7 @@ def test_ratings_that_cant_be_used_are_named_and_stop_nothing(copy):
     ):
         assert said in why[name]
     assert found.shares() == whole.shares()
-    assert all(path.name in " ".join(sources.notes(found)) for path, _ in found.refused)
+    assert all(path.name in " ".join(report.notes(found)) for path, _ in found.refused)
 
 
 def test_a_wrong_key_is_refused(copy, tmp_path):
@@ -829,20 +828,20 @@ def test_answers_about_another_face_are_named_and_not_counted(tmp_path):
     assert found.raters == {}
     assert [one for one, _ in found.refused] == [path]
     assert {share.answers for share in found.shares().values()} == {0}
-    (sentence,) = sources.notes(found)
+    (sentence,) = report.notes(found)
     assert f"ratings of another study, {strayed.session.study.identity}" in sentence
     assert sentence in html.unescape(as_html(found))
 
 
 def test_sessions_that_were_left_are_named_and_things_counted_in_words(copy):
     rated(copy, "r1", strict, 50)
-    (sentence,) = sources.notes(counted(copy))
+    (sentence,) = report.notes(counted(copy))
     assert sentence.endswith("r1 (50 of 52)")
     assert report.report(counted(copy)).document["unfinished"] == [
         {"rater": "r1", "answered": 50, "pictures": 52}
     ]
     rated(copy, "r1", strict)
-    assert sources.notes(counted(copy)) == []
+    assert report.notes(counted(copy)) == []
     found = counted(copy)
     assert table_1(found).note.startswith("2 faces, 1 rater, 2 answers to each")
 
@@ -860,7 +859,7 @@ def test_the_report_tells_what_was_achieved_and_the_lattice_in_both_units(copy):
     assert achieved[0] == pytest.approx(4.0, abs=0.05)
     assert achieved[2] > 4.2
     key = found.keys[0]
-    text = str(sources.studies(found))
+    text = str(report.studies(found))
     for told in (key.identity, "person-1.png", "approximation fit", key.origin.made, "landmarks"):
         assert told in text
 
