@@ -105,12 +105,7 @@ def _timing(task: ExperimentTask, progress: Progress) -> _Found:
     warm_up, repeats = 1, 5
     subject = timing.with_trial(task.subject, known)
     found, left_out = timing.measure(
-        subject,
-        task.source(),
-        task.recipe,
-        repeats=repeats,
-        warm_up=warm_up,
-        progress=progress,
+        subject, task.source(), task.recipe, repeats=repeats, warm_up=warm_up, progress=progress
     )
     around = timing.measure_around(subject, task.source, task.recipe)
     result = timing.TimingResult(

@@ -20,15 +20,7 @@ from kogao_core.background.lines import bends
 from kogao_core.base.geometry import Array, Box, Image
 from kogao_core.base.language import Text
 from kogao_core.faces.face import Face, LandmarkSource
-from kogao_core.lab.reports.report import (
-    NONE,
-    Part,
-    Picture,
-    Report,
-    Row,
-    Table,
-    recipe_in_words,
-)
+from kogao_core.lab.reports.report import NONE, Part, Picture, Report, Row, Table, recipe_in_words
 from kogao_core.lab.subjects import Progress, Subject, no_progress
 from kogao_core.pipeline import Rendering, render
 from kogao_core.recipe.recipe import Recipe

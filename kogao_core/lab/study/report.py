@@ -261,11 +261,7 @@ def _records(tally: Tally, shares: Shares, everybody: Shares) -> list[dict[str, 
 
 
 def _row(
-    variant: Variant,
-    share: Share,
-    everybody: Share,
-    found: PictureFigures,
-    grades: Grades,
+    variant: Variant, share: Share, everybody: Share, found: PictureFigures, grades: Grades
 ) -> dict[str, object]:
     printed = tables.published(variant)
     low, high = share.interval

@@ -278,10 +278,7 @@ def _check(study: plan.Study, key: Key, key_file: Path) -> None:
     named = {*study.ratings, *study.satisfaction, *study.practice}
     if key.identity != study.identity or named != set(key.pictures):
         raise BadFile(
-            Text(
-                "{key_file} is the key of another study; name the right one",
-                key_file=key_file,
-            )
+            Text("{key_file} is the key of another study; name the right one", key_file=key_file)
         )
 
 
