@@ -56,13 +56,14 @@ def table_1(tally: Tally, shares: Shares, whose: str, people: int) -> Table:
         rows.append([Text("the paper"), *cells])
     return Table(
         Text("Unnaturalness by centre candidate and warp distance (table 1), {whose}", whose=whose),
-        (
-            Text("asked for"),
-            *(Text("{percent:g} % of D", percent=percent) for percent in distances),
-        ),
+        _asked_for(distances),
         rows,
         _note_1(_basis(tally, shares, people), tally.task),
     )
+
+
+def _asked_for(distances: Sequence[float]) -> list[str]:
+    return [Text("asked for"), *(Text("{percent:g} % of D", percent=p) for p in distances)]
 
 
 def _note_1(basis: str, task: Task) -> Text:
@@ -187,11 +188,9 @@ def _estimate(one: Estimate) -> str:
 def naturalness(tally: Tally, graded: Mapping[Variant, Grades]) -> Table:
     """Return mean and deviation of grades by centre candidate and warp distance."""
     distances = _distances(graded)
-    by_place = {(v.percent, v.group): g for v, g in graded.items() if v.kind == "table1"}
     rows: list[list[str]] = []
     for group in _groups(graded):
-        given = [by_place.get((percent, group), Grades.of([])) for percent in distances]
-        rows.append([_named(group, graded), *map(_mean, given)])
+        rows.append([_named(group, graded), *map(_mean, _grades_of(graded, group))])
         rows.append([Text("achieved, % of D"), *(_achieved(tally, p, group) for p in distances)])
     for kind, name in (("figure11", "R = {v.lattice:g}"), ("control", "0 %")):
         for v, one in graded.items():
@@ -199,14 +198,17 @@ def naturalness(tally: Tally, graded: Mapping[Variant, Grades]) -> Table:
                 rows.append([name.format(v=v), _mean(one), *[NONE] * (len(distances) - 1)])
     return Table(
         Text("Naturalness, 0 to 100: mean and standard deviation of the grades"),
-        (
-            Text("asked for"),
-            *(Text("{percent:g} % of D", percent=percent) for percent in distances),
-        ),
+        _asked_for(distances),
         rows,
         Text("{n} grades of {raters} raters. The paper asked for two answers instead.",
              n=sum(one.count for one in graded.values()), raters=len(tally.careful)),
     )  # fmt: skip
+
+
+def _grades_of(graded: Mapping[Variant, Grades], group: Group) -> list[Grades]:
+    """Return the grades of a centre's pictures of table 1, by distance."""
+    given = {v.percent: one for v, one in graded.items() if (v.kind, v.group) == ("table1", group)}
+    return [given.get(percent, Grades.of([])) for percent in _distances(graded)]
 
 
 def _mean(grades: Grades) -> str:
@@ -215,13 +217,11 @@ def _mean(grades: Grades) -> str:
 
 def grades_chart(graded: Mapping[Variant, Grades]) -> Chart:
     """Return the means of the grades by warp distance, a line for each centre."""
-    distances = _distances(graded)
-    by_place = {(v.percent, v.group): g.mean for v, g in graded.items() if v.kind == "table1"}
     return Chart(
-        Text("Naturalness by warp distance"), [f"{p:g}" for p in distances],
+        Text("Naturalness by warp distance"), [f"{p:g}" for p in _distances(graded)],
         Text("naturalness, 0 to 100"),
         [
-            Series(_named(group, graded), [by_place.get((p, group), math.nan) for p in distances])
+            Series(_named(group, graded), [one.mean for one in _grades_of(graded, group)])
             for group in _groups(graded)
         ],
         along=Text("warp distance, % of D"), most=100.0,
