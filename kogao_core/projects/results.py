@@ -17,6 +17,7 @@ from kogao_core.base.atomic import appended, put
 from kogao_core.base.installed import data_folder
 from kogao_core.base.language import Text
 from kogao_core.photo.formats import READABLE
+from kogao_core.photo.metadata import glance
 from kogao_core.projects.project import sha256_of
 
 NAME: Final = "results.jsonl"
@@ -27,9 +28,6 @@ MARK: Final = "_kogao"
 """Ends the name that is suggested for a copy, before the suffix."""
 _MARKED: Final = re.compile(rf"(.+){MARK}(?:[ _-]?\d+|\(\d+\))?")
 _MOST_BYTES: Final = 8 << 20
-_HEAD_BYTES: Final = 1 << 18
-_TAIL_BYTES: Final = 1 << 16
-_OURS: Final = re.compile(rb"""stEvt:softwareAgent(?:\s*=\s*["']|>)Kogao """)
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,7 +108,7 @@ class Results:
                 if source is not None:
                     return Provenance(path, _there(Path(source), path))
             marked = _MARKED.fullmatch(path.stem)
-            if marked is not None or _is_ours(path):
+            if marked is not None or glance.is_ours(path):
                 return Provenance(path, _namesake(path, marked[1]) if marked else None)
         except OSError:  # whoever reads it finds a sentence
             pass
@@ -163,17 +161,6 @@ def _lines(file: Path) -> list[dict[str, Any]]:
         if isinstance(entry, dict):
             found.append(entry)
     return found
-
-
-def _is_ours(path: Path) -> bool:
-    """Tell whether an edit record near a file's beginning or end says that this program made it."""
-    if not path.is_file():  # a pipe would be waited for
-        return False
-    with path.open("rb") as file:
-        head = file.read(_HEAD_BYTES)
-        left = os.fstat(file.fileno()).st_size - len(head)
-        file.seek(-min(_TAIL_BYTES, left), os.SEEK_END)
-        return any(map(_OURS.search, (head, file.read())))
 
 
 def _there(source: Path, path: Path) -> Path | None:
