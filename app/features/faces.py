@@ -360,6 +360,7 @@ def _doubts() -> dict[Reason, str]:
     return {
         "unsure": tr("unsure"),
         "on its head": tr("on its head"),
+        "turned": tr("turned away"),
         "cut": tr("cut off"),
         "hidden": tr("hidden"),
     }
