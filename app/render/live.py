@@ -51,7 +51,7 @@ class Holding:
         """Return the same as far as it is known."""
         if self._last is None or not state.recipe.hold_background:
             return NOTHING_HELD
-        held = self._last.held(state.loose)
+        held = self._last.held(state.done.recipe, state.loose)
         if len(held.neighbours) != len(state.active):
             held = dataclasses.replace(held, neighbours=())
         return held
