@@ -313,6 +313,11 @@ class Strip(Feature):
             doubts = state.off & doubtful(state.faces, self.document.image)
             self.look_again(path, "doubtful" if doubts else "")
 
+    def draw_again(self) -> None:
+        """Draw every photo again: the screen shows other colours."""
+        self._undrawn = dict.fromkeys(self._paths or [])
+        self._draw()
+
     def _draw(self) -> None:
         path = None if self._drawing.busy else self.film.next_of(self._undrawn)
         if path is not None:
