@@ -361,11 +361,12 @@ def _choices() -> dict[str, Test]:
     def marked(*marks: Mark) -> Test:
         return lambda facts: facts.mark in marks
 
-    every = {_STAR * stars: at_least(stars) for stars in range(1, MOST_STARS + 1)}
+    every = {_STAR * stars: at_least(stars) for stars in range(1, MOST_STARS)}
     return {
         tr("All photos"): lambda _: True,
         tr("Not rejected"): at_least(0),
         **{tr("{stars} or more", stars=stars): test for stars, test in every.items()},
+        _STAR * MOST_STARS: at_least(MOST_STARS),
         tr("Without stars"): lambda facts: facts.rated.stars == 0,
         tr("Rejected"): lambda facts: facts.rated.stars == REJECTED,
         **{tr("Label: {name}", name=labels()[one]): labelled(one) for one in LABELS},
