@@ -69,6 +69,12 @@ class State(Sheet):
         return Heads.of(self.faces, self.optics.settled(self.recipe), self.image).faces
 
     @property
+    def focal_mm(self) -> float | None:
+        """The lens' 35-mm equivalent: what is chosen, or else what the photo tells."""
+        lens = self.recipe.lens
+        return self.optics.focal_mm if isinstance(lens, str) else lens
+
+    @property
     def done(self) -> Applied:
         """What the mode at work does to the photo."""
         return self.done_by(self.mode)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final, Literal
+from typing import Final
 
 import numpy as np
 
@@ -13,8 +13,6 @@ from kogao_core.base.display import preview
 from kogao_core.base.geometry import Image
 from kogao_core.photo.metadata.kinds import Extra, Kind
 
-Format = Literal["JPEG", "PNG", "TIFF", "WEBP", "AVIF"]
-SourceFormat = Literal[Format, "HEIF", "RAW"]
 _ROWS: Final = 64
 
 
@@ -49,7 +47,9 @@ class Companion:
 
     kind: Kind
     data: bytes  # its own file, as it was read
-    pixels: Image | None = None  # what a gain map is to hold now, upright
+    # What a gain map is to hold now, upright, and what it holds, as it lies.
+    pixels: Image | None = None
+    before: Image | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,7 +104,7 @@ class Photo:
 
     pixels: Image
     path: Path
-    format: SourceFormat
+    format: str
     icc_profile: bytes | None = None
     exif: bytes | None = None
     xmp: bytes | None = None
