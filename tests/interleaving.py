@@ -240,8 +240,12 @@ class Interleaving:
         steps = document.steps
         books.begin(document.path.name, steps.states, steps.index)
         if self._restored:
-            if (books.name, books.work) in books.owed:
-                books.owed.remove((books.name, books.work))
+            # Faces that were still sought then are found again.
+            percent, _, strokes = books.work
+            for work in (books.work, (percent, None, strokes)):
+                if (books.name, work) in books.owed:
+                    books.owed.remove((books.name, work))
+                    break
             self.counts["restored"] += 1
         elif not self._afresh:
             last = self._left.get(books.name)

@@ -48,8 +48,9 @@ class Strip(Feature):
     """Lists photos, tells what each is, rates them, and leads from one to the next."""
 
     name = "strip"
-    # Whether it is there again after a crash; another program's photos aren't.
-    comes_back = True
+    # Whether it is there again after a crash, and stars are written beside its photos; not beside
+    # another program's.
+    keeps = True
 
     def __init__(self, context: Context, files: Files, projects: Projects, faces: Faces) -> None:
         super().__init__(context)
@@ -151,7 +152,7 @@ class Strip(Feature):
         for name in ("next-photo", "previous-photo", "strip-shown", "strip-order"):
             self.actions[name].setEnabled(filled)
         for action in self.window.menus["stars"].actions():
-            action.setEnabled(filled)
+            action.setEnabled(filled and self.keeps)
 
     @property
     def busy(self) -> bool:
@@ -366,7 +367,7 @@ class Strip(Feature):
     def _note_place(self) -> None:
         """Note what is on the strip, and which photo is open: a crash leaves that behind."""
         path = self.document.path
-        if self.comes_back and self._paths and path is not None:
+        if self.keeps and self._paths and path is not None:
             left = {"places": [str(place) for place in self._places], "photo": str(path)}
             self._noting.submit(lambda: self._put(json.dumps(left)))
 
