@@ -18,6 +18,7 @@ from kogao_core.faces.targets import Pairs, aim
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.recipe.settings import DomainName
 from kogao_core.warp import domain as domains
+from kogao_core.warp.brush import UNTOUCHED, Brushwork, brushed
 from kogao_core.warp.canvas import Canvas, flag_of, warp_smaller
 from kogao_core.warp.counts import pixel_counts
 from kogao_core.warp.dose import achieved_percent
@@ -27,7 +28,7 @@ from kogao_core.warp.fit import problems_of, solve
 from kogao_core.warp.frame import cut_note, slid
 from kogao_core.warp.guard import hold_back
 from kogao_core.warp.lens import Heads
-from kogao_core.warp.limits import check_corners
+from kogao_core.warp.limits import check_corners, check_strokes
 from kogao_core.warp.one_to_one import OneToOne, check_one_to_one
 from kogao_core.warp.protection import NOTHING, Protection
 from kogao_core.warp.reduction import reduced, size_of
@@ -61,6 +62,8 @@ class Rendering:
         What can't be done right at the photo's edge, in a sentence; empty where nothing is cut.
     timings_ms : dict
         Time by stage.
+    brush_shares : tuple of float
+        How much of each stroke of the brush the guard let through; below 1 it would have folded.
 
     Examples
     --------
@@ -86,6 +89,7 @@ class Rendering:
     recipe: Recipe
     note: str = ""
     timings_ms: dict[str, float] = dataclasses.field(default_factory=dict)
+    brush_shares: tuple[float, ...] = ()
 
     @cached_property
     def one_to_one(self) -> OneToOne:
@@ -154,6 +158,7 @@ def render(
     *,
     protection: Protection = NOTHING,
     held: Held = NOTHING_HELD,
+    brushwork: Brushwork = UNTOUCHED,
     canvas: Canvas | None = None,
     threads: int | None = None,
     whole: Box | None = None,
@@ -174,6 +179,8 @@ def render(
     held : Held
         Lines that stay straight and neighbours who stay put where they can, unless the recipe lets
         them go; `background.held` finds them.
+    brushwork : Brushwork
+        Strokes of push and restore over what all else makes of the photo.
     canvas : Canvas, optional
         A buffer over the same photo to work in place instead of on a fresh copy; the result is
         the same to the bit.
@@ -196,7 +203,7 @@ def render(
     ValueError
         If the photo's depth or shape can't be warped, or the canvas is over another photo.
     OutOfBounds
-        If faces, lattice or protection together ask for more than `limits` allows.
+        If faces, lattice, protection or strokes together ask for more than `limits` allows.
 
     Examples
     --------
@@ -215,6 +222,7 @@ def render(
     if canvas is not None and canvas.source is not photo:
         raise ValueError("this canvas lies over another photo")
     check_corners(protection)
+    check_strokes(brushwork)
     watch = Stopwatch()
     with one_blas_thread():
         with watch.lap("targets"):
@@ -239,6 +247,12 @@ def render(
             unheld = field
             if recipe.hold_background:
                 field = hold(field, problems, seen, held)
+        brush_shares: tuple[float, ...] = ()
+        if brushwork.strokes:
+            with watch.lap("brush"):
+                field, brush_shares = brushed(
+                    field, brushwork, protection, edges, guarded=recipe.guard
+                )
         with watch.lap("domain"):
             area = domains.reduce(field, Box.of(photo), recipe.domain)
         size = size_of(Box.of(photo), longest_px)
@@ -256,4 +270,5 @@ def render(
         *(pixels, pairs, field, shares, unheld, area, changed, recipe),
         cut_note(pairs, asked),
         watch.laps_ms,
+        brush_shares,
     )

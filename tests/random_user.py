@@ -32,7 +32,7 @@ class RandomUser:
         self._rng = np.random.default_rng(seed)
         self._kinds = (
             *((self._slide, 0.30), (self._drag, 0.27), (self._nudge, 0.05), (self._undo, 0.14)),
-            *((self._redo, 0.07), (self._protect, 0.07), (self._erase, 0.03)),
+            *((self._redo, 0.07), (self._protect, 0.05), (self._push, 0.02), (self._erase, 0.03)),
             *((self._switch_mode, 0.04), (self._choose, 0.03)),
         )
         self.counts: dict[str, int] = {}
@@ -117,6 +117,17 @@ class RandomUser:
         protecting.take(("brush", "line")[self._rng.integers(2)])
         protecting.set_hard(bool(self._rng.random() < 0.5))
         self._stroke()
+        protecting.take("points")
+
+    def _push(self) -> None:
+        pushing, protecting = self._editor.push, self._editor.protect
+        if len(self._state.brushwork.strokes) > _MOST_STROKES:
+            pushing.clear()
+        protecting.take(("push", "restore")[self._rng.integers(2)])
+        x, y = self._between(0, self._editor.document.image.width), self._between(0, 500)
+        pushing.begin(x, y)
+        pushing.extend(x + self._between(-20, 20), y + self._between(-20, 20))
+        pushing.end()
         protecting.take("points")
 
     def _erase(self) -> None:
