@@ -147,5 +147,10 @@ def equals_a_fresh_render(editor: Editor) -> bool:
     """Tell whether the picture on screen is what a fresh render of the state gives, to the bit."""
     state, photo = editor.document.state, editor.document.pyramid.levels[0]
     held = held_of(editor.document.photo.pixels, state.done, BackgroundFinder())
-    fresh = render(photo, state.active, state.recipe, protection=state.protection, held=held).pixels
+    fresh = render(
+        *(photo, state.active, state.recipe),
+        protection=state.protection,
+        held=held,
+        brushwork=state.brushwork,
+    ).pixels
     return np.array_equal(editor.view.frame.rendering.pixels, fresh)

@@ -29,8 +29,8 @@ from PySide6.QtWidgets import QApplication
 from kogao_core.base.threads import take_short_turns
 from kogao_core.faces.landmarks import source
 
-STROKES = 6
-MOVES = 12
+STROKES = 4
+MOVES = 8
 STEP = QPoint(-3, 1)
 
 
