@@ -99,9 +99,10 @@ class Rendering:
 
     @cached_property
     def residual(self) -> Residual:
-        """How far the field at the targets is from what they ask for."""
+        """How far the field at the targets is from what they ask for, strokes aside."""
+        own = self.field.lattices[: len(self.pairs)]
         with one_blas_thread():
-            return residual(self.field, self.pairs)
+            return residual(dataclasses.replace(self.field, lattices=own), self.pairs)
 
     def warped(self, picture: Image) -> Image:
         """Warp another picture of the whole photo by the same field, such as a gain map for HDR.
