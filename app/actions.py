@@ -28,13 +28,14 @@ def layout(actions: Sequence[str]) -> dict[str, Names]:
         ),
         tr("&Edit"): (
             *("undo", "redo", None, "copy-settings", "paste-settings", None),
-            *("presets", "keys", "preferences", None, "abort"),
+            *("stars", "presets", "keys", "preferences", None, "abort"),
         ),
         tr("&View"): (
             *("fit", "actual", "closer", "farther", None),
             *every("overlay-"),
             *("hide-overlays", None),
             *("panels", "hide-panels", "move-panels", "more-settings", None),
+            *("strip-shown", "strip-order", None),
             *every("workspace-"),
             "reset-workspace",
         ),

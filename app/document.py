@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
 from itertools import repeat
@@ -69,6 +69,12 @@ class State(Sheet):
     @cached_property
     def _lensed(self) -> list[Face]:
         return Heads.of(self.faces, self.optics.settled(self.recipe), self.image).faces
+
+    @property
+    def focal_mm(self) -> float | None:
+        """The lens' 35-mm equivalent: what is chosen, or else what the photo tells."""
+        lens = self.recipe.lens
+        return self.optics.focal_mm if isinstance(lens, str) else lens
 
     @property
     def done(self) -> Applied:
@@ -217,6 +223,29 @@ class Document(QObject):
         self._saved = self._begun = self._base.work
         self._savings: list[Saving] = []
         self._text = self._change = ""
+        self._watched: list[Callable[[], object]] = []
+
+    def watch(self, value: Callable[[], object], show: Callable[[], object]) -> None:
+        """Call `show` now, and after each change that makes `value` another.
+
+        Those who listen to `changed` go first: they mend what is chosen, if its face is gone.
+        """
+        last = [value()]
+
+        def follow() -> None:
+            now = value()
+            if now != last[0]:
+                last[0] = now
+                show()
+
+        self._watched.append(follow)
+        show()
+
+    def _tell(self) -> None:
+        self.changed.emit()
+        if not self.signalsBlocked():
+            for follow in self._watched:
+                follow()
 
     @property
     def state(self) -> State:
@@ -268,7 +297,7 @@ class Document(QObject):
         self.photo, self.pyramid, self._optics = photo, pyramid, optics_of(photo)
         self._begin(State(recipe=recipe or self.first_recipe))
         self.opened.emit()
-        self.changed.emit()
+        self._tell()
 
     def start_with(self, faces: Sequence[Face]) -> None:
         """Take what the detector found, below the first undo step."""
@@ -286,7 +315,7 @@ class Document(QObject):
             self._saved = self._begun = self._opened_as.work
         self._base, self._committed = more(self._base), more(self._committed)
         self._state = more(self._state)
-        self.changed.emit()
+        self._tell()
 
     def begin_with(self, state: State, steps: UndoSteps | None = None) -> None:
         """Take a state that counts as saved, and the undo steps that once led to it."""
@@ -301,7 +330,7 @@ class Document(QObject):
             self._state = self._committed = self._opened_as = steps.states[steps.index]
             self._saved = self._begun = self._committed.work
             self.undo.indexChanged.emit(steps.index)
-        self.changed.emit()
+        self._tell()
 
     @property
     def steps(self) -> UndoSteps:
@@ -330,7 +359,7 @@ class Document(QObject):
         if text != self._text:
             self.commit()
         self._text, self._change, self._state = text, change, state
-        self.changed.emit()
+        self._tell()
 
     def commit(self) -> None:
         """End the gesture: what is shown becomes one undo step."""
@@ -358,7 +387,7 @@ class Document(QObject):
     def restore(self, state: State) -> None:
         """Make `state` the committed one; undo and redo come through here."""
         self._state = self._committed = state
-        self.changed.emit()
+        self._tell()
 
 
 class ReplaceState(QUndoCommand):

@@ -118,7 +118,7 @@ class Editor(QObject):
         self.exporting = Exporting(context, self.files)
         self.projects = Projects(context, self.saver, self.files, self.faces)
         self.recovery = Recovery(context, self.saver, self.files)
-        self.strip = Strip(context, self.files, self.projects)
+        self.strip = Strip(context, self.files, self.projects, self.faces)
         self.chosen = SettingsForMany(context, self.strip, self.faces, self.projects)
         self.errand = Errand(context, self.files, self.strip, self.faces)
         self.recent = Recent(context, self.files, self.strip)

@@ -106,6 +106,7 @@ def _edit(
         editor.rating.open(options.rate)
     else:
         editor.recent.begin()
+        editor.strip.resume()
     editor.recovery.look()
     code = app.exec()
     if options.edit:

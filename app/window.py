@@ -8,7 +8,6 @@ from typing import Final
 from PySide6.QtCore import QByteArray, QEvent, QSize, Qt, Signal
 from PySide6.QtGui import QAction, QCloseEvent, QDragEnterEvent, QDropEvent, QKeyEvent, QResizeEvent
 from PySide6.QtWidgets import (
-    QAbstractScrollArea,
     QMainWindow,
     QMenu,
     QToolBar,
@@ -89,8 +88,7 @@ class Window(QMainWindow):
         right = Dock(tr("Settings"), Qt.DockWidgetArea.RightDockWidgetArea)
         self.docks.add(_SIDE, right, ColumnArea(side, _SIDE_PX))
         for name, dock, panel in below:
-            scrolls = isinstance(panel, QAbstractScrollArea)
-            self.docks.add(name, dock, panel if scrolls else RowArea(panel))
+            self.docks.add(name, dock, panel if dock.scrolls else RowArea(panel))
         for name in _BY_PHOTO:
             self.docks.offer(name, False)
         self.menus["panels"].addActions(self.docks.toggles())

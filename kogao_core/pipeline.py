@@ -19,7 +19,7 @@ from kogao_core.recipe.recipe import Recipe
 from kogao_core.recipe.settings import DomainName
 from kogao_core.warp import domain as domains
 from kogao_core.warp.brush import UNTOUCHED, Brushwork, brushed
-from kogao_core.warp.canvas import Canvas, flag_of, warp_smaller
+from kogao_core.warp.canvas import Canvas, flag_of, warp_alike
 from kogao_core.warp.counts import pixel_counts
 from kogao_core.warp.dose import achieved_percent
 from kogao_core.warp.falloff import falloff_of
@@ -128,7 +128,7 @@ class Rendering:
         ((450, 450, 3), False)
         """
         with one_blas_thread():
-            return warp_smaller(picture, self.field, self.domain, self.recipe.interpolation)
+            return warp_alike(picture, self.field, self.domain, self.recipe.interpolation)
 
     @property
     def threshold_px(self) -> float:

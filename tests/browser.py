@@ -41,8 +41,23 @@ class Browser:
         self._to, self._from = os.fdopen(there[1], "wb"), os.fdopen(answers[0], "rb")
         self._number, self._rest, self._session = 0, b"", None
         self._told: list[dict] = []
-        # Whether the one that it starts with is there yet, nobody knows.
-        page = self.call("Target.createTarget", url="about:blank")
+        self._context: str | None = None
+        self.afresh()
+
+    @property
+    def is_alive(self) -> bool:
+        """Whether it wasn't killed."""
+        return not self._to.closed
+
+    def afresh(self) -> None:
+        """Go on as another user's browser would: with a new page, and nothing that was kept."""
+        self._session = None
+        if self._context is not None:
+            self.call("Target.disposeBrowserContext", browserContextId=self._context)
+        self._context = self.call("Target.createBrowserContext")["browserContextId"]
+        page = self.call(
+            "Target.createTarget", url="about:blank", browserContextId=self._context
+        )  # fmt: skip
         told = self.call("Target.attachToTarget", targetId=page["targetId"], flatten=True)
         self._session = told["sessionId"]
         self.call("Page.enable")
@@ -103,6 +118,8 @@ class Browser:
 
     def kill(self) -> None:
         """End it without a warning, as a crash would."""
+        if not self.is_alive:
+            return
         self._process.kill()
         self._process.wait()
         self._to.close()

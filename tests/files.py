@@ -221,8 +221,8 @@ def heic(pixels, **options):
         return out.getvalue()
 
 
-def dng(orientation=1, width=64, height=48):
-    """Return a raw photo whose red, green and blue grow to the right, uncompressed."""
+def dng(orientation=1, width=64, height=48, *, colours=3):
+    """Return a raw photo whose red, green and blue, or grey, grow to the right, uncompressed."""
     mosaic = np.broadcast_to(2000 + 400 * np.arange(width), (height, width)).astype("<u2")
     one, none = (1, 1), (0, 1)
     tags = camera_tags(orientation, width, height) | {
@@ -234,6 +234,9 @@ def dng(orientation=1, width=64, height=48):
         50721: (10, [one if k % 4 == 0 else none for k in range(9)]), 50728: (5, [one] * 3),
         50778: (3, 21),
     }  # fmt: skip
+    if colours == 1:  # linear, without a mosaic
+        tags = {k: one for k, one in tags.items() if k not in (33421, 33422)}
+        tags |= {262: (3, 34892), 50721: (10, [one]), 50728: (5, [one])}
     start = 8 + 2 * mosaic.size
     return b"II*\0" + struct.pack("<I", start) + mosaic.tobytes() + directory(tags, start)
 

@@ -275,8 +275,13 @@ class Interleaving:
 
     def _is_kept(self) -> bool:
         """Tell whether opening the photo brings the work at hand."""
-        newest = self._newest()
-        return newest is not None and sign_in(newest) == (self._books.name, self._books.work)
+        newest, (percent, point, strokes) = self._newest(), self._books.work
+        held = None if newest is None else sign_in(newest)
+        if held is None or held[0] != self._books.name:
+            return False
+        # In what was kept while faces were still sought they are found again, as they were.
+        again = point == sign_of(self._books.states[0])[1] and held[1] == (percent, None, strokes)
+        return again or held[1] == self._books.work
 
     def _newest(self) -> Path | None:
         return kept(self._folder / self._books.name, self._storage.edits)
@@ -295,7 +300,9 @@ class Interleaving:
             raise Lost(f"{books.work} isn't in the document")
         if self._needs_recovery():
             if not editor.window.isWindowModified():
-                raise Lost(f"{books.work} counts as saved and is in no file")
+                newest = self._newest()
+                held = None if newest is None else (newest.name, sign_in(newest))
+                raise Lost(f"{books.work} counts as saved and is in no file; {held} is")
             mode = self._disk.mode["recovery"]
             if mode != "full":
                 wanted = (books.name, books.work)
@@ -408,10 +415,10 @@ class Interleaving:
 
     def _move_along(self) -> None:
         strip = self._editor.strip
-        if not strip.panel.count():
+        if not strip.film.count():
             strip.show_places([*self._photos, self._broken])
-            self._until(lambda: bool(strip.panel.count()))
-        strip.panel.step(int(self._rng.choice([-1, 1])))
+            self._until(lambda: bool(strip.film.count()))
+        strip.film.step(int(self._rng.choice([-1, 1])))
 
     def _open(self, path: Path) -> None:
         self._editor.files.open(path)

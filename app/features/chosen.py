@@ -39,7 +39,7 @@ class SettingsForMany(Feature):
             self.give,
             needs_photo=True,
         )
-        strip.panel.addAction(self.giving)
+        strip.film.addAction(self.giving)
 
     def stop(self) -> None:
         """Go on to no other photo."""
@@ -68,6 +68,7 @@ class SettingsForMany(Feature):
         places, search = self._projects.places(path), self._faces.search()
         done = self._total - len(self._left)
         self.working.emit(tr("Settings: {n} of {total}…", n=done, total=self._total))
+        self._strip.panel.show_running(tr("{n} of {total}", n=done, total=self._total), self.give)
         self._giving.submit(lambda: given(path, recipe, places, search))
 
     def _given(self, path: Path) -> None:
@@ -80,6 +81,7 @@ class SettingsForMany(Feature):
         self._next()
 
     def _end(self) -> None:
+        self._strip.panel.show_running("")
         self.working.emit("")
         count = self._total - self._failed
         text = tr_count(count, "{n} photo has these settings", "{n} photos have these settings")

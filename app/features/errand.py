@@ -59,7 +59,7 @@ class Errand(Feature):
         originals: Originals | None = None,
     ) -> None:
         """Open the photos that another program asks for; several make a film strip."""
-        self._asked = True
+        self._asked, self._strip.comes_back = True, False
         for name in ("done", "cancel-edit"):
             self.actions[name].setVisible(True)
         # A project would be a second file in that program's folder, about a photo that is gone.

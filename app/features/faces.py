@@ -15,7 +15,12 @@ from kogao_core.base.geometry import Box
 from kogao_core.faces.doubt import Reason, Verdict, verdicts
 from kogao_core.faces.face import Face, LandmarkSource, in_reading_order
 from kogao_core.faces.landmarks import template_face
-from kogao_core.warp.lens import STRETCH_SEEN_PERCENT, stretch_percent
+from kogao_core.warp.lens import (
+    STRETCH_SEEN_PERCENT,
+    distance_m,
+    distance_note,
+    stretch_percent,
+)
 
 from ..ahead import FaceSearch
 from ..document import State
@@ -77,7 +82,11 @@ class Faces(Feature):
         self.panel.chosen.connect(lambda faces: recipe.choose(*faces))
         self.document.opened.connect(self._open)
         recipe.chosen.connect(self._show)
-        self.watch(lambda: (self.document.state.faces, self.document.state.off), self._show)
+        self.watch(self._listed, self._show)
+
+    def _listed(self) -> tuple[object, ...]:
+        state = self.document.state
+        return state.faces, state.off, state.focal_mm
 
     # -- the search ------------------------------------------------------------------------------
 
@@ -307,7 +316,7 @@ class FacesPanel(QWidget):
                 item.setCheckState(check)
                 lines = [*_caption(index, face, verdict), *_stretched(face, state)]
                 item.setText("\n".join(lines))
-                item.setToolTip(_tip(index, verdict))
+                item.setToolTip("\n".join([_tip(index, verdict), *_distance(face, state)]))
                 item.setData(Qt.ItemDataRole.AccessibleTextRole, _spoken(index, face, verdict))
             self.list.setCurrentRow(0 if chosen is None else chosen + _ALL_ROWS)
             for index in also:
@@ -351,6 +360,7 @@ def _doubts() -> dict[Reason, str]:
     return {
         "unsure": tr("unsure"),
         "on its head": tr("on its head"),
+        "turned": tr("turned away"),
         "cut": tr("cut off"),
         "hidden": tr("hidden"),
     }
@@ -369,9 +379,15 @@ def _caption(index: int, face: Face, verdict: Verdict) -> list[str]:
 
 def _stretched(face: Face, state: State) -> list[str]:
     """Return how much longer the lens made a face, where the photo tells and it is seen."""
-    focal = state.optics.focal_mm
+    focal = state.focal_mm
     percent = 0.0 if focal is None else stretch_percent(face, focal, state.image)
     return [tr("lens: {n:.1f} %", n=percent)] if percent >= STRETCH_SEEN_PERCENT else []
+
+
+def _distance(face: Face, state: State) -> list[str]:
+    """Return how far the camera was from a face, where the focal length is known."""
+    focal = state.focal_mm
+    return [] if focal is None else [sentence(distance_note(distance_m(face, focal, state.image)))]
 
 
 def _spoken(index: int, face: Face, verdict: Verdict) -> str:

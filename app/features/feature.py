@@ -196,13 +196,4 @@ class Feature(QObject):
 
     def watch(self, value: Callable[[], object], show: Callable[[], object]) -> None:
         """Call `show` now, and after each change of the document that makes `value` another."""
-        last = [value()]
-
-        def follow() -> None:
-            now = value()
-            if now != last[0]:
-                last[0] = now
-                show()
-
-        self.document.changed.connect(follow)
-        show()
+        self.document.watch(value, show)

@@ -25,7 +25,7 @@ class History(Feature):
         self.panel.left.connect(self._tell)
         self.panel.setEmptyLabel(tr("As it was opened"))
         self.panel.setAccessibleName(tr("History"))
-        self.dock = Dock(tr("History"))
+        self.dock = Dock(tr("History"), scrolls=True)
         self.document.undo.indexChanged.connect(self.show)
         for said in (self.window.bar, self.window.status):
             self.document.undo.indexChanged.connect(said.move_on)

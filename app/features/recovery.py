@@ -255,7 +255,7 @@ class Leftover:
 def leftovers(folder: Path) -> list[Leftover]:
     """Return the recovery files in a folder that no running program holds, newest first."""
     found = []
-    for path in sorted(folder.glob("*.json"), key=_modified, reverse=True):
+    for path in sorted(folder.glob("*.json"), key=modified, reverse=True):
         lock = locked(path)
         if lock is None:
             continue
@@ -266,7 +266,8 @@ def leftovers(folder: Path) -> list[Leftover]:
     return found
 
 
-def _modified(path: Path) -> float:
+def modified(path: Path) -> float:
+    """Return when a file was written, s; 0 for one that is gone."""
     try:
         return path.stat().st_mtime
     except OSError:  # another program has ended in good order since

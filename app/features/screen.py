@@ -123,8 +123,8 @@ class Hints(Feature):
             changed.connect(self._show)
         self._quiet = False
         self.window.arranged.connect(self._arrange)
-        self.document.changed.connect(self._show)
         self.window.canvas.view_changed.connect(self._show)
+        self.watch(self._hint, self._show)
 
     def _arrange(self, workspace: Workspace) -> None:
         self._quiet = workspace.quiet

@@ -11,6 +11,7 @@ from typing import Any, Final
 import numpy as np
 from PIL import Image as Pillow
 from PIL import ImageCms
+from PySide6.QtGui import QColorSpace, QImage
 
 from kogao_core.base.display import Rgb8, rgba8
 from kogao_core.base.threads import default_threads, share_out
@@ -48,6 +49,13 @@ def screen_colours(photo: Photo) -> ScreenColours:
 def pyramid_of(photo: Photo) -> PicturePyramid:
     """Return what a photo is rendered and painted from."""
     return PicturePyramid(rgba8(photo.pixels), screen_colours(photo).show)
+
+
+def on_screen(picture: QImage) -> QImage:
+    """Return a small picture in the colours of the screen."""
+    if picture.colorSpace().isValid():
+        picture.convertToColorSpace(QColorSpace(QColorSpace.NamedColorSpace.SRgb))
+    return picture
 
 
 @lru_cache(maxsize=8)

@@ -41,6 +41,7 @@ class Dock:
 
     title: str
     area: Qt.DockWidgetArea = Qt.DockWidgetArea.BottomDockWidgetArea
+    scrolls: bool = False  # whether the panel scrolls by itself
 
 
 class Docks(QObject):

@@ -16,7 +16,7 @@ from kogao_core.background.lines import (
     SEEN_PX,
     BentLine,
     bends,
-    beside,
+    off_faces,
     rough_lines,
     shortest_px,
     straight_lines,
@@ -136,7 +136,7 @@ class BackgroundFinder:
 
         def lines(people: PersonMask | None = None) -> Array:
             found = straight_lines(photo, people)
-            return beside(found, [face.outline for face in faces])
+            return off_faces(found, [face.outline for face in faces])
 
         try:
             people = self.people.find(photo, faces)
@@ -153,7 +153,7 @@ class BackgroundFinder:
             )
             return Background(lines(), (), shortest, note, told=False)
         sharp, grown = lines(people), people.grown(_APART)
-        rough = beside(rough_lines(photo, sharp, people), [face.outline for face in faces])
+        rough = off_faces(rough_lines(photo, sharp, people), [face.outline for face in faces])
         return Background(
             _cut(sharp, grown, shortest),
             people.neighbours(faces, others),
@@ -216,8 +216,8 @@ def _is_part_of(line: Array, other: Array, reach_px: float) -> bool:
     along = along / length
     offsets = line - other[0]
     aside = np.abs(offsets @ np.array([-along[1], along[0]]))
-    ahead = np.sort(offsets @ along)
-    return bool(aside.max() <= reach_px and ahead[0] < length and ahead[1] > 0.0)
+    forth = np.sort(offsets @ along)
+    return bool(aside.max() <= reach_px and forth[0] < length and forth[1] > 0.0)
 
 
 def _missed(count: int) -> str:

@@ -384,8 +384,8 @@ def _wholes(
     normals = _normals(units)
     mine = np.einsum("knec,kc->kne", lines - lines[:, None, :1], normals)
     others = np.einsum("knec,nc->kne", lines[:, None] - lines[:, :1], normals)
-    ahead = np.einsum("knec,kc->kne", lines - lines[:, None, :1], units)
-    gaps = np.maximum(ahead.min(axis=2) - lengths[:, None], -ahead.max(axis=2))
+    forth = np.einsum("knec,kc->kne", lines - lines[:, None, :1], units)
+    gaps = np.maximum(forth.min(axis=2) - lengths[:, None], -forth.max(axis=2))
     longer = lengths[:, None] >= lengths
     pieces = np.where(longer, np.abs(mine).max(axis=2), np.abs(others).max(axis=2)) <= aside_px
     pieces &= gaps <= most_px

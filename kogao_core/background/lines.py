@@ -117,9 +117,9 @@ def _covered(lines: Array, others: Array, reach_px: float) -> npt.NDArray[np.boo
     for number, (start, end) in enumerate(lines):
         way = (end - start) / max(1e-12, float(np.hypot(*(end - start))))
         offsets = (start + t * (end - start))[:, None] - others[:, 0]
-        ahead = (offsets * units).sum(axis=2)
+        forth = (offsets * units).sum(axis=2)
         aside = np.abs(offsets[..., 0] * units[:, 1] - offsets[..., 1] * units[:, 0])
-        on = (ahead > -reach_px) & (ahead < lengths + reach_px) & (aside < reach_px)
+        on = (forth > -reach_px) & (forth < lengths + reach_px) & (aside < reach_px)
         on &= np.abs(units @ way) > _PARALLEL
         found[number] = on.any(axis=1).mean() >= _COVERED
     return found
@@ -130,7 +130,7 @@ def shortest_px(photo: Image) -> float:
     return float(_SHORTEST * max(photo.shape[:2]))
 
 
-def beside(lines: Array, outlines: Sequence[Array]) -> Array:
+def off_faces(lines: Array, outlines: Sequence[Array]) -> Array:
     """Drop lines of shape (N, 2, 2) whose middle lies on a face: brows and lips are meant to move.
 
     Result (K, 2, 2): the lines that are left.

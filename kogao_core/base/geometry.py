@@ -26,11 +26,9 @@ def degrees_of(across: npt.ArrayLike) -> float:
     return float(np.degrees(np.arctan2(y, x)))
 
 
-def smoothstep(t: Array) -> Array:
-    """Return how far a smooth step from 0 to 1 has come, level at both ends: 3 t^2 - 2 t^3.
-
-    Result: 0 to 1, of the same shape.
-    """
+def smoothstep(share: Array) -> Array:
+    """Return a step from 0 at 0 and below to 1 at 1 and above, level at both ends."""
+    t = np.clip(share, 0.0, 1.0)
     return np.asarray(t * t * (3.0 - 2.0 * t))
 
 

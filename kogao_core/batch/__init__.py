@@ -4,7 +4,7 @@ It may use all rooms but the command line and the laboratory.
 """
 
 from kogao_core.batch.planning import NothingToDo, check_free, plan
-from kogao_core.batch.report import record
+from kogao_core.batch.report import measures_of, record
 from kogao_core.batch.tasks import Outcome, Task, work
 from kogao_core.batch.workers import NoWorkers, Workers, run
 from kogao_core.projects.results import REPORT
@@ -17,6 +17,7 @@ __all__ = [
     "Task",
     "Workers",
     "check_free",
+    "measures_of",
     "plan",
     "record",
     "run",

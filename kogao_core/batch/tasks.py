@@ -15,6 +15,7 @@ from kogao_core.background.find import BackgroundFinder
 from kogao_core.base.geometry import Box, Image
 from kogao_core.base.language import Text
 from kogao_core.base.strict import BadFile
+from kogao_core.batch.measures import measured
 from kogao_core.faces.doubt import AllDoubted, choose
 from kogao_core.faces.face import Face, LandmarkSource
 from kogao_core.faces.landmarks import CHOICES, source
@@ -102,6 +103,9 @@ class Outcome:
     # How far each face came towards its centre, % of D (`kogao_core.warp.dose`).
     achieved_percent: tuple[float, ...] = ()
     edit: str = ""  # hash of the project that was done
+    # What each face measures (`kogao_core.batch.measures.COLUMNS`).
+    measures: tuple[dict[str, Any], ...] = ()
+    doubtful: bool = False  # whether faces or points of it had better be looked at
 
     def to_json(self) -> str:
         """Return the line of the report."""
@@ -116,21 +120,23 @@ def work(task: Task) -> Outcome:
             return Outcome(task.source, task.output, "skipped", key=task.done)
         if task.results and (origin := Results(Path(task.results)).origin(Path(task.source))):
             return Outcome(task.source, task.output, "result", origin.why)
-        achieved, note = _render(task)
+        rows, note, doubtful = _render(task)
         seconds = round(time.perf_counter() - start, 3)
-        key = _key(task)
-        faces = len(achieved)
         edit = sha256_of(task.project) if task.project else ""
-        return Outcome(task.source, task.output, "done", note, key, faces, seconds, achieved, edit)
+        achieved = tuple(round(row["achieved_percent"], 3) for row in rows)
+        return Outcome(
+            task.source, task.output, "done", note, _key(task), len(rows), seconds, achieved, edit,
+            rows, doubtful,
+        )  # fmt: skip
     except _NoFace:
         return Outcome(task.source, task.output, "no face", Text("no face found"))
     except AllDoubted as doubts:
-        return Outcome(task.source, task.output, "no face", doubts.args[0])
+        return Outcome(task.source, task.output, "no face", doubts.args[0], doubtful=True)
     except Exception as error:  # one photo must not take the others with it
         return Outcome(task.source, task.output, "failed", _sentence(error))
 
 
-def _render(task: Task) -> tuple[tuple[float, ...], str]:
+def _render(task: Task) -> tuple[tuple[dict[str, Any], ...], str, bool]:
     output, seen = Path(task.output), list[Rendering]()
 
     def written(photo: Photo, pixels: Image, sign: Sign | None) -> str:
@@ -145,7 +151,9 @@ def _render(task: Task) -> tuple[tuple[float, ...], str]:
     )  # fmt: skip
     (rendering,) = seen
     notes = [done.note, made.lens, rendering.note, made.written, made.undisclosed]
-    return tuple(round(percent, 3) for percent in rendering.achieved), Text.joined("; ", notes)
+    rows = measured(task.output, task.source, rendering, done.faces)
+    # Of a project, a note is about the photo; of a search, about doubts.
+    return tuple(rows), Text.joined("; ", notes), bool(done.note) and not task.project
 
 
 def _found(task: Task, photo: Photo) -> Applied:

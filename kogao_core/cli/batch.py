@@ -18,6 +18,7 @@ from kogao_core.base import installed, wording
 from kogao_core.base.language import Text, tr, translated
 from kogao_core.base.strict import BadFile
 from kogao_core.batch import NoWorkers, Outcome, Task, Workers
+from kogao_core.batch.measures import codebook_of, write
 from kogao_core.cli import common, ending, options, reading, words
 from kogao_core.photo.disclosure.disclosing import Disclosure
 from kogao_core.photo.export import Export
@@ -39,6 +40,10 @@ from kogao_core.projects.sidecar import own_folder
 @words.option(
     "--report", type=common.FILE, metavar="FILE",
     help="JSON lines, one a photo; what it lists as done is skipped [OUTPUT/kogao-batch.jsonl].",
+)  # fmt: skip
+@words.option(
+    "--measures", type=common.FILE, metavar="FILE",
+    help="Write what each face asked for, achieved and measures as a table (CSV), with a codebook.",
 )  # fmt: skip
 @words.option(
     "--projects", is_flag=True,
@@ -80,6 +85,7 @@ def command(
     recipe_file: Path | None,
     jobs: int,
     report: Path | None,
+    measures: Path | None,
     projects: bool,
     disclosure: Disclosure,
     export: Export,
@@ -98,6 +104,9 @@ def command(
     recipe = options.recipe_of(recipe_file, choices)
     report = report or folder / batch.REPORT
     points, points_map = reading.point_files()
+    if measures is not None:
+        common.check_free(measures, force)
+        common.check_free(codebook_of(measures), force)
     with ending.stopping(ValueError, ending.USAGE):
         export = dataclasses.replace(export, ending=f".{form}" if form else "", name=name)
     with (
@@ -128,6 +137,9 @@ def command(
         )
     ):
         batch.record(batch.run(tasks, workers), report, Results.of_user(), progress.add)
+    if measures is not None:
+        with ending.writing(measures):
+            write(batch.measures_of(report, tasks), measures)
     progress.end(report)
     return ending.SOME_FAILED if progress.bad else ending.OWN_RESULT if progress.own else 0
 

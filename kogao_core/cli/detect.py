@@ -22,7 +22,14 @@ from kogao_core.faces.face import Face
 from kogao_core.faces.landmarks import ModelRefused
 from kogao_core.photo import Photo
 from kogao_core.photo.optics import optics_of
-from kogao_core.warp.lens import stretch_percent
+from kogao_core.warp.lens import (
+    NOSE_SEEN_PERCENT,
+    distance_m,
+    distance_note,
+    distance_range_m,
+    nose_percent,
+    stretch_percent,
+)
 
 
 def _png(_: click.Context, __: click.Parameter, file: Path | None) -> Path | None:
@@ -108,7 +115,7 @@ def _found(
             {
                 **face.to_dict(),
                 **verdict.to_dict(),
-                "stretch_percent": optics.focal_mm and _stretch(photo, face, optics.focal_mm),
+                **_lensed(photo, face, optics.focal_mm),
             }
             for face, verdict in judged
         ],
@@ -118,8 +125,21 @@ def _found(
     return found
 
 
+def _lensed(photo: Photo, face: Face, focal_mm: float | None) -> dict[str, Any]:
+    """Return what lens and distance make of a face."""
+    if focal_mm is None:
+        return {"stretch_percent": None, "distance_m": None, "nose_percent": None}
+    about = distance_m(face, focal_mm, Box.of(photo.pixels))
+    least, most = (round(end, 3) for end in distance_range_m(about))
+    return {
+        "stretch_percent": round(_stretch(photo, face, focal_mm), 2),
+        "distance_m": {"about": round(about, 3), "least": least, "most": most},
+        "nose_percent": round(nose_percent(about), 1),
+    }
+
+
 def _stretch(photo: Photo, face: Face, focal_mm: float) -> float:
-    return round(stretch_percent(face, focal_mm, Box.of(photo.pixels)), 2)
+    return stretch_percent(face, focal_mm, Box.of(photo.pixels))
 
 
 def _table(photo: Photo, judged: Sequence[tuple[Face, Verdict]]) -> str:
@@ -144,4 +164,10 @@ def _table(photo: Photo, judged: Sequence[tuple[Face, Verdict]]) -> str:
             far=", ".join(far),
         )
         notes.append(lens)
+        away = [distance_m(face, optics.focal_mm, Box.of(photo.pixels)) for face, _ in judged]
+        notes += [
+            Text("face {number}: {why}", number=number, why=distance_note(about))
+            for number, about in enumerate(away, start=1)
+            if nose_percent(about) >= NOSE_SEEN_PERCENT
+        ]
     return "\n".join([*lines, *(translated(note) for note in notes if note)])

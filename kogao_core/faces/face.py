@@ -317,7 +317,8 @@ class LandmarkSource(Protocol):
     def find(self, rgb: Image, on_face: OnFace = ignored) -> list[Face]:
         """Return the faces of an upright image, `in_reading_order`; an empty list when none is.
 
-        Each is handed to `on_face` as soon as it is found, one at a time and in any thread.
+        Each is handed to `on_face` as soon as it is found, one at a time and in any thread; the
+        list may hold it with finer landmarks.
 
         Parameters
         ----------

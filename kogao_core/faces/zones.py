@@ -61,9 +61,9 @@ def gains(face: Face, recipe: Recipe) -> Array:
 def weights(face: Face) -> tuple[Array, Array, Array, Array, Array]:
     """Return how far each landmark belongs to a zone: chin, jaw, cheeks; left, right; (N,) each."""
     degrees, _ = directions(face.outline, face.middle, across(face))
-    beyond_chin = _rise(np.abs(degrees), 0.0, _JAW)
-    cheeks = _rise(np.abs(degrees), _JAW, _CHEEKS)
-    right = _rise(degrees, -_MIXED, _MIXED)
+    beyond_chin = _cosine_step(np.abs(degrees), 0.0, _JAW)
+    cheeks = _cosine_step(np.abs(degrees), _JAW, _CHEEKS)
+    right = _cosine_step(degrees, -_MIXED, _MIXED)
     return 1.0 - beyond_chin, beyond_chin - cheeks, cheeks, 1.0 - right, right
 
 
@@ -101,7 +101,7 @@ def _excess(percent: float) -> float:
     return percent / 100.0 - 1.0
 
 
-def _rise(values: Array, low: float, high: float) -> Array:
+def _cosine_step(values: Array, low: float, high: float) -> Array:
     """Return 0 up to `low`, 1 from `high` on, and half a cosine wave between."""
     share = np.clip((values - low) / (high - low), 0.0, 1.0)
     return np.asarray(0.5 - 0.5 * np.cos(np.pi * share))

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import csv
 import dataclasses
-import io
 import statistics
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -200,11 +198,7 @@ def one_result(
         write(
             photo, pixels, folder / f"{photo.path.stem}_{one.percent:+06.2f}{suffix}", force=force
         )
-    out = io.StringIO()
-    writer = csv.DictWriter(out, list(_record(brought[0])), lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(map(_record, brought))
-    put(out.getvalue().encode(), folder / "series.csv")
+    put(report(brought, recipe).csv().encode(), folder / "series.csv")
     progress(len(photos) + 1, len(photos) + 1)
     return brought, left_out
 

@@ -7,22 +7,30 @@ import io
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Final, Literal
+from typing import Any, Final, Literal
 
 import cv2
 import numpy as np
 from PIL import Image as Pillow
 
-from kogao_core.base.display import png, rgb8
+from kogao_core.base.atomic import put
+from kogao_core.base.display import png, reduced, rgb8
 from kogao_core.base.geometry import Affine, Array, Image
+from kogao_core.base.language import Text
+from kogao_core.base.wording import shown
+from kogao_core.batch.measures import codebook_of, measured, write
 from kogao_core.faces.face import Face
+from kogao_core.lab.reports.report import Part, Picture, Report, Row, Table
+from kogao_core.lab.subjects import Progress, no_progress
 from kogao_core.photo import Photo
 from kogao_core.pipeline import Rendering, render
+from kogao_core.projects import interchange
 from kogao_core.projects.interchange import PointSet
 from kogao_core.recipe.recipe import PAPER, Recipe
+from kogao_core.recipe.settings import SETTINGS
 from kogao_core.warp.field import Field, shown_at
 from kogao_core.warp.lattice import ORDER, Lattice
-from kogao_core.warp.measures import measures, moved
+from kogao_core.warp.measures import moved
 
 Mask = Literal["oval", "outline"]
 Export = Literal["tfm", "npz", "maps"]
@@ -30,8 +38,24 @@ Export = Literal["tfm", "npz", "maps"]
 STIMULI: Final = dataclasses.replace(PAPER, fit="exact", interpolation="cubic")
 # Where the middles of the eyes lie in an aligned picture, in shares of its width and height.
 _EYES: Final = ((0.39, 0.45), (0.61, 0.45))
+MEASURES: Final = "measures.csv"
+CONTACT: Final = "contact.png"
 _SUBPIXEL_BITS: Final = 4
 _THUMBNAIL_PX: Final = 200
+_KEPT_PX: Final = 320  # longer side of pictures to look at, once they are written
+
+
+def doses(text: str) -> tuple[float, ...]:
+    """Read different doses, % of D, with commas between them. Raises ValueError."""
+    try:
+        percents = tuple(float(part) for part in text.split(","))
+        for percent in percents:
+            SETTINGS["percent"].check(percent)
+    except ValueError:
+        raise ValueError(
+            Text("{value} must be doses within -15..15, such as -8,-4,0,4,8.", value=shown(text))
+        ) from None
+    return tuple(dict.fromkeys(percents))
 
 
 @dataclass(frozen=True)
@@ -63,7 +87,7 @@ class Stimulus:
     pixels: Image  # (H, W, 3) or, masked, (H, W, 4): uint8
     faces: tuple[Face, ...]  # where the picture shows them
     points: tuple[PointSet, ...]  # likewise all points of the files
-    records: list[dict[str, object]] = field(default_factory=list)  # measures, one for each face
+    records: list[dict[str, Any]] = field(default_factory=list)  # measures, one for each face
     files: dict[str, bytes] = field(default_factory=dict)  # fields by their endings
 
 
@@ -78,21 +102,21 @@ def stimuli(posed: Posed, wanted: Wanted) -> Iterator[Stimulus]:
     points = tuple(PointSet(align(one.points), one.lines) for one in posed.points)
     for percent in wanted.percents:
         rendering = render(pixels, faces, dataclasses.replace(wanted.recipe, percent=percent))
-        shown = rendering.pixels
+        result = rendering.pixels
         if wanted.size is not None:
-            shown = _once(posed.photo.pixels, rendering.field, align, wanted.size)
+            result = _once(posed.photo.pixels, rendering.field, align, wanted.size)
         pairs = zip(faces, rendering.pairs, strict=True)
         there = tuple(moved(face, rendering.field, pair) for face, pair in pairs)
         name = f"{posed.photo.path.stem}_{percent:+06.2f}"
         yield Stimulus(
             name,
             percent,
-            _masked(rgb8(shown), there, wanted.mask),
+            _masked(rgb8(result), there, wanted.mask),
             there,
             tuple(
                 PointSet(shown_at(rendering.field, one.points), one.lines) for one in points
             ),
-            list(_records(name, posed, rendering, faces, there)),
+            measured(f"{name}.png", posed.photo.path.name, rendering, faces),
             dict(_exported(rendering, wanted.exports)),
         )  # fmt: skip
 
@@ -135,40 +159,45 @@ def _masked(pixels: Image, faces: Sequence[Face], mask: Mask | None) -> Image:
     return np.dstack([pixels, alpha])
 
 
-def _records(
-    name: str,
+def written(
     posed: Posed,
-    rendering: Rendering,
-    before: Sequence[Face],
-    after: Sequence[Face],
-) -> Iterator[dict[str, object]]:
-    for number, (old, new) in enumerate(zip(before, after, strict=True), start=1):
-        was, now = measures(old), measures(new)
-        yield {
-            "picture": f"{name}.png",
-            "photo": posed.photo.path.name,
-            "face": number,
-            "asked_percent": rendering.recipe.percent,
-            "achieved_percent": rendering.achieved[number - 1],
-            "center": rendering.recipe.center,
-            "lattice": rendering.recipe.lattice,
-            "fit": rendering.recipe.fit,
-            **dataclasses.asdict(now),
-            "jaw_to_eyes": now.jaw_to_eyes,
-            "width_change_percent": 100.0 * (now.width_px / was.width_px - 1.0),
-            "jaw_change_percent": 100.0 * (now.jaw_px / was.jaw_px - 1.0),
-            "area_change_percent": 100.0 * (now.area_px2 / was.area_px2 - 1.0),
-            "smallest_det_sampled": rendering.one_to_one.min_det,
-            "one_to_one_proven": rendering.one_to_one.certified,
-            "share_let_through": rendering.shares[number - 1],
-        }
+    wanted: Wanted,
+    folder: Path,
+    form: str = "tem",
+    progress: Progress = no_progress,
+) -> list[Stimulus]:
+    """Write a photo's pictures with their points and fields; the folder is made if need be.
+
+    Result: without fields, the pixels small.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    row = []
+    for done, one in enumerate(stimuli(posed, wanted), start=1):
+        out = io.BytesIO()
+        Pillow.fromarray(one.pixels).save(out, "PNG", icc_profile=posed.photo.icc_profile)
+        put(out.getvalue(), folder / f"{one.name}.png")
+        points = one.points or [interchange.TEMPLATES["27"].points(face) for face in one.faces]
+        interchange.write_points(points, folder / f"{one.name}.{form}")
+        for suffix, data in one.files.items():
+            put(data, folder / f"{one.name}{suffix}")
+        small = reduced(one.pixels, _KEPT_PX)
+        row.append(dataclasses.replace(one, pixels=small, files={}))
+        progress(done, len(wanted.percents))
+    return row
 
 
-def png_of(stimulus: Stimulus, icc_profile: bytes | None) -> bytes:
-    """Return a picture as a PNG file, in the photo's own colours."""
-    out = io.BytesIO()
-    Pillow.fromarray(stimulus.pixels).save(out, "PNG", icc_profile=icc_profile)
-    return out.getvalue()
+def finish(rows: Sequence[Sequence[Stimulus]], folder: Path) -> None:
+    """Write what tells of all pictures: `MEASURES`, its codebook, and `CONTACT`."""
+    records = (record for row in rows for one in row for record in one.records)
+    write(records, folder / MEASURES)
+    put(sheet(rows), folder / CONTACT)
+
+
+def files_of(photo: Path, percents: Sequence[float], folder: Path) -> list[Path]:
+    """Return a photo's pictures, and the files that tell of all."""
+    names = [f"{photo.stem}_{percent:+06.2f}.png" for percent in percents]
+    told = MEASURES, codebook_of(Path(MEASURES)).name, CONTACT
+    return [folder / name for name in (*names, *told)]
 
 
 def sheet(rows: Sequence[Sequence[Stimulus]]) -> bytes:
@@ -177,9 +206,7 @@ def sheet(rows: Sequence[Sequence[Stimulus]]) -> bytes:
     for row in rows:
         cells = []
         for one in row:
-            height, width = one.pixels.shape[:2]
-            scale = _THUMBNAIL_PX / max(height, width)
-            small = cv2.resize(one.pixels, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
+            small = reduced(one.pixels, _THUMBNAIL_PX)
             cell = np.full((_THUMBNAIL_PX + 20, _THUMBNAIL_PX, 3), 255, np.uint8)
             share = small[..., 3:] / 255.0 if small.shape[2] == 4 else 1.0
             place = cell[: small.shape[0], : small.shape[1]]
@@ -190,6 +217,28 @@ def sheet(rows: Sequence[Sequence[Stimulus]]) -> bytes:
             cells.append(cell)
         lines.append(np.hstack(cells))
     return png(np.vstack(lines))
+
+
+def report(rows: Sequence[Sequence[Stimulus]], recipe: Recipe) -> Report:
+    """Return what each face asked for and achieved, with the contact sheet's pictures."""
+    records = [record for row in rows for one in row for record in one.records]
+    seen = [Picture(rgb8(one.pixels), one.name, one.name) for row in rows for one in row]
+    names = (
+        "asked_percent", "achieved_percent", "width_change_percent", "jaw_change_percent",
+        "area_change_percent", "smallest_det_sampled",
+    )  # fmt: skip
+    cells = [[record["picture"], *(f"{record[name]:.2f}" for name in names)] for record in records]
+    header = (
+        Text("picture"), Text("asked for, % of D"), Text("achieved, % of D"), Text("width, %"),
+        Text("jaw, %"), Text("area, %"), Text("smallest det J"),
+    )  # fmt: skip
+    note = Text("Width, jaw and area: how much each has changed. All else is in the table (CSV).")
+    title = Text("Faces at several doses")
+    document: dict[str, object] = {"experiment": "stimuli", "recipe": recipe.to_dict()}
+    document["pictures"] = records
+    parts: list[Part] = [Row(seen), Table(title, header, cells, note)]
+    lead = Text("One face in pictures that differ by the dose alone.")
+    return Report(title, lead, parts, records, document)
 
 
 # -- fields for other programs ---------------------------------------------------------------------
@@ -241,8 +290,3 @@ def tfm(lattice: Lattice) -> bytes:
         f"FixedParameters: {' '.join(map(repr, fixed))}",
     ]
     return ("\n".join(lines) + "\n").encode("ascii")
-
-
-def png_names(path: Path, percents: Sequence[float]) -> list[str]:
-    """Return the names of a photo's pictures."""
-    return [f"{path.stem}_{percent:+06.2f}.png" for percent in percents]

@@ -49,7 +49,9 @@ class Companion:
 
     kind: Kind
     data: bytes  # its own file, as it was read
-    pixels: Image | None = None  # what a gain map is to hold now, upright
+    # What a gain map is to hold now, upright, and what it holds, as it lies.
+    pixels: Image | None = None
+    before: Image | None = None
 
 
 @dataclass(frozen=True, eq=False)

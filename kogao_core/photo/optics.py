@@ -7,12 +7,10 @@ import math
 from dataclasses import dataclass
 from typing import Any, Final
 
-from PIL import ExifTags
-from PIL import Image as Pillow
 from PIL.ExifTags import Base as Tag
 
 from kogao_core.base.language import Text
-from kogao_core.base.stderr import hushed
+from kogao_core.photo.metadata.tiff import told_by
 from kogao_core.photo.model import Photo
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.recipe.settings import SETTINGS
@@ -54,13 +52,8 @@ UNKNOWN: Final = Optics(
 
 def optics_of(photo: Photo) -> Optics:
     """Return what a photo tells of its lens."""
-    tags = Pillow.Exif()
-    with hushed():  # Pillow warns of what it finds
-        try:
-            tags.load(photo.exif or b"")
-            told = {**tags, **tags.get_ifd(ExifTags.IFD.Exif)}
-        except Exception:  # a damaged block tells nothing
-            told = {}
+    told = dict(told_by(photo.exif) or ())  # a damaged block tells nothing
+    told |= told.get(Tag.ExifOffset, {})
     panorama = b"GPano:" in (photo.xmp or b"") or told.get(Tag.CustomRendered) == _PANORAMA
     words = " ".join(str(told.get(tag, "")) for tag in (Tag.Make, Tag.Model, Tag.LensModel))
     if panorama or any(word in words.lower() for word in _CURVED):

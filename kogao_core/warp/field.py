@@ -158,7 +158,7 @@ def fade(length_px: Array, threshold_px: float) -> Array:
     """
     if threshold_px <= 0.0:
         return np.ones_like(length_px)
-    return smoothstep(np.clip(length_px / threshold_px - 1.0, 0.0, 1.0))
+    return smoothstep(length_px / threshold_px - 1.0)
 
 
 def _fade_slope(length_px: Array, threshold_px: float) -> Array:

@@ -22,6 +22,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kogao_core.base.geometry import Array, Box, ramp
+from kogao_core.base.language import Text
 from kogao_core.faces.face import Face
 from kogao_core.faces.reshape import across
 from kogao_core.photo.optics import FILM_MM
@@ -34,24 +35,31 @@ from kogao_core.warp.surround import Surround
 # and so large.
 _ABOVE: Final = 1.5
 _RADIUS: Final = 7.0
-_FADE: Final = 1.5  # in radii of that circle: what is beyond it takes up the difference
+_FADE: Final = 2.0  # in radii of that circle: what is beyond it takes up the difference
 # Where heads overlap a point goes with the nearer one by this power of the distance; between them
 # its share goes from one to the other over all the gap.
 _SHARP: Final = 8
 _RIM: Final = 0.02
 _GAP: Final = 1.5
-_EDGE: Final = 0.4  # in the same: so near to the photo's edge what crosses it fades at the nearest
+_EDGE: Final = 0.3  # in the same: so near to the photo's edge what crosses it fades at the nearest
 # From so many radii on from the photo's edge a head's rim stays more and more, and not that edge.
 _NEAR_EDGE: Final = 1.5
 # In radii from middle to middle: so near, heads go together with this weight; so far, not at all.
 _CLOSE: Final = 2.0
-_ALONE: Final = 4.0
+_ALONE: Final = 3.0
 _TOGETHER: Final = 12.0
-_KEPT: Final = 4.0  # and this for its own place at the photo's edge
+_KEPT: Final = 10.0  # and this for its own place at the photo's edge
 _LEAST_DEPTH: Final = 0.2  # of the distance to the picture's plane; what is nearer is far outside
 _STEPS: Final = 12  # of a fixed point that comes five times nearer with each
 _SLACK: Final = 0.01
 STRETCH_SEEN_PERCENT: Final = 1.0  # that is worth a look
+# What an adult measures, m: between the outer corners of the eyes, and from the eyes down to the
+# mouth. By the size of their irises, 112 of 118 people are within a tenth.
+_ADULT_M: Final = np.array([0.087, 0.068])
+_WITHIN: Final = 0.1
+_NOSE_M: Final = 0.04  # its tip before the eyes' corners; the face is widest as far behind them
+_NATURAL_M: Final = 1.5  # from so far a nose looks as people know it
+NOSE_SEEN_PERCENT: Final = 5.0  # that is worth saying
 
 
 def focal_px(focal_mm: float, photo: Box) -> float:
@@ -63,6 +71,47 @@ def stretch_percent(face: Face, focal_mm: float, photo: Box) -> float:
     """Return how much longer a lens draws a face away from the middle than across, %."""
     off = np.asarray(face.anchor.origin_px) - edges_px(photo).mean(axis=0)
     return 100.0 * (float(np.hypot(np.hypot(*off) / focal_px(focal_mm, photo), 1.0)) - 1.0)
+
+
+def distance_m(face: Face, focal_mm: float, photo: Box) -> float:
+    """Return how far the camera was from a face, if it is an adult's, m: by the angles it fills.
+
+    A head that is turned is seen less wide, one that nods less high: what shows more of it counts.
+    """
+    ends = np.array([face.eyes[[0, 3]], [face.eye_center, face.mouth_center]])
+    rays = np.dstack(
+        [ends - edges_px(photo).mean(axis=0), np.full((2, 2), focal_px(focal_mm, photo))]
+    )
+    rays /= np.linalg.norm(rays, axis=2, keepdims=True)
+    return float((_ADULT_M / np.linalg.norm(rays[:, 0] - rays[:, 1], axis=1)).min())
+
+
+def distance_range_m(distance: float) -> tuple[float, float]:
+    """Return between which distances nearly all adults are who seem so far away."""
+    return distance * (1.0 - _WITHIN), distance * (1.0 + _WITHIN)
+
+
+def nose_percent(distance: float) -> float:
+    """Return how much larger, beside the face's width, a nose looks than from 1.5 m, %."""
+    near, natural = ((d + _NOSE_M) / max(d - _NOSE_M, _NOSE_M) for d in (distance, _NATURAL_M))
+    return 100.0 * (near / natural - 1.0)
+
+
+def distance_note(distance: float) -> str:
+    """Return how far away the camera was, and what that makes of a nose where it is seen."""
+    said = dict(zip(("least", "most"), distance_range_m(distance), strict=True), about=distance)
+    if distance < 1.0:
+        said = {name: 100.0 * value for name, value in said.items()}
+        note = Text("about {about:.0f} cm from the camera ({least:.0f} to {most:.0f})", **said)
+    else:
+        note = Text("about {about:.1f} m from the camera ({least:.1f} to {most:.1f})", **said)
+    if (percent := nose_percent(distance)) < NOSE_SEEN_PERCENT:
+        return note
+    return Text(
+        "{distance}: a nose looks {percent:.0f} % larger than from 1.5 m",
+        distance=note,
+        percent=percent,
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -194,12 +243,13 @@ class Heads:
             share = 1.0 - ramp((rho - 1.0) / _FADE)
             mine = _apart(rho)
             share /= 1.0 + sum(mine / _apart(other.rho(points)) for other in self._near(which))
-            if away_px is not None:
-                beside = np.maximum(rho - 1.0, 0.0) * head.radius_px
-                share *= ramp(1.0 / (1.0 + beside / np.maximum(away_px(points), 1e-9)))
             return head.undistorted(points) * share[:, None]
 
-        return head.kept_inside(points, faded)
+        moved = head.kept_inside(points, faded)
+        if away_px is not None:
+            beside = np.maximum(head.rho(points) - 1.0, 0.0) * head.radius_px
+            moved *= ramp(1.0 / (1.0 + beside / np.maximum(away_px(points), 1e-9)))[:, None]
+        return moved
 
     def _near(self, which: int) -> list[Head]:
         """Return the others that come near one."""
@@ -322,7 +372,7 @@ def _beside_each_other(heads: Sequence[Head]) -> tuple[Head, ...]:
         for head, row in zip(heads, near, strict=True)
     ]
     rooms = np.array([max(head.room_px / head.radius_px, 1e-3) for head in heads])
-    matrix = np.diag(1.0 + _KEPT / rooms**2)
+    matrix = np.diag(1.0 + _KEPT / rooms**4)
     wanted = np.zeros((len(heads), 2))
     for j, k in zip(*np.nonzero(np.triu(near)), strict=True):
         one, other, weight = heads[j], heads[k], _TOGETHER * near[j, k]

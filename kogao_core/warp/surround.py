@@ -154,7 +154,7 @@ class Surround:
             ]
         )
         rho, _ = self._rim.at(target)
-        near = _rise((rho - _NEAR[0]) / (_NEAR[1] - _NEAR[0]))
+        near = smoothstep((rho - _NEAR[0]) / (_NEAR[1] - _NEAR[0]))
         return source, target, _SLACK / np.maximum(1.0 - near, 1e-6)
 
     def _shown(self, points: Array) -> Array:
@@ -182,7 +182,7 @@ class Surround:
 
     def _keep_and_fade(self, angles: Array) -> tuple[Array, Array]:
         """Return in directions of shape (N,) where a fade begins, and how wide it is, rho."""
-        reach, up = self._reach, _rise(self._rim.up(angles))
+        reach, up = self._reach, smoothstep(self._rim.up(angles))
         down = np.clip(np.cos(angles), 0.0, 1.0) ** 2
         keep = reach.keep + (reach.keep_up - reach.keep) * up
         fade = reach.fade + (reach.fade_up - reach.fade) * up
@@ -195,9 +195,9 @@ class Surround:
         rho, angles = rim.at(points)
         keep, fade = self._keep_and_fade(angles)
         amount = min(1.0, 100.0 * self.follows / NATURAL_PERCENT)
-        beside = 1.0 - ramp((rho - keep) / fade)
-        outside = amount * beside
-        inner = _rise((rho - _INNER) / (1.0 - _INNER))
+        fading = 1.0 - ramp((rho - keep) / fade)
+        outside = amount * fading
+        inner = smoothstep((rho - _INNER) / (1.0 - _INNER))
         if self.keeps_features:
             outside = outside + (1.0 - amount) * (1.0 - ramp((rho - 1.0) / _SHORT))
             wide, high = inner, np.ones_like(rho)
@@ -213,7 +213,7 @@ class Surround:
         if not rim.hairline_px.any():
             return whole
         # The hairline takes what is above it along, whatever else follows.
-        hairline = rim.hairline(angles) * (rho * np.where(is_inside, inner, beside))[:, None]
+        hairline = rim.hairline(angles) * (rho * np.where(is_inside, inner, fading))[:, None]
         return np.asarray(whole + hairline)
 
     def _free(self, points: Array) -> Array:
@@ -224,7 +224,7 @@ class Surround:
         if len(self.neighbours_px):
             apart = points[:, None] - self.neighbours_px
             away = np.minimum(away, np.hypot(apart[..., 0], apart[..., 1]).min(axis=1))
-        return _rise((away / self.face.anchor.spacing_px - _APART) / _ALL)
+        return smoothstep((away / self.face.anchor.spacing_px - _APART) / _ALL)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -247,8 +247,8 @@ class _Rim:
     def of(cls, face: Face, pairs: Pairs, top: float, shape: Shape | None) -> _Rim:
         center, right = pairs.center_px, across(face)
         forehead = _forehead(face, center)
-        ahead = 1.0 - np.abs(2.0 * np.linspace(0.0, 1.0, FOREHEAD_POINTS + 2)[1:-1] - 1.0)
-        less = 1.0 - (1.0 - top) * _rise(ahead)
+        height = 1.0 - np.abs(2.0 * np.linspace(0.0, 1.0, FOREHEAD_POINTS + 2)[1:-1] - 1.0)
+        less = 1.0 - (1.0 - top) * smoothstep(height)
         share, away = _end_shares(pairs, shape) * less, forehead - center
         moves, hairline = share[:, None] * away, np.zeros_like(away)
         if shape is not None:
@@ -257,7 +257,7 @@ class _Rim:
                 away, aside=_between(*shape.zones[[0, -1]])
             )
             below = shape.axes[1]
-            hairline = np.outer(shape.hairline * _rise(ahead) * (away @ below), below)
+            hairline = np.outer(shape.hairline * smoothstep(height) * (away @ below), below)
         rim = np.vstack([pairs.target_px, forehead - moves - hairline])
         angles, radii = _seen_from(rim, center, right)
         order = np.argsort(angles, kind="stable")
@@ -265,7 +265,7 @@ class _Rim:
         angles = angles[order] + np.concatenate([[-_TURN], np.zeros(len(rim)), [_TURN]])
         moves = np.vstack([pairs.displacement_px, moves])[order]
         hairline = np.vstack([np.zeros_like(pairs.target_px), hairline])[order]
-        upwards = np.concatenate([np.zeros(len(pairs.target_px)), ahead])[order]
+        upwards = np.concatenate([np.zeros(len(pairs.target_px)), height])[order]
         radii = np.maximum(radii[order], 1e-3 * max(1e-9, float(radii.max())))
         return cls(center, right, angles, radii, moves, hairline, upwards)
 
@@ -315,8 +315,8 @@ def surrounds_of(
         if not hairline and (not (follows or keeps) or not pair.displacement_px.any()):
             found.append(None)
             continue
-        beside = neighbours_px[k] if neighbours_px else np.zeros((0, 2))
-        around = photo, protection, beside
+        others_px = neighbours_px[k] if neighbours_px else np.zeros((0, 2))
+        around = photo, protection, others_px
         surround = Surround(face, pair, follows, keeps, *around, shape=shape)
         others = (hull for other, hull in enumerate(hulls) if other != k)
         near = tuple(hull for hull in others if surround.is_near(hull))
@@ -352,7 +352,7 @@ def _end_shares(pairs: Pairs, shape: Shape | None) -> Array:
 
 def _between(first: float, last: float) -> Array:
     """Return values for the points of the forehead that pass from one end to the other."""
-    along = _rise(np.linspace(0.0, 1.0, FOREHEAD_POINTS + 2)[1:-1])
+    along = smoothstep(np.linspace(0.0, 1.0, FOREHEAD_POINTS + 2)[1:-1])
     return np.asarray(first + (last - first) * along)
 
 
@@ -367,7 +367,7 @@ def _forehead(face: Face, center: Array) -> Array:
     first, last = first % (2.0 * np.pi), last % (2.0 * np.pi)
     turn = first + along * (last - first)
     far = radii[0] + along * (radii[1] - radii[0])
-    far = far + _rise(1.0 - np.abs(2.0 * along - 1.0)) * (_CROWN * float(radii.mean()) - far)
+    far = far + smoothstep(1.0 - np.abs(2.0 * along - 1.0)) * (_CROWN * float(radii.mean()) - far)
     return np.asarray(center + far[:, None] * _ways(turn, right))
 
 
@@ -404,8 +404,3 @@ def _beyond(points: Array, hull: Array) -> Array:
     if (outward * (hull - hull.mean(axis=0))).sum() < 0.0:
         outward = -outward
     return np.asarray((points @ outward.T - (hull * outward).sum(axis=1)).max(axis=1))
-
-
-def _rise(share: Array) -> Array:
-    """Return a smooth step from 0 at 0 and below to 1 at 1 and above."""
-    return smoothstep(np.clip(share, 0.0, 1.0))

@@ -24,7 +24,7 @@ HERE: Final = Path(__file__).resolve().parent
 ROOT: Final = HERE.parents[1]
 _PYINSTALLER: Final = "pyinstaller>=6.16,<7"
 _EXTRAS: Final = "heic,raw"
-_MOST_MB: Final = 250
+_MOST_MB: Final = 255
 # Of Qt's plug-ins: the window is one of Widgets, painted without OpenGL, and opens no connection.
 # They go before PyInstaller looks, for what it brings along is what they need: all of GTK, say.
 _UNUSED_PLUGINS: Final = (

@@ -1,9 +1,9 @@
 """Makes an environment on Linux lighter before PyInstaller looks at it.
 
 Wheels bring more than is called here. In the place of libraries that others are linked to come
-small ones of the same names: OpenCV gets NumPy's BLAS instead of one more; FFmpeg and AVIF go, for
-nothing here plays videos or knows such photos, and Pillow's X, for nothing here grabs screens. Of
-ICU's data stays what Qt sorts by. Debug symbols go.
+small ones of the same names: OpenCV gets NumPy's BLAS instead of one more; its FFmpeg and AVIF go,
+for nothing here plays videos, and Pillow has an AVIF of its own; Pillow's X goes, for nothing here
+grabs screens. Of ICU's data stays what Qt sorts by. Debug symbols go.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from typing import Final
 from .libraries import asked_for, can_be_mapped, libraries, offered, run
 
 _BLAS: Final = Path(__file__).resolve().parent / "blas.c"
-# OpenCV asks AVIF of every file whether it is one; where it gets no decoder, it isn't.
+# Of OpenCV: it asks AVIF of every file whether it is one; where it gets no decoder, it isn't.
 _UNUSED: Final = ("libavcodec-*", "libavformat-*", "libavif-*", "libavutil-*", "libswscale-*")
 # What sorting needs: the collations, how a locale leads to one, and normal forms. Names of
 # languages and zones, units, line breaks, encodings go: Qt has its own, or nothing here shows them.

@@ -15,13 +15,12 @@ import cv2
 import numpy as np
 
 from kogao_core.base import assets
-from kogao_core.base.geometry import Array, Image, degrees_of
+from kogao_core.base.geometry import Array, Image
 from kogao_core.base.threads import one_blas_thread
 from kogao_core.faces.face import Face
 from kogao_core.faces.landmarks import locked
-from kogao_core.faces.landmarks.blazeface import Detection
 from kogao_core.faces.landmarks.edges import EdgeNetwork, refine
-from kogao_core.faces.landmarks.mesh import KINDS, MeshNetwork, MeshSource, corner_signs
+from kogao_core.faces.landmarks.mesh import KINDS, MeshNetwork, MeshSource, box_of, corner_signs
 from kogao_core.faces.landmarks.pixels import Pyramid
 
 from .aam.detected import read
@@ -89,7 +88,7 @@ def _examples(known: list[Known], rng: np.random.Generator) -> Iterator[CornerEx
     network = MeshNetwork(locked.network(locked.MESH))
     edges = EdgeNetwork.read(assets.path(refine.MODEL))
     for person, one in enumerate(known):
-        box = _box_of(one.face)
+        box = box_of(one.face)
         for time in range(_TIMES):
             other = known[int(rng.integers(len(known)))].picture
             picture = _covered(one, other, rng) if time else one.picture
@@ -107,15 +106,6 @@ def _examples(known: list[Known], rng: np.random.Generator) -> Iterator[CornerEx
             moved = np.linalg.norm(np.vstack([eyes, mouth]) - corners, axis=1)
             right = moved < _RIGHT * one.face.interocular_px
             yield CornerExample(person, corner_signs(mesh, mirrored, seen), right)
-
-
-def _box_of(face: Face) -> Detection:
-    """Return about the square that the mesh fills."""
-    assert face.forehead is not None
-    rim = np.vstack([face.outline, face.forehead])
-    low, high = rim.min(axis=0), rim.max(axis=0)
-    turn = degrees_of(face.eyes[3] - face.eyes[0])
-    return Detection((low + high) / 2.0, float((high - low).max()), turn, score=1.0)
 
 
 def _covered(one: Known, other: Image, rng: np.random.Generator) -> Image:

@@ -15,7 +15,7 @@ from colours import (
 )
 from kogao_app.canvas.overlays.unlisted import FROM_ZOOM
 from kogao_app.document import State
-from kogao_app.features.strip import thumbnail
+from kogao_app.features.strip.facts import thumbnail
 from kogao_app.render.colour import screen_colours
 from kogao_app.render.live import Surface
 from kogao_app.render.pyramid import PicturePyramid

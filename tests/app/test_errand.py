@@ -131,7 +131,7 @@ def test_several_photos_make_a_film_strip(empty, photo, tmp_path):
     assert cv2.imwrite(str(other), textured_photo(seed=5))
     empty.editor.errand.begin([photo, other])
     empty.settle()
-    assert empty.panel("strip").count() == 2
+    assert empty.editor.strip.film.count() == 2
     assert empty.editor.document.path == photo
 
 

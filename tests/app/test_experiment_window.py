@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import pytest
-from kogao_app.features.experiments import TRIALS, session
+from kogao_app.features.experiments import TRIALS, DosesDialog, session
 from kogao_app.features.experiments.dialog import ExperimentDialog
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
@@ -14,7 +16,7 @@ from test_manual import manual, mark, mark_face  # noqa: F401
 from kogao_core.cli.commands import program
 from kogao_core.faces.face import ignored
 from kogao_core.lab.experiments import trials
-from kogao_core.lab.methods import METHODS
+from kogao_core.lab.methods import METHODS, comparing
 
 
 class KnownFace:
@@ -91,11 +93,14 @@ def test_closing_the_window_stops_the_experiment(opened):
     assert text(window_of(opened).tables[0], 0, 0) == "portrait.png", "another can begin"
 
 
-def test_methods_hang_side_by_side(opened):
+def test_methods_hang_side_by_side(opened, monkeypatch):
+    # All of them are run on the command line.
+    few = (*METHODS[:2], *METHODS[-1:])
+    monkeypatch.setattr(comparing, "measure", partial(comparing.measure, methods=few))
     opened.key(KEYS.Key_4, CONTROL, ALT)
     shown = window_of(opened)
     finish(opened)
-    hung = [method.title for method in METHODS if method.title not in shown.state.text()]
+    hung = [method.title for method in few]
     labels = (label for label in shown.findChildren(QLabel) if not label.pixmap().isNull())
     pictures = {label.accessibleName() for label in labels}
     assert {f"Result: {name}" for name in hung} < pictures
@@ -255,3 +260,37 @@ def test_a_folder_of_one_persons_photos_is_brought_to_one_result(empty, tmp_path
     assert [text(table, row, 0) for row in range(2)] == ["a.png", "b.png"]
     made = {path.name for path in (folder / "one-result").iterdir()}
     assert made == {"a_+04.00.png", "b_+04.00.png", "series.csv"}
+
+
+def test_the_photos_faces_are_made_at_several_doses(opened, tmp_path):
+    opened.key(KEYS.Key_8, CONTROL, ALT)
+    dialog = opened.dialog(DosesDialog)
+    for doses, folder, words in (("4, x", "made", "within -15..15"), ("4", "", "Choose a folder")):
+        dialog.doses.setText(doses)
+        dialog.folder.line.setText(folder and str(tmp_path / folder))
+        QTest.mouseClick(dialog.start, Qt.MouseButton.LeftButton)
+        assert words in dialog.wrong.text()
+    out = tmp_path / "made"
+    dialog.doses.setText("-6,0,6")
+    dialog.folder.line.setText(str(out))
+    QTest.mouseClick(dialog.start, Qt.MouseButton.LeftButton)
+    finish(opened)
+    shown = window_of(opened)
+    (table,) = shown.tables
+    assert [text(table, row, 2) for row in range(3)] == ["-6.00", "0.00", "6.00"]
+    labels = {label.accessibleName() for label in shown.findChildren(QLabel)}
+    assert {"Pictures: -6 %", "Pictures: +0 %", "Pictures: +6 %"} < labels
+    made = {path.name for path in out.iterdir()}
+    assert {"portrait_-06.00.png", "portrait_-06.00.tem", "measures.csv", "contact.png"} < made
+    QTest.keyClick(shown, KEYS.Key_Escape)
+    opened.window.actions_by_name["experiment-stimuli"].trigger()
+    again = opened.dialog(DosesDialog)
+    again.folder.line.setText(str(out))
+    again.doses.setText("6")
+    QTest.mouseClick(again.start, Qt.MouseButton.LeftButton)
+    assert "portrait_+06.00.png is in that folder already" in again.wrong.text()
+
+
+def test_doses_need_a_face(empty):
+    empty.key(KEYS.Key_8, CONTROL, ALT)
+    assert "needs a photo" in empty.say()

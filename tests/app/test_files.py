@@ -49,7 +49,8 @@ def test_a_saved_copy_is_the_pipelines_result_bit_for_bit(empty, tmp_path, dtype
     empty.key(Qt.Key.Key_S, CONTROL)
     assert empty.dialog(QFileDialog).selectedFiles() == [str(tmp_path / "deep_kogao.png")]
     empty.choose_path(copy)
-    empty.qtbot.waitUntil(lambda: not empty.window.isWindowModified())
+    empty.qtbot.waitUntil(copy.exists)
+    empty.settle()
     expected = render(pixels, empty.state.active, empty.state.recipe).pixels
     assert expected.dtype == dtype
     np.testing.assert_array_equal(read(copy).pixels, expected)

@@ -63,7 +63,7 @@ def test_a_batch_of_a_folder_leaves_results_alone_and_says_so(opened, photo, sto
 
 
 def marks(driver):
-    strip = driver.panel("strip")
+    strip = driver.editor.strip.film
     return {
         item.text(): (item.data(Qt.ItemDataRole.AccessibleTextRole) or "").partition(", ")[2]
         for item in map(strip.item, range(strip.count()))
@@ -85,14 +85,14 @@ def strip(start, encoded, tmp_path):
 
 
 def at(driver, row):
-    panel = driver.panel("strip")
+    panel = driver.editor.strip.film
     panel.scrollToItem(panel.item(row))
     return panel.visualItemRect(panel.item(row)).center()
 
 
 def click_on(driver, row, held=Qt.KeyboardModifier.NoModifier):
     QTest.mouseClick(
-        driver.panel("strip").viewport(), Qt.MouseButton.LeftButton, held, pos=at(driver, row)
+        driver.editor.strip.film.viewport(), Qt.MouseButton.LeftButton, held, pos=at(driver, row)
     )
     driver.settle()
 
@@ -120,7 +120,7 @@ def test_the_strip_tells_what_was_done_to_each_photo(strip, tmp_path):
 def test_keys_pass_results_over(strip):
     assert strip.editor.document.path.name == "a.png"
     for name in ("b.png", "a.png"):
-        strip.panel("strip").step(1 if name == "b.png" else -1)
+        strip.editor.strip.film.step(1 if name == "b.png" else -1)
         strip.settle()
         assert strip.editor.document.path.name == name
 

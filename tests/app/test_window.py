@@ -12,7 +12,9 @@ from kogao_app.__main__ import main
 from kogao_app.features import recent
 from kogao_app.features.commands import Palette, ShortcutsDialog
 from kogao_app.features.recent import EmptyState
-from kogao_app.features.strip import FilmStrip, photos_in, thumbnail
+from kogao_app.features.strip import photos_in
+from kogao_app.features.strip.facts import thumbnail
+from kogao_app.features.strip.film import FilmStrip
 from kogao_app.window import Window
 from PIL import Image as PillowImage
 from PySide6.QtCore import QMimeData, QPointF, Qt, QTimer, QUrl
@@ -236,7 +238,7 @@ def folder(tmp_path):
 
 def test_a_dropped_folder_becomes_a_film_strip(empty, folder):
     drop(empty, folder)
-    strip = empty.panel("strip")
+    strip = empty.editor.strip.film
     assert [strip.item(row).text() for row in range(strip.count())] == [
         *("0.png", "1.png", "2.png", "broken.jpg")
     ]
@@ -256,7 +258,7 @@ def test_a_dropped_folder_becomes_a_film_strip(empty, folder):
 def test_a_film_strip_is_one_row_high_and_the_rest_is_the_photos(start, folder):
     driver = start(workspace="retouch")
     drop(driver, folder)
-    strip = driver.panel("strip")
+    strip = driver.editor.strip.film
     assert strip.isVisible()
     assert strip.height() == strip.minimumHeight()
 
@@ -264,14 +266,14 @@ def test_a_film_strip_is_one_row_high_and_the_rest_is_the_photos(start, folder):
 def test_a_photo_that_comes_into_the_folder_comes_onto_the_strip(empty, folder):
     drop(empty, folder)
     shutil.copy(folder / "0.png", folder / "3.png")
-    empty.qtbot.waitUntil(lambda: empty.panel("strip").count() == 5)
+    empty.qtbot.waitUntil(lambda: empty.editor.strip.film.count() == 5)
     empty.settle()
     assert empty.editor.document.path == folder / "0.png"
 
 
 def test_several_dropped_photos_make_a_strip_of_them(empty, folder):
     drop(empty, folder / "2.png", folder / "0.png")
-    strip = empty.panel("strip")
+    strip = empty.editor.strip.film
     assert [strip.item(row).text() for row in range(strip.count())] == ["2.png", "0.png"]
 
 
@@ -279,7 +281,7 @@ def test_several_dropped_photos_make_a_strip_of_them(empty, folder):
 def test_the_strip_keeps_to_the_open_photo_when_its_changes_are_kept(empty, folder):
     drop(empty, folder)
     empty.change_something()
-    strip = empty.panel("strip")
+    strip = empty.editor.strip.film
     at = strip.visualItemRect(strip.item(1)).center()
     QTest.mouseClick(strip.viewport(), Qt.MouseButton.LeftButton, pos=at)
     empty.answer("Cancel")
@@ -320,15 +322,15 @@ def test_steps_count_from_the_photo_that_is_being_opened(empty, folder):
     """Two presses lead two photos on, however long the first takes."""
     drop(empty, folder)
     for _ in range(2):
-        empty.panel("strip").step(1)
+        empty.editor.strip.film.step(1)
     empty.settle()
     assert empty.editor.document.path == folder / "2.png"
-    assert empty.panel("strip").currentRow() == 2
+    assert empty.editor.strip.film.currentRow() == 2
 
 
 def test_a_step_back_to_the_open_photo_calls_the_next_one_off(empty, folder):
     drop(empty, folder)
-    strip, status = empty.panel("strip"), empty.window.status
+    strip, status = empty.editor.strip.film, empty.window.status
     strip.step(1)
     assert status.hint_text == "Opening 1.png…"
     strip.step(-1)
@@ -385,7 +387,7 @@ def test_the_start_card_goes_while_a_photo_is_read_and_comes_back_if_that_fails(
 
 def test_a_strip_without_photos_is_hidden_at_the_next_start(empty, start, folder):
     drop(empty, folder)
-    assert empty.panel("strip").isVisible()
+    assert empty.editor.strip.film.isVisible()
     empty.editor.close()
     later = start(folder / "0.png")
     assert dock(later, "strip").isHidden()
@@ -659,7 +661,7 @@ def test_only_a_new_user_is_welcomed_with_the_sample(qapp, source):
 
 def test_what_lies_round_the_work_has_names_for_screen_readers(opened):
     editor = opened.editor
-    for control in (editor.strip.panel, editor.history.panel, editor.recent.empty):
+    for control in (editor.strip.film, editor.history.panel, editor.recent.empty):
         assert control.accessibleName()
 
 

@@ -27,7 +27,8 @@ from kogao_core.projects.sidecar import sidecar_of
 
 WORD = re.compile(r"[A-Za-z]{2,}")
 TAG = re.compile(r"<[^<>]*>")
-KEYS = re.compile(r" \([A-Z][\w+]*[^\w\s]?\)$")  # behind what an action does
+# Behind what an action does, or alone beside the name of an overlay.
+KEYS = re.compile(r" \([A-Z][\w+]*[^\w\s]?\)$|^Shift\+[A-Z]$")
 # Its own catalogues have them.
 QTS = {"Cancel", "Close", "Discard", "Show Details...", "Scroll Left", "Scroll Right"}
 

@@ -167,12 +167,52 @@ def noise(sigma: float) -> Distortion:
     return noisy
 
 
+def touching(picture: Image, face: Face, rng: np.random.Generator) -> Distorted:
+    """Lean the same head, mirrored, against one cheek from behind."""
+    line = np.vstack([face.outline, _rim(face)[::-1]])
+    side = 1.0 if rng.random() < 0.5 else -1.0
+    across = (face.eyes[3] - face.eyes[0]) / face.interocular_px
+    reach = (line - face.middle) @ across
+    apart = 0.92 * (reach.max() - reach.min()) * side * across
+    return Distorted(_behind(picture, face, line, _mirrored(face, apart), 1.0), SAME)
+
+
+def double_chin(picture: Image, face: Face, rng: np.random.Generator) -> Distorted:
+    """Let the chin show once more below itself."""
+    line = np.vstack([face.outline, _rim(face)[::-1]])
+    below = (0.10 + 0.08 * rng.random()) * face.interocular_px * _down(face)
+    return Distorted(_behind(picture, face, line, Affine(np.eye(2), below), 0.9), SAME)
+
+
+def _rim(face: Face) -> Array:
+    assert face.forehead is not None
+    return np.asarray(face.forehead)
+
+
+def _mirrored(face: Face, shift: Array) -> Affine:
+    """Mirror at the line down the middle of a face, and shift."""
+    across = (face.eyes[3] - face.eyes[0]) / face.interocular_px
+    mirror = np.eye(2) - 2.0 * np.outer(across, across)
+    return Affine(mirror, face.middle - mirror @ face.middle + shift)
+
+
+def _behind(picture: Image, face: Face, line: Array, change: Affine, light: float) -> Image:
+    """Draw a face once more, changed and less lit, behind itself."""
+    soft = 0.01 * face.interocular_px
+    matrix = np.column_stack([change.matrix, change.shift])
+    again = cv2.warpAffine(picture, matrix, picture.shape[1::-1], borderMode=cv2.BORDER_REFLECT)
+    beside = _laid(picture, light * again, _filled(picture, change(line)), soft)
+    return _laid(beside, picture.astype(np.float32), _filled(picture, line), soft)
+
+
 DISTORTIONS: Final[dict[str, Distortion]] = {
     **{f"{name} mask": mask(colour) for name, colour in MASKS.items()},
     "scarf": scarf,
     "veil": veil,
     "hand": hand,
     "sunglasses": sunglasses,
+    "touching": touching,
+    "double chin": double_chin,
     "blur 5 %": blur(5.0),
     "blur 12 %": blur(12.0),
     "24 px": small(24.0),

@@ -58,6 +58,13 @@ def test_a_face_is_cut_once_more_than_an_ear_lies_outside_the_photo(outside, why
     assert doubt(found(), image) == why
 
 
+@pytest.mark.parametrize(("across", "why"), [(1.0, None), (0.4, "turned")])
+@pytest.mark.parametrize("degrees", [0.0, 70.0])
+def test_a_face_is_doubted_once_one_side_of_it_is_out_of_sight(across, why, degrees):
+    narrow = found().mapped(Affine(np.diag([across, 1.0]), np.zeros(2)))
+    assert doubt(narrow.mapped(Affine.similarity(0.5, degrees, (200.0, 20.0)))) == why
+
+
 @pytest.mark.parametrize(("degrees", "why"), [(100.0, None), (130.0, "on its head")])
 def test_a_face_on_its_head_is_doubted_among_upright_ones(degrees, why):
     here, upright = turned(degrees), found()

@@ -1,4 +1,4 @@
-"""Faces that are out of focus, or half outside the photo, on our own samples."""
+"""Faces out of focus, half outside the photo or touching another one, on our own samples."""
 
 import sys
 from pathlib import Path
@@ -35,3 +35,11 @@ def test_a_blurred_face_is_found(source: MeshSource, sigma: float, limit: float)
 def test_half_a_face_is_found_and_left_alone(source: MeshSource) -> None:
     _, (_,), (verdict,) = after(source, DISTORTIONS["half"])
     assert verdict.reason == "cut"
+
+
+@pytest.mark.parametrize("name", ["average", "women"])
+def test_heads_that_touch_keep_their_eyes(source: MeshSource, name: str) -> None:
+    """Before, corners of eyes moved by 5.5 % towards those of the other head."""
+    truth, faces, _ = after(source, DISTORTIONS["touching"], name)
+    assert len(faces) == 2
+    assert min(max(apart(face, truth)) for face in faces) < 2.5

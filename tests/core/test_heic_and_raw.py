@@ -111,6 +111,17 @@ def test_raw_is_developed_upright_with_its_metadata(tmp_path, orientation):
 
 
 @needs_raw
+def test_raw_of_a_camera_without_colours_is_grey_in_every_format(tmp_path):
+    (tmp_path / "in.dng").write_bytes(files.dng(colours=1))
+    source = photo.read(tmp_path / "in.dng", bits=8)
+    assert source.pixels.shape == (48, 64, 3)
+    assert (np.ptp(source.pixels, axis=2) == 0).all()
+    assert (np.diff(source.pixels[4, 4:-4, 0].astype(int)) >= 0).all()
+    for suffix in (".jpg", ".png", ".tif", ".webp"):
+        written(source, suffix, tmp_path)
+
+
+@needs_raw
 def test_a_tiff_called_raw_is_refused(tmp_path):
     (tmp_path / "in.nef").write_bytes(files.tiff(smooth()))
     with pytest.raises(UnreadablePhoto, match="LibRaw knows; develop"):

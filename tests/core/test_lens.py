@@ -17,7 +17,7 @@ from kogao_core.pipeline import render
 from kogao_core.recipe.recipe import PAPER, Recipe
 from kogao_core.warp.field import shown_at
 from kogao_core.warp.frame import read_outside_px
-from kogao_core.warp.lens import stretch_percent
+from kogao_core.warp.lens import distance_m, distance_note, nose_percent, stretch_percent
 from kogao_core.warp.protection import Protection
 
 WIDTH, HEIGHT = 900, 600
@@ -179,7 +179,7 @@ def test_neighbours_and_protected_places_stay():
     assert np.abs(made.field.at(beside)).max() < 0.5
     line = Protection().with_stroke([(660.0, 240.0), (660.0, 420.0)], radius_px=2.0)
     made = rendered(LENS, face, protection=line)
-    assert np.abs(made.field.at(beside)).max() < 0.2
+    assert np.abs(made.field.at(beside)).max() < 0.05
     assert made.one_to_one.certified
 
 
@@ -209,3 +209,37 @@ def test_the_meter_says_how_much_longer_a_head_is_than_wide():
         face = off_axis(on_axis(30.0), (x, 0.0), 26.0)
         expected = 100.0 * (np.hypot(1.0, x / focal_px(26.0)) - 1.0)
         assert stretch_percent(face, 26.0, PHOTO) == pytest.approx(expected, abs=0.02)
+
+
+def adult(distance, aside, *, yaw=0.0, nod=0.0):
+    """An adult's eyes and mouth so many metres from a camera of 26 mm, aside of its axis.
+
+    `distance` to the middle of the eyes, `aside` its (x, y) in the photo from the middle, px.
+    """
+    to = np.array([*aside, focal_px(26.0)])
+    eyes = np.array([(x, 0.0, 0.0) for x in (-0.0435, -0.015, 0.015, 0.0435)])
+    turn = cv2.Rodrigues(np.array([0.0, np.radians(yaw), 0.0]))[0]
+    turn = turn @ cv2.Rodrigues(np.array([np.radians(nod), 0.0, 0.0]))[0]
+    faced = cv2.Rodrigues(np.cross([0.0, 0.0, 1.0], to / np.linalg.norm(to)))[0]
+    there = np.vstack([eyes, [(-0.025, 0.068, 0.0), (0.025, 0.068, 0.0)]]) @ (faced @ turn).T
+    there = there + distance * to / np.linalg.norm(to)
+    seen = focal_px(26.0) * there[:, :2] / there[:, 2:] + MIDDLE
+    return Face(np.vstack([seen, seen[::-1]]), seen[:4], seen[4:])
+
+
+@pytest.mark.parametrize("aside", [(0.0, 0.0), (300.0, -100.0), (-380.0, 200.0)])
+@pytest.mark.parametrize("distance", [0.3, 0.8, 3.0])
+def test_how_far_the_camera_was_is_said_wherever_the_face_is(distance, aside):
+    assert distance_m(adult(distance, aside), 26.0, PHOTO) == pytest.approx(distance, rel=0.02)
+    for turned in ({"yaw": 35.0}, {"nod": 25.0}):
+        found = distance_m(adult(distance, aside, **turned), 26.0, PHOTO)
+        assert found == pytest.approx(distance, rel=0.1)
+
+
+def test_a_nose_is_told_of_where_the_camera_was_near():
+    assert nose_percent(1.5) == pytest.approx(0.0)
+    assert 15.0 < nose_percent(0.4) < 20.0 < nose_percent(0.33)
+    assert all(a > b for a, b in pairwise(map(nose_percent, (0.1, 0.3, 0.6, 1.0, 3.0))))
+    assert "about 40 cm from the camera (36 to 44)" in distance_note(0.4)
+    assert "a nose looks 16 % larger" in distance_note(0.4)
+    assert distance_note(2.0) == "about 2.0 m from the camera (1.8 to 2.2)"

@@ -16,7 +16,7 @@ from kogao_core.cli import reading
 from kogao_core.cli.commands import program
 from kogao_core.photo.optics import optics_of
 from kogao_core.recipe.recipe import Recipe
-from kogao_core.warp.lens import stretch_percent
+from kogao_core.warp.lens import distance_m, stretch_percent
 
 WHOLE = {Tag.FocalLength: 4.2, Tag.FocalLengthIn35mmFilm: 26}
 SENSOR = {  # a sensor of 22.3 x 14.9 mm
@@ -140,9 +140,14 @@ def test_detect_says_how_far_each_face_is_stretched(tmp_path, monkeypatch):
     assert found["lens"] == {"focal_mm": 26.0, "why": ""}
     percent = found["faces"][0]["stretch_percent"]
     assert percent == pytest.approx(stretch_percent(face, 26.0, Box(0, 0, 600, 400)), abs=0.01)
+    distance = found["faces"][0]["distance_m"]
+    assert distance["about"] == pytest.approx(distance_m(face, 26.0, Box(0, 0, 600, 400)), abs=1e-3)
+    assert distance["least"] < distance["about"] < distance["most"]
+    assert found["faces"][0]["nose_percent"] > 5.0
     told = CliRunner().invoke(program, ["detect", str(path)]).stdout
     assert "26 mm" in told
     assert f"{percent:.1f} %" in told
+    assert f"about {100 * distance['about']:.0f} cm from the camera" in told
 
 
 @pytest.mark.parametrize("value", ["wide", "7", "2000", "nan"])

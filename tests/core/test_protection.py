@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from scenes import oval_face, textured_photo
 
-from kogao_core.background.lines import bends, beside, straight_lines
+from kogao_core.background.lines import bends, off_faces, straight_lines
 from kogao_core.base.geometry import Affine, Box
 from kogao_core.pipeline import render
 from kogao_core.recipe.recipe import LOSSLESS_PX, Recipe
@@ -215,9 +215,9 @@ def test_lines_on_a_face_are_not_the_background():
     face = oval_face(WIDTH, HEIGHT, size=0.5)
     x, y = face.mouth_center
     lip, frame = [(x - 30, y), (x + 30, y)], door_frame(face)
-    kept = beside(np.array([lip, frame]), [face.outline])
+    kept = off_faces(np.array([lip, frame]), [face.outline])
     np.testing.assert_array_equal(kept, frame[None])
-    assert beside(np.zeros((0, 2, 2)), [face.outline]).shape == (0, 2, 2)
+    assert off_faces(np.zeros((0, 2, 2)), [face.outline]).shape == (0, 2, 2)
 
 
 def test_how_far_it_is_to_a_stroke():

@@ -579,7 +579,9 @@ def test_answers_are_counted_by_what_was_shown(copy):
         assert share.hits == 2 * judged + 2 * lenient_too
     # Nobody is in two photos: these are grades of others.
     assert found.grades()[1:] == (Grades(2, 85.0, math.sqrt(50.0)), 2)
-    assert len(report.satisfaction(found).rows) == 2
+    assert [row[1] for row in report.satisfaction(found).rows] == ["0", "2"], (
+        "and none of the paper"
+    )
 
 
 def test_bots_are_named_left_out_and_move_no_cell(copy):
@@ -750,6 +752,41 @@ def test_the_answers_leave_as_one_table_with_a_codebook(copy):
     assert hits == sum(share.hits for share in found.shares().values())
     raters = list(csv.DictReader(io.StringIO(files["raters.csv"])))
     assert {one["rater"]: one["rater_counts"] for one in raters} == {"bot": "0", "r1": "1"}
+
+
+def test_the_tables_read_as_jamovi_and_jasp_read_them(tmp_path):
+    """By the source of their importers, and with names that could mislead them.
+
+    jamovi guesses the separator from the first 4096 characters, spaces and semicolons among the
+    candidates; JASP counts separators in the first line. A column is whole numbers, numbers with a
+    point, or text; an empty field is missing.
+    """
+    faces = [
+        dataclasses.replace(subject(seed), name=name)
+        for seed, name in enumerate(('a; b, "c" d.png', "\N{CJK UNIFIED IDEOGRAPH-9854} e.png"))
+    ]
+    folder = tmp_path / "faces"
+    making.make(faces, folder, making.Choices(variants=variants(satisfaction=True)))
+    rated(folder, "r1", strict)
+    rated(folder, "bot", idle, took_ms=35)
+    tables = data.files(counted(folder))
+    for name in ("answers.csv", "raters.csv", "codebook.csv"):
+        text = tables[name]
+        whole = list(csv.reader(io.StringIO(text)))
+        guessed = csv.Sniffer().sniff(text[:4096].rpartition("\n")[0], ", \t;")
+        assert list(csv.reader(io.StringIO(text), guessed)) == whole
+        head = text.partition("\n")[0]
+        assert head.isascii()
+        assert head.count(",") == len(whole[0]) - 1
+        assert not re.search(r"[ ;\t\"]", head)
+        for column in zip(*whole[1:], strict=True):
+            kinds = {
+                "number" if re.fullmatch(r"-?\d+(\.\d+)?(e-?\d+)?", cell) else "text"
+                for cell in column
+                if cell
+            }
+            assert len(kinds) < 2, column[:3]
+            assert not {"NA", "nan", "NaN", "None", "True", "False"} & {*column}
 
 
 def test_a_copy_and_an_early_copy_count_once(copy):

@@ -15,6 +15,13 @@ from kogao_core.lab.study.variants import variants
 MIDDLE, SCALE, LAPSE = 7.19, 1.05, 0.03
 
 
+@pytest.fixture(autouse=True)
+def _few_draws(request, monkeypatch):
+    """Intervals of a quarter of the draws, but where they are counted."""
+    if not request.node.get_closest_marker("slow"):
+        monkeypatch.setattr(curve, "RESAMPLES", 100)
+
+
 def simulated(seed, raters=20, faces=4, later=0.0, spread=0.0, floor=LAPSE):
     """Answers to table 1 of raters who follow a curve; centre 3 is judged `later`, % of D."""
     draw, key = np.random.default_rng(seed), SimpleNamespace(identity="k")

@@ -1,6 +1,7 @@
 """Many photos: bad ones are named, good ones done, interrupted runs gone on with."""
 
 import concurrent.futures
+import csv
 import dataclasses
 import json
 import os
@@ -23,6 +24,7 @@ from timeouts import LONGEST_S
 
 from kogao_core import batch, photo
 from kogao_core.batch import workers
+from kogao_core.batch.measures import COLUMNS
 from kogao_core.faces.landmarks import pixels
 from kogao_core.photo.disclosure.disclosing import Disclosure
 from kogao_core.photo.disclosure.label_picture import LabelPicture
@@ -110,6 +112,38 @@ def test_good_photos_are_done_and_bad_ones_named(cli, folder, tmp_path):
     assert {path: path.read_bytes() for path in before} == before
     source, result = photo.read(folder / "a.jpg"), photo.read(out / "a.jpg")
     assert (source.pixels != result.pixels).any()
+
+
+@pytest.mark.usefixtures("in_process")
+def test_measures_of_all_faces_are_one_table_whenever_they_were_done(cli, folder, tmp_path):
+    out, table = tmp_path / "out", tmp_path / "measures.csv"
+    wanted = folder, "-o", out, "-j", 1, "--percent", 6, "--measures", table
+    cli(folder / "a.jpg", *wanted[1:-2])
+    code, _, err = cli(*wanted, "--force")
+    assert (code, "1 skipped" in err) == (5, True)
+    rows = list(csv.DictReader(table.read_text(encoding="utf-8").splitlines()))
+    assert [Path(row["picture"]).relative_to(out).as_posix() for row in rows] == [
+        *("a.jpg", "b.jpg", "c.JPG", "deeper/a.jpg", "deeper/d.jpg")
+    ]
+    for row in rows:
+        assert float(row["achieved_percent"]) == pytest.approx(6.0, abs=0.01)
+        assert float(row["width_change_percent"]) < -4.0
+        assert row["one_to_one_proven"] == "1"
+    told = (tmp_path / "measures-codebook.csv").read_text(encoding="utf-8").splitlines()
+    assert [one["column"] for one in csv.DictReader(told)] == list(rows[0]) == list(COLUMNS)
+    # The report stays what it is; what is there isn't replaced unasked.
+    code, _, err = cli(*wanted)
+    assert code == 2
+    assert "measures.csv exists; --force replaces it" in err
+    # What is no longer done isn't told, nor what a damaged line says.
+    (folder / "b.jpg").write_bytes(b"broken")
+    with (out / "kogao-batch.jsonl").open("a", encoding="utf-8") as report:
+        entry = {"source": "", "status": "done", "key": "", "measures": [3, {}]}
+        report.write(json.dumps(entry | {"output": str(out / "c.JPG")}) + "\n")
+    cli(*wanted, "--force")
+    assert [line.split(",")[0][-5:] for line in table.read_text().splitlines()[1:]] == [
+        *("a.jpg", "c.JPG", "a.jpg", "d.jpg")
+    ]
 
 
 @pytest.mark.usefixtures("in_process")

@@ -157,7 +157,8 @@ def test_detect_prints_exactly_the_documented_json(works, portrait):
     face = found["faces"][0]
     judged = face.pop("doubt"), face.pop("look_at")
     assert judged == (None, [])
-    assert face.pop("stretch_percent") is None
+    for name in ("stretch_percent", "distance_m", "nose_percent"):
+        assert face.pop(name) is None
     shapes = {name: np.shape(value) for name, value in face.items()}
     assert shapes == {
         "box": (4,),
@@ -282,7 +283,8 @@ def test_faces_are_chosen_by_number(cli, portrait, tmp_path, fails):
     both = json.loads(said)["faces"]
     assert len(both) == 2
     for face in both:
-        del face["doubt"], face["look_at"], face["stretch_percent"]
+        for name in ("doubt", "look_at", "stretch_percent", "distance_m", "nose_percent"):
+            del face[name]
     for which, expected in (("largest", [both[0]]), ("2", [both[1]]), ("1,2", both)):
         out = tmp_path / f"{which}.png"
         _, said, _ = cli("warp", tmp_path / "pair.png", "-o", out, "--face", which, "--json", "-")

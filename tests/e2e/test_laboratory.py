@@ -16,14 +16,15 @@ LABORATORY = "kogao_core.lab"
 def without(tmp_path_factory):
     """Run a program where the laboratory isn't; return what it prints."""
     place = tmp_path_factory.mktemp("without")
-    no_caches = shutil.ignore_patterns("__pycache__")
-    shutil.copytree(ROOT / "kogao_core", place / "kogao_core", ignore=no_caches)
-    shutil.copytree(ROOT / "app", place / "kogao_app", ignore=no_caches)
-    shutil.copytree(ROOT / "resources", place / "kogao_resources", ignore=no_caches)
+    for here, there in (
+        ("kogao_core",) * 2,
+        ("app", "kogao_app"),
+        ("resources", "kogao_resources"),
+    ):
+        shutil.copytree(ROOT / here, place / there)
     shutil.rmtree(place / "kogao_core" / "lab")
     outside = {
         "PYTHONPATH": str(place),
-        "PYTHONDONTWRITEBYTECODE": "1",
         "QT_QPA_PLATFORM": "offscreen",
         "HOME": str(place),
     }

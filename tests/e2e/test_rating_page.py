@@ -49,22 +49,33 @@ def address(study):
     server.stop()
 
 
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory):
+    """Return what starts a browser, or brings the one that runs."""
+    started = []
+
+    def running():
+        if not started or not started[-1].is_alive:
+            started.append(Browser(tmp_path_factory.mktemp("profile")))
+        return started[-1]
+
+    yield running
+    for one in started:
+        one.kill()
+
+
 @pytest.fixture
-def browse(tmp_path):
-    browsers = []
-
+def browse(browser):
     def start(address, rater="synthetic", size=(1280, 1000)):
-        # Of a killed one's, something may hold its profile for a moment.
-        browsers.append(Browser(tmp_path / f"profile {len(browsers)}"))
-        browsers[-1].resize(*size)
-        browsers[-1].open(address)
+        page = browser()
+        page.afresh()
+        page.resize(*size)
+        page.open(address)
         if rater is not None:
-            begin(browsers[-1], rater)
-        return browsers[-1]
+            begin(page, rater)
+        return page
 
-    yield start
-    for browser in browsers:
-        browser.kill()
+    return start
 
 
 def begin(browser, rater):
@@ -213,7 +224,6 @@ def test_a_session_keeps_its_scale_or_waits(study, address, browse):
         ((720, 540), 1.0),
         ((720, 540), 2.0),
     ]
-    page.kill()
     again = browse(address, size=(1900, 1200))
     seen(again)
     assert shown(again) == [720, 540], "nor does a session that goes on tomorrow"

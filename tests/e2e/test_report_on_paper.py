@@ -24,8 +24,9 @@ WIDE = Table(
 NARROW = Table("Narrow", ("a", *"bcdef"), [["1", *["12.345"] * 5]] * 4)
 
 
-@pytest.fixture
-def printed(tmp_path):
+@pytest.fixture(scope="module")
+def printed(tmp_path_factory):
+    tmp_path = tmp_path_factory.mktemp("report")
     chart = Chart("t", ["a", "b"], "ms", [Series("here", [1.0, 2.0])], bars=True, caption="c")
     parts = [Row([chart] * 2, wide=True), WIDE, Heading("Parts"), Row([NARROW] * 3, wide=True)]
     made = Made("a command", datetime(2026, 11, 21, tzinfo=UTC), {"cores": 2})

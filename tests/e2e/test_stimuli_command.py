@@ -47,7 +47,9 @@ def test_a_series_comes_out_whole(cli, portrait, points, tmp_path):
     assert (code, err) == (0, "")
     names = [f"small_{dose}" for dose in ("-05.00", "+00.00", "+05.00")]
     every = [f"{name}{end}" for name in names for end in (".png", ".tem", "-face1.tfm")]
-    assert {p.name for p in out.iterdir()} == {*every, "measures.csv", "contact.png"}
+    assert {p.name for p in out.iterdir()} == {
+        *every, "measures.csv", "measures-codebook.csv", "contact.png",
+    }  # fmt: skip
     assert "small_-05.00.png" in said
     ((_, still),) = interchange.read_all(out / "small_+00.00.tem")
     ((_, given),) = interchange.read_all(points / "small.tem")

@@ -18,7 +18,7 @@ from . import glyphs
 from .background import BentLines, People
 from .lattice import Displacement, DomainRegions, Folds, LatticeLines
 from .maps import HeatMap, JacobianMap
-from .marks import Centre, Landmarks, Targets
+from .marks import Centre, Landmarks, LensStretch, Targets
 from .overlay import Overlay, Place
 from .protection import Protected
 
@@ -92,7 +92,7 @@ LISTED: Final[tuple[type[Overlay], ...]] = (
     *(Landmarks, Targets, Centre),
     *(Displacement, LatticeLines, DomainRegions, Folds),
     *(HeatMap, JacobianMap),
-    *(BentLines, People, Protected, Legend),
+    *(BentLines, People, LensStretch, Protected, Legend),
 )
 
 

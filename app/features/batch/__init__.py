@@ -21,6 +21,7 @@ from ..feature import Context, Feature
 from ..files.options import SaveOptions, words
 from ..landmarks import LandmarkSources
 from ..strip import Strip
+from ..strip.facts import Mark
 from .dialog import BatchDialog
 from .order import BatchProgress, Order, carry_out
 
@@ -48,7 +49,7 @@ class Batch(Feature):
             "batch", tr("&Batch…"), "Ctrl+B", tr("The same settings for many photos"), self.show
         )
 
-        strip.panel.addAction(
+        strip.film.addAction(
             self.add_action(
                 "batch-chosen",
                 tr("Batch &these…"),
@@ -133,11 +134,15 @@ class Batch(Feature):
         self._progress.counts[outcome.status] += 1
         if outcome.status in ("failed", "no face", "result"):
             self.dialog.show_bad(outcome)
-        self._strip.look_again(Path(outcome.source), failed=outcome.status in ("failed", "no face"))
+        undone = outcome.status in ("failed", "no face")
+        told: Mark = "doubtful" if outcome.doubtful else "failed" if undone else ""
+        self._strip.look_again(Path(outcome.source), told)
         self._advance()
 
     def _advance(self) -> None:
         self.dialog.show_progress(self._progress, stopping=self._enough.is_set())
+        n, total = self._progress.finished, self._progress.total
+        self._strip.panel.show_running(tr("{n} of {total}", n=n, total=total), self._enough.set)
         if not self.dialog.isVisible():
             self.working.emit(tr("Batch: {how_far}", how_far=self._progress.line))
 
@@ -152,6 +157,7 @@ class Batch(Feature):
         self._go_on()
 
     def _go_on(self) -> None:
+        self._strip.panel.show_running("")
         then, self._then = self._then, None
         if then is not None:
             then()

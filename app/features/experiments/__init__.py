@@ -10,17 +10,20 @@ from typing import Final
 
 from PySide6.QtCore import QUrl, Signal
 from PySide6.QtGui import QAction, QDesktopServices
+from PySide6.QtWidgets import QLineEdit
 
 from kogao_core.base import atomic
 from kogao_core.faces.landmarks import source
+from kogao_core.lab.stimuli import doses, files_of
 from kogao_core.lab.subjects import Progress, Subject
 
 from ...i18n import sentence, tr, unwritten
-from ...widgets.dialogs import ask_path
+from ...widgets.controls import named, row_of
+from ...widgets.dialogs import PathLine, ask_path
 from ..feature import Context, Feature
 from ..landmarks import LandmarkSources
-from .dialog import ExperimentDialog, Findings
-from .measure import ExperimentTask, brought, measured
+from .dialog import Asking, ExperimentDialog, Findings
+from .measure import ExperimentTask, brought, dosed, measured
 
 TRIALS: Final = "trials.jsonl"
 _NUMBERS: Final = (1, 2, 3, 4, 6)  # of their keys: 5 is the timing session's
@@ -55,13 +58,19 @@ class Experiments(Feature):
             tr("Bring a folder of one person's photos to one result, each by its own amount"),
             self._ask_folder,
         )
+        self.add_action(
+            "experiment-stimuli",
+            tr("&Faces at several doses…"),
+            "Ctrl+Alt+8",
+            tr("This photo's faces smaller and larger, a picture for each dose, with measures"),
+            self._ask_doses,
+        )
 
     def start(self, name: str) -> None:
         """Run an experiment on the photo's faces that are on."""
         subject = self._subject()
         if subject is None:
-            text = tr("An experiment needs a photo with a face that is on.")
-            self.say(text, applies=lambda: self._subject() is None)
+            self._say_what_it_takes()
             return
         recipe, wanted = self.document.state.recipe, self._landmarks.wanted
         task = ExperimentTask(subject, recipe, lambda: source(wanted), self._trials)
@@ -75,6 +84,28 @@ class Experiments(Feature):
         recipe, wanted = self.document.state.recipe, self._landmarks.wanted
         work = partial(brought, folder, recipe, lambda: source(wanted))
         self._run(tr("One person, one result"), work)
+
+    def _ask_doses(self) -> None:
+        if self._subject() is None:
+            self._say_what_it_takes()
+        else:
+            DosesDialog(self).open()
+
+    def make_doses(self, percents: tuple[float, ...], folder: Path) -> str:
+        """Make the photo's faces at several doses; return why not, or nothing where it begins."""
+        photo, state = self.document.photo, self.document.state
+        if photo is None or not state.active:
+            return tr("An experiment needs a photo with a face that is on.")
+        there = [file for file in files_of(photo.path, percents, folder) if file.exists()]
+        if there:
+            return tr("{name} is in that folder already; choose another.", name=there[0].name)
+        work = partial(dosed, photo, tuple(state.active), state.recipe, percents, folder)
+        self._run(tr("Faces at several doses"), work)
+        return ""
+
+    def _say_what_it_takes(self) -> None:
+        text = tr("An experiment needs a photo with a face that is on.")
+        self.say(text, applies=lambda: self._subject() is None)
 
     def _subject(self) -> Subject | None:
         photo, state, path = self.document.photo, self.document.state, self.document.path
@@ -139,6 +170,34 @@ class Experiments(Feature):
             endings=[f".{kind}" for kind in kinds],
             at=Path.home() / f"{findings.name}.html",
         )
+
+
+class DosesDialog(Asking):
+    """Asks which doses, and where the pictures go."""
+
+    def __init__(self, experiments: Experiments) -> None:
+        self._experiments = experiments
+        photo = experiments.document.path
+        self.doses = QLineEdit("-8, -4, 0, 4, 8")
+        near = "" if photo is None else str(photo.with_name(f"{photo.stem}-doses"))
+        self.folder = PathLine(tr("Folder for the pictures"), near, kind="folder")
+        how = tr(
+            "A picture of this photo for each dose, in % of D; below 0 faces get larger. Besides "
+            "the pictures the folder gets their points, a table of measures and a contact sheet."
+        )
+        line = row_of(named(tr("&Doses"), self.doses), self.doses)
+        controls = line, self.folder
+        title = tr("Faces at several doses")
+        super().__init__(title, experiments.window, how, controls, self._begun)
+
+    def _begun(self) -> str:
+        if not self.folder.path:
+            return tr("Choose a folder for the pictures.")
+        try:
+            percents = doses(self.doses.text())
+        except ValueError as problem:
+            return sentence(problem)
+        return self._experiments.make_doses(percents, Path(self.folder.path))
 
 
 def _saved(dialog: ExperimentDialog, findings: Findings, file: Path) -> bool:

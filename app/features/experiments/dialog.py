@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
@@ -11,6 +12,7 @@ from PySide6.QtWidgets import (
     QGridLayout,
     QHeaderView,
     QLabel,
+    QLayout,
     QProgressBar,
     QScrollArea,
     QTableWidget,
@@ -32,6 +34,7 @@ if TYPE_CHECKING:
 _SIZE_PX: Final = (900, 680)
 _PICTURE_PX: Final = 260
 _COLUMNS: Final = 3
+_ASKING_PX: Final = (520, 320)
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,6 +128,34 @@ class ExperimentDialog(Dialog):
             label.setPixmap(scaled(pixels, _PICTURE_PX, self.devicePixelRatioF()))
             self._gallery.addWidget(muted_label(caption, wraps=True), 2 * row, column)
             self._gallery.addWidget(label, 2 * row + 1, column)
+
+
+class Asking(Dialog):
+    """Asks for what a run takes; `begin` runs it, or returns in a sentence why it can't."""
+
+    def __init__(
+        self,
+        title: str,
+        parent: QWidget,
+        how: str,
+        controls: Sequence[QWidget | QLayout],
+        begin: Callable[[], str],
+    ) -> None:
+        super().__init__(title, parent, _ASKING_PX)
+        self._begin = begin
+        self.wrong = muted_label("", wraps=True)
+        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Cancel)
+        self.start = buttons.addButton(tr("&Begin"), QDialogButtonBox.ButtonRole.AcceptRole)
+        buttons.accepted.connect(self._start)
+        buttons.rejected.connect(self.reject)
+        content = heading(title), muted_label(how, wraps=True), *controls, self.wrong, None, buttons
+        column_of(self, *content, margin=4 * GRID_PX, spacing=3 * GRID_PX)
+
+    def _start(self) -> None:
+        why = self._begin()
+        self.wrong.setText(why)
+        if not why:
+            self.accept()
 
 
 def _scrolled(page: QVBoxLayout) -> QScrollArea:

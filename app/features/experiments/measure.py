@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Final
 
-from kogao_core.base.display import reduced
+from kogao_core.base.display import reduced, rgb8
 from kogao_core.base.geometry import Image
-from kogao_core.faces.face import LandmarkSource
-from kogao_core.lab import series
+from kogao_core.faces.face import Face, LandmarkSource
+from kogao_core.lab import series, stimuli
 from kogao_core.lab.experiments import (
     distortion,
     distortion_report,
@@ -26,7 +26,7 @@ from kogao_core.lab.methods import comparing, methods_report
 from kogao_core.lab.reports.page import files
 from kogao_core.lab.reports.report import Made, Report, translated_report
 from kogao_core.lab.subjects import Progress, Subject
-from kogao_core.photo import READABLE
+from kogao_core.photo import READABLE, Photo
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.recipe.settings import DOMAINS
 
@@ -81,6 +81,24 @@ def brought(
         photos, folder / ONE_RESULT, recipe, source(), progress=progress
     )
     return _told("series", folder.name, _Found(series.report(made, recipe), left_out))
+
+
+def dosed(
+    photo: Photo,
+    faces: Sequence[Face],
+    recipe: Recipe,
+    percents: tuple[float, ...],
+    folder: Path,
+    progress: Progress,
+) -> Findings:
+    """Make a photo's faces at several doses, alike and without targets of their own."""
+    alike = tuple(replace(face, recipe=None, targets=None) for face in faces)
+    wanted = stimuli.Wanted(percents, recipe)
+    row = stimuli.written(stimuli.Posed(photo, alike), wanted, folder, progress=progress)
+    stimuli.finish([row], folder)
+    seen = [(f"{one.percent:+g} %", rgb8(one.pixels)) for one in row]
+    found = _Found(stimuli.report([row], recipe), pictures={tr("Pictures"): seen})
+    return _told("stimuli", photo.path.name, found)
 
 
 def _timing(task: ExperimentTask, progress: Progress) -> _Found:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from PySide6.QtWidgets import QDialogButtonBox, QLineEdit
+from PySide6.QtWidgets import QLineEdit
 
 from kogao_core.base.wording import system_reason
 from kogao_core.faces.face import Face
@@ -19,16 +19,8 @@ from kogao_core.lab.subjects import set_by_hand
 from kogao_core.photo import READABLE
 
 from ...i18n import tr
-from ...theme import GRID_PX
-from ...widgets.controls import (
-    WholeNumber,
-    column_of,
-    heading,
-    muted_label,
-    named,
-    row_of,
-)
-from ...widgets.dialogs import Dialog, PathLine
+from ...widgets.controls import WholeNumber, named, row_of
+from ...widgets.dialogs import PathLine
 from ...widgets.messages import BarAction
 from ..faces import Faces
 from ..feature import Context, Feature
@@ -36,10 +28,10 @@ from ..files import Files
 from ..files.saver import Saver
 from ..manual import Manual
 from . import TRIALS, Experiments
+from .dialog import Asking
 
 _PRACTICE: Final = 1
 _MOST_PRACTICE: Final = 20
-_WIDTH_PX, _HEIGHT_PX = 520, 320
 
 
 @dataclass(frozen=True)
@@ -200,41 +192,26 @@ class TimingSession(Feature):
         trials.append(self._file, trial)
 
 
-class SessionDialog(Dialog):
+class SessionDialog(Asking):
     """Asks who sets, which photos, and how many are for practice."""
 
     def __init__(self, session: TimingSession) -> None:
-        super().__init__(tr("Timing session"), session.window, (_WIDTH_PX, _HEIGHT_PX))
         self._session = session
         self.person = QLineEdit()
         self.folder = PathLine(tr("Folder of photos"), "", kind="folder")
         self.practice = WholeNumber(0, _MOST_PRACTICE, _PRACTICE)
-        self.wrong = muted_label("", wraps=True)
-        how = muted_label(
-            tr(
-                "Each photo is shown in random order. Set all its points by hand; the clock runs "
-                "from the moment you see it until you apply. The machine finds its own meanwhile."
-            ),
-            wraps=True,
-        )
-        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Cancel)
-        self.start = buttons.addButton(tr("&Begin"), QDialogButtonBox.ButtonRole.AcceptRole)
-        buttons.accepted.connect(self._begin)
-        buttons.rejected.connect(self.reject)
         who = row_of(named(tr("Person, a &code"), self.person), self.person)
         practice = row_of(named(tr("P&ractice photos"), self.practice), self.practice, None)
-        column_of(
-            self, heading(tr("Timing session")), how, who, self.folder, practice, self.wrong, None,
-            buttons, margin=4 * GRID_PX, spacing=3 * GRID_PX,
-        )  # fmt: skip
+        how = tr(
+            "Each photo is shown in random order. Set all its points by hand; the clock runs "
+            "from the moment you see it until you apply. The machine finds its own meanwhile."
+        )
+        controls = who, self.folder, practice
+        super().__init__(tr("Timing session"), session.window, how, controls, self._begun)
 
-    def _begin(self) -> None:
+    def _begun(self) -> str:
         folder = Path(self.folder.path)
         person = self.person.text().strip()
         if not person or not self.folder.path or not folder.is_dir():
-            self.wrong.setText(tr("Say who sets the points, and choose a folder that exists."))
-            return
-        why = self._session.begin(person, folder, self.practice.value())
-        self.wrong.setText(why)
-        if not why:
-            self.accept()
+            return tr("Say who sets the points, and choose a folder that exists.")
+        return self._session.begin(person, folder, self.practice.value())

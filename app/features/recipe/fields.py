@@ -298,7 +298,8 @@ class LensChoice(QWidget):
         self.focal.setKeyboardTracking(False)
         self.focal.setAccessibleName(tr("Focal length, as 35-mm film would need it"))
         for control in (self.switch, self.focal):
-            control.setToolTip(tip("lens"))
+            flat = tr("Faces on screens and posters lie flat and aren't stretched: switch them off")
+            control.setToolTip(f"{tip('lens')}\n{flat}")
         self.switch.toggled.connect(lambda on: self.chosen.emit("auto" if on else "off"))
         self.focal.valueChanged.connect(
             lambda mm: self.chosen.emit("auto" if mm == self.focal.minimum() else float(mm))
@@ -318,7 +319,7 @@ class LensChoice(QWidget):
             number = self.focal.minimum() if isinstance(lens, str) else round(lens)
             self.focal.setValue(number)
         self.focal.setVisible(lens != "off")
-        focal = optics.focal_mm if isinstance(lens, str) else lens
+        focal = state.focal_mm
         faces = state.faces if chosen is None else state.faces[chosen : chosen + 1]
         most = max((stretch_percent(f, focal, state.image) for f in faces if focal), default=0.0)
         self.note.setText(_stretched(len(faces), focal, most) if focal else sentence(optics.why))

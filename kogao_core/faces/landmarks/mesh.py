@@ -40,6 +40,10 @@ LEAST_IN_COMPANY: Final = 0.3
 
 _SURFACE: Final = 468  # the last ten points are the irises
 _CROP: Final = 1.5  # side of the crop, in sides of the face
+# Whose features, enlarged so often, lie within so many half sides of a face's box may be taken for
+# its own; heads that touch are 0.4 to 1 apart.
+_AROUND_FEATURES: Final = 1.3
+_BESIDE: Final = 1.2
 # In outer inter-ocular distances. Two passes of a real face differ by 0.01 (95 % below 0.03), those
 # of a pattern that the detector mistakes for a face by 0.05 to 1.
 _DIFFER: Final = 0.1
@@ -109,6 +113,25 @@ class MeshNetwork:
         points, presence = self._points(crop.pixels)
         return _read(crop.to_image(points), presence, mirrored=False), crop
 
+    def settled(self, image: Pyramid, box: Detection) -> tuple[Mesh, Mesh, Mesh] | None:
+        """Return the last two passes over a box, and the last one's mirror image.
+
+        Each is cropped by the one before; None when one collapses or sees no face.
+        """
+        last, (mesh, crop) = None, self.look(image, box)
+        for _ in range(_MOST_PASSES - 1):
+            if mesh is None:
+                return None
+            last, (mesh, crop) = mesh, self.look(image, mesh.box)
+            if mesh is None or mesh.presence < _NO_PRESENCE:
+                return None
+            if mesh.differs_from(last) < _SETTLED:
+                break
+        mirrored = self.look_mirrored(crop)
+        if last is None or mesh is None or mirrored is None:
+            return None
+        return last, mesh, mirrored
+
     def look_mirrored(self, crop: MeshInput) -> Mesh | None:
         """Return what the network makes of a crop's mirror image, on the image as it is."""
         points, presence = self._points(crop.pixels[:, ::-1])
@@ -149,6 +172,27 @@ def _box(points: Array, across: Array) -> Detection:
     return Detection(
         upright.inverse((low + high) / 2.0), float((high - low).max()), degrees, score=1.0
     )
+
+
+def box_of(face: Face) -> Detection:
+    """Return about the square that the mesh of a face fills."""
+    across = face.eyes[3] - face.eyes[0]
+    rim = face.outline if face.forehead is None else np.vstack([face.outline, face.forehead])
+    return _box(rim, across)
+
+
+def _features(face: Face) -> Array:
+    """Return a polygon around eyes and mouth, px."""
+    corners = np.vstack([face.eyes, face.mouth])
+    grown = face.middle + _AROUND_FEATURES * (corners - face.middle)
+    return np.asarray(cv2.convexHull(grown.astype(np.float32))[:, 0], np.float64)
+
+
+def _beside(points: Array, box: Detection) -> bool:
+    """Tell whether any of the points lies in the box of a face or close to it."""
+    upright = Affine.similarity(1.0, -box.degrees, (0.0, 0.0))
+    apart = np.abs(upright(points - box.center_px)).max(axis=1)
+    return bool(apart.min() < _BESIDE * box.side_px / 2.0)
 
 
 class MeshSource:
@@ -220,7 +264,20 @@ class MeshSource:
                 faces = search.cut_faces(
                     image, self._detector, lambda box: self._fit(image, box, LEAST_SCORE), on_face
                 )
+            faces = self._told_apart(image, faces)
         return in_reading_order(faces)
+
+    def _told_apart(self, image: Pyramid, faces: list[Face]) -> list[Face]:
+        """Return the faces, those that touch others fitted again without these ones' features."""
+        boxes, features = [box_of(face) for face in faces], [_features(face) for face in faces]
+        result = []
+        for face, box in zip(faces, boxes, strict=True):
+            others = [part for one, part in zip(faces, features, strict=True) if one is not face]
+            near = [part for part in others if _beside(part, box)]
+            fitted = self._fit_in(image.covered(near), box, LEAST_IN_COMPANY) if near else None
+            alone = face if fitted is None else replace(fitted.face, score=face.score)
+            result.append(alone)
+        return result
 
     def _fit(self, image: Pyramid, proposal: Detection, least: float) -> search.Fitted | None:
         """Return the face at a proposal, or None when a closer look doesn't bear it out."""
@@ -245,18 +302,10 @@ class MeshSource:
         return over if self._detector.sight(image, over, WIDE) > _UPSIDE_DOWN else None
 
     def _fit_in(self, image: Pyramid, box: Detection, least: float) -> search.Fitted | None:
-        last, (mesh, crop) = None, self._network.look(image, box)
-        for _ in range(_MOST_PASSES - 1):
-            if mesh is None:
-                return None
-            last, (mesh, crop) = mesh, self._network.look(image, mesh.box)
-            if mesh is None or mesh.presence < _NO_PRESENCE:
-                return None
-            if mesh.differs_from(last) < _SETTLED:
-                break
-        mirrored = self._network.look_mirrored(crop)
-        if last is None or mesh is None or mirrored is None:
+        passes = self._network.settled(image, box)
+        if passes is None:
             return None
+        last, mesh, mirrored = passes
         trust = _trust(last, mesh, mirrored)
         if trust < least:
             return None

@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import math
 import threading
+from collections.abc import Sequence
 from functools import cached_property
 from typing import Any, Final
 
@@ -13,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kogao_core.base.display import Rgb8, rgb8
-from kogao_core.base.geometry import Affine, Box, Image
+from kogao_core.base.geometry import Affine, Array, Box, Image
 from kogao_core.base.threads import default_threads, share_out
 
 _ROWS: Final = 64  # halved at a time: what they are made of stays within the processor's cache
@@ -34,6 +35,7 @@ class Pyramid:
         rgb8(image[:1] if image.ndim else image)  # says so where it isn't an image
         self.image = image
         self._mirrored = False
+        self._covered: Sequence[Array] = ()
         self._halved: list[Rgb8] = []
         self._lock = threading.Lock()
 
@@ -46,6 +48,12 @@ class Pyramid:
         """Return the same image, sampled as if it went on beyond its edges as in a mirror."""
         result = copy.copy(self)
         result._mirrored = True
+        return result
+
+    def covered(self, parts: Sequence[Array]) -> Pyramid:
+        """Return the same image with the insides of convex polygons, (N, 2) px each, made even."""
+        result = copy.copy(self)
+        result._covered = parts
         return result
 
     @cached_property
@@ -93,7 +101,12 @@ class Pyramid:
         picture = _warped(level, to_level, dense * size_px, border)
         if dense == 2:
             picture = cv2.resize(picture, (size_px, size_px), interpolation=cv2.INTER_AREA)
-        return np.asarray(picture, np.uint8)
+        picture = np.asarray(picture, np.uint8)
+        for part in self._covered:
+            inside = np.zeros(picture.shape[:2], np.uint8)
+            cv2.fillConvexPoly(inside, np.round(to_image.inverse(part)).astype(np.int32), 1)
+            picture[inside > 0] = np.round(cv2.mean(picture, inside)[:3])
+        return picture
 
 
 def planes(picture: Rgb8) -> npt.NDArray[np.float32]:

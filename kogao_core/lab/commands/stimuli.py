@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-import csv
-import dataclasses
-import io
 from collections.abc import Sequence
 from pathlib import Path
 
 import click
 
-from kogao_core.base.atomic import put
 from kogao_core.base.language import Text, tr
 from kogao_core.base.wording import shown
 from kogao_core.cli import common, ending, options, reading, words
@@ -19,25 +15,18 @@ from kogao_core.lab.stimuli import (
     Posed,
     Stimulus,
     Wanted,
-    png_names,
-    png_of,
-    sheet,
-    stimuli,
+    doses,
+    files_of,
+    finish,
+    written,
 )
-from kogao_core.projects import interchange
-from kogao_core.recipe.settings import SETTINGS
 
 
 def _percents(_: click.Context, __: click.Parameter, value: str) -> tuple[float, ...]:
     try:
-        percents = tuple(float(part) for part in value.split(","))
-        for percent in percents:
-            SETTINGS["percent"].check(percent)
-    except ValueError:
-        raise words.bad_value(
-            Text("{value} must be doses within -15..15, such as -8,-4,0,4,8.", value=shown(value))
-        ) from None
-    return tuple(dict.fromkeys(percents))
+        return doses(value)
+    except ValueError as error:
+        raise words.bad_value(error.args[0]) from None
 
 
 def _size(_: click.Context, __: click.Parameter, value: str | None) -> tuple[int, int] | None:
@@ -104,35 +93,28 @@ def command(
     recipe = options.recipe_of(recipe_file, {}, STIMULI)
     wanted = Wanted(percents, recipe, size, mask, exports)  # type: ignore[arg-type]  # click's
     photos = reading.input_paths(inputs, sample)
-    names = [name for photo in photos for name in png_names(photo, percents)]
-    if len(set(names)) < len(names):
-        twice = next(name for name in names if names.count(name) > 1)
+    stems = [photo.stem for photo in photos]
+    if len(set(stems)) < len(stems):
+        twice = next(stem for stem in stems if stems.count(stem) > 1)
         raise ending.Stop(
-            Text("several photos would be written to {twice}; give those their own folder",
-                 twice=folder / twice), ending.USAGE,
-        )  # fmt: skip
-    for name in (*names, "measures.csv", "contact.png"):
-        common.check_free(folder / name, force)
-    records: list[dict[str, object]] = []
+            Text("several photos are called {twice}; give those their own folder", twice=twice),
+            ending.USAGE,
+        )
+    for photo in photos:
+        for file in files_of(photo, percents, folder):
+            common.check_free(file, force)
     rows: list[list[Stimulus]] = []
 
     def make(path: Path) -> None:
         posed = _posed(path, landmarks, max_megapixels, which)
-        row = []
         with ending.writing(folder):
-            folder.mkdir(parents=True, exist_ok=True)
-            for one in stimuli(posed, wanted):
-                _write(one, folder, form, posed.photo.icc_profile)
-                records.extend(one.records)
-                row.append(dataclasses.replace(one, files={}))
-        rows.append(row)
-        ending.print_text(f"{path}: {', '.join(f'{one.name}.png' for one in row)}")
+            rows.append(written(posed, wanted, folder, form))
+        ending.print_text(f"{path}: {', '.join(f'{one.name}.png' for one in rows[-1])}")
 
     code = common.each(photos, make)
-    if records:
+    if rows:
         with ending.writing(folder):
-            put(_table(records).encode(), folder / "measures.csv")
-            put(sheet(rows), folder / "contact.png")
+            finish(rows, folder)
         ending.print_text(tr("{folder}: measures.csv, contact.png", folder=folder))
     return code
 
@@ -146,19 +128,3 @@ def _posed(path: Path, landmarks: str | None, max_megapixels: float, which: str)
     chosen = reading.selected([face for face, _ in known], which)
     points = tuple(points for face, points in known if any(face is one for one in chosen))
     return Posed(photo, tuple(chosen), points)
-
-
-def _write(one: Stimulus, folder: Path, form: str, icc_profile: bytes | None) -> None:
-    put(png_of(one, icc_profile), folder / f"{one.name}.png")
-    points = one.points or [interchange.TEMPLATES["27"].points(face) for face in one.faces]
-    interchange.write_points(points, folder / f"{one.name}.{form}")
-    for ending_, data in one.files.items():
-        put(data, folder / f"{one.name}{ending_}")
-
-
-def _table(records: Sequence[dict[str, object]]) -> str:
-    out = io.StringIO()
-    writer = csv.DictWriter(out, list(records[0]), lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(records)
-    return out.getvalue()

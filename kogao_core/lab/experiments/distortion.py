@@ -12,7 +12,7 @@ from typing import Final
 import cv2
 import numpy as np
 
-from kogao_core.background.lines import bends, beside, straight_lines
+from kogao_core.background.lines import bends, off_faces, straight_lines
 from kogao_core.base.geometry import Array, Box
 from kogao_core.faces.targets import Pairs
 from kogao_core.lab.study.variants import Variant, variants
@@ -132,7 +132,7 @@ class _LinesOf:
     def __init__(self, subject: Subject) -> None:
         self.ruled = _grid(np.vstack([face.points for face in subject.faces]))
         found = straight_lines(subject.pixels)
-        self._own = beside(found, [face.points for face in subject.faces])
+        self._own = off_faces(found, [face.points for face in subject.faces])
 
     def near(self, box: Box) -> Array:
         """Return the photo's own lines whose bounding box meets `box`."""

@@ -23,9 +23,9 @@ from kogao_core.lab.subjects import Progress, Subject, no_progress
 from kogao_core.pipeline import Rendering, render
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.warp.field import shown_at
-from kogao_core.warp.lens import focal_px
+from kogao_core.warp.lens import Head, focal_px
 
-Scene = Literal["alone", "cut", "touching"]
+Scene = Literal["alone", "near", "cut", "touching"]
 FRAME: Final = (1800, 1200)  # px: a whole photo of 3 : 2
 FOCALS_MM: Final = (26.0, 35.0)
 SHARES: Final = (0.4, 0.6, 0.85)  # of the half width, from the middle to the face
@@ -149,6 +149,12 @@ class _Place:
         outline, eyes, mouth = map(self._through, (truth.outline, truth.eyes, truth.mouth))
         return Face(outline, eyes, mouth)
 
+    @property
+    def has_room(self) -> bool:
+        """Whether all of the head, with its hair, lies in the photo."""
+        head = Head(self.face, self.focal_px, Box(0, 0, *FRAME))
+        return head.room_px >= head.radius_px
+
     def _through(self, points: Array) -> Array:
         seen = np.column_stack([points, np.ones(len(points))]) @ self.homography.T
         return np.asarray(seen[:, :2] / seen[:, 2:])
@@ -171,7 +177,8 @@ def _places(truth: Face) -> Iterator[_Place]:
     for focal_mm in FOCALS_MM:
         for size in SIZES:
             for share in SHARES:
-                yield _Place(truth, "alone", focal_mm, share, size)
+                place = _Place(truth, "alone", focal_mm, share, size)
+                yield place if place.has_room else dataclasses.replace(place, scene="near")
             yield _Place(truth, "cut", focal_mm, _CUT, size)
             yield _Place(truth, "touching", focal_mm, SHARES[-1], size)
 
@@ -189,7 +196,7 @@ def _measured(
     before, after = place.face.points, shown_at(made.field, place.face.points)
     seen = _inside(before)
     found, bent, dragged = None, None, None
-    if place.scene == "alone":
+    if place.scene in ("alone", "near"):
         if place.size == SIZES[-1]:
             found = _by_found(subject, truth, place, source, recipe)
         bent, dragged = _beside(blank, place, recipe)

@@ -22,6 +22,7 @@ from kogao_core.lab.reports.report import (
 
 _SCENES: Final[dict[Scene, Text]] = {
     "alone": Text("with room"),
+    "near": Text("its hair at the edge"),
     "cut": Text("cut by the edge"),
     "touching": Text("one of three that touch"),
 }

@@ -25,12 +25,6 @@ _ABOUT: Final = f"{xmp.RDF} about"
 _SOURCE_TYPE: Final = f"{_IPTC} DigitalSourceType"
 _HISTORY: Final = (*xmp.DESCRIPTION, f"{_MEDIA} History")
 _HISTORY_LIST: Final = (*_HISTORY, f"{xmp.RDF} Seq")
-_NO_PACKET: Final = (
-    '<?xpacket begin="\ufeff" id="W5M0MpCehiHzreSzNTczkc9d"?>\n'
-    '<x:xmpmeta xmlns:x="adobe:ns:meta/">\n'
-    f'<rdf:RDF xmlns:rdf="{xmp.RDF}">\n</rdf:RDF>\n</x:xmpmeta>\n'
-    '<?xpacket end="w"?>'
-).encode()
 
 
 def added(packet: bytes | None, what: str, when: datetime) -> bytes:
@@ -39,7 +33,7 @@ def added(packet: bytes | None, what: str, when: datetime) -> bytes:
     The IPTC digital source type becomes "human edits" where there is none, or that of a capture.
     Raises CannotDisclose.
     """
-    packet = (packet or _NO_PACKET).rstrip(b"\0")
+    packet = (packet or xmp.EMPTY).rstrip(b"\0")
     places = _Places(packet)
     event = _event(what, when)
     edits, new = [], ""
@@ -49,13 +43,13 @@ def added(packet: bytes | None, what: str, when: datetime) -> bytes:
         start, end = places.source_type
         edits.append((start, end, _CAPTURE.sub(_EDITED.encode(), packet[start:end])))
     if places.sequence is not None:
-        edits.append(_appended(packet, places.sequence, event))
+        edits.append(xmp.appended(packet, places.sequence, event))
     elif places.has_history:
         _refuse(Text("its history is of an unknown form"))
     else:
         new += f"<xmpMM:History><rdf:Seq>{event}</rdf:Seq></xmpMM:History>"
     if new:
-        edits.append(_appended(packet, places.top, _description(places.about, new)))
+        edits.append(xmp.appended(packet, places.top, _description(places.about, new)))
     for start, end, content in sorted(edits, reverse=True):
         packet = packet[:start] + content + packet[end:]
     return packet
@@ -97,16 +91,6 @@ class _Places(xmp.Walk):
             self.sequence = span
         elif path == (*xmp.DESCRIPTION, _SOURCE_TYPE):
             self.source_type = span
-
-
-def _appended(packet: bytes, span: xmp.Span, content: str) -> tuple[int, int, bytes]:
-    """Return where to put what, for an element to have more content at its end."""
-    start, end = span
-    if xmp.tag_end(packet, start) < end:
-        at = packet.rindex(b"</", start, end)
-        return at, at, content.encode()
-    name = xmp.tag_name(packet, start)
-    return end - 2, end, b">" + content.encode() + b"</" + name + b">"
 
 
 def _description(about: str, content: str) -> str:

@@ -20,7 +20,7 @@ from kogao_core.base.atomic import Pieces
 from kogao_core.base.geometry import Box, Image
 from kogao_core.base.stderr import hushed
 from kogao_core.photo.formats.turning import as_stored, turn_upright
-from kogao_core.photo.jpeg import segments
+from kogao_core.photo.jpeg import decoding, segments
 from kogao_core.photo.jpeg.blocks import CannotKeepBlocks, keep_blocks
 from kogao_core.photo.metadata import container, contents, kinds
 from kogao_core.photo.model import Companion, Photo, is_same
@@ -73,7 +73,7 @@ def accompanied(photo: Photo, move: Move, *, film: bool = False) -> Photo:
             before = _decoded(extra.data)
             if before is not None:
                 after = move(turn_upright(before, photo.orientation))
-                found.append(Companion(kinds.GAIN_MAP, extra.data, after))
+                found.append(Companion(kinds.GAIN_MAP, extra.data, after, before))
     one_each = {one.kind: one for one in reversed(found)}
     return dataclasses.replace(photo, companions=tuple(reversed(one_each.values())))
 
@@ -104,7 +104,8 @@ def _decoded(data: bytes) -> Image | None:
     """Return a gain map's pixels as stored: uint8 (H, W) or (H, W, 3); None where it is damaged."""
     try:
         with hushed(), Pillow.open(io.BytesIO(data), formats=["JPEG"]) as image:
-            return np.array(image)
+            quick = decoding.pixels(data, image.size, image.mode)
+            return np.array(image) if quick is None else quick
     except Exception:  # as above
         return None
 
@@ -112,18 +113,17 @@ def _decoded(data: bytes) -> Image | None:
 def settled(photo: Photo, folder: Path) -> Photo:
     """Return a photo whose companions are the files to write."""
     done = (
-        Companion(one.kind, _encoded(one.data, one.pixels, photo.orientation, folder))
-        for one in photo.companions
+        Companion(one.kind, _encoded(one, photo.orientation, folder)) for one in photo.companions
     )
     return dataclasses.replace(photo, companions=tuple(done))
 
 
-def _encoded(data: bytes, pixels: Image | None, orientation: int, folder: Path) -> bytes:
+def _encoded(one: Companion, orientation: int, folder: Path) -> bytes:
     """Return a gain map with other pixels: headers and unchanged blocks are its own."""
-    before = None if pixels is None else _decoded(data)
-    if before is None or pixels is None:
+    data, before = one.data, one.before
+    if before is None or one.pixels is None:
         return data
-    after = np.ascontiguousarray(as_stored(pixels, orientation))
+    after = np.ascontiguousarray(as_stored(one.pixels, orientation))
     if is_same(before, after):
         return data
     with Pillow.open(io.BytesIO(data), formats=["JPEG"]) as image:

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import IO, Final
 
+import numpy as np
 from PIL import ImageCms
 
 from kogao_core.base.installed import adding
@@ -60,6 +61,8 @@ def _decode(source: Source) -> Photo:
                 path=path,
             )
         ) from None
+    if pixels.shape[2] == 1:  # of a camera without colours: as the profile has them
+        pixels = np.repeat(pixels, 3, axis=2)
     profile = ImageCms.ImageCmsProfile(ImageCms.createProfile("sRGB")).tobytes()
     note = Text("developed to {bits} bits with the camera's white balance", bits=source.bits)
     photo = Photo(pixels, path, "RAW", icc_profile=profile)

@@ -11,6 +11,7 @@ from typing import Final
 
 import numpy as np
 import numpy.typing as npt
+from PIL import Image as Pillow
 
 from kogao_core.base.atomic import aside
 from kogao_core.base.geometry import Box, Image
@@ -18,9 +19,10 @@ from kogao_core.base.language import Text
 from kogao_core.base.stderr import hushed
 from kogao_core.photo.jpeg import coefficients
 from kogao_core.photo.jpeg.coefficients import Coefficients, UnreadableCoefficients
-from kogao_core.photo.jpeg.segments import APP_OR_COMMENT, START_OF_SCAN, segments
+from kogao_core.photo.jpeg.segments import APP_OR_COMMENT, START_OF_SCAN, segment, segments
 
 _WORD: Final = 8  # pixels' values that are looked at together
+_ADOBE_RGB: Final = segment(0xEE, b"Adobe\0\x64" + bytes(5))  # version 100, no transform
 _SEQUENTIAL_FRAMES: Final = (0xC0, 0xC1)  # baseline; extended, for 16-bit tables
 
 Mask = npt.NDArray[np.bool_]
@@ -60,12 +62,15 @@ def keep_blocks(
             raise CannotKeepBlocks(Text("its size has changed"))
         changed = _changed_units(before, after, whole.frame.unit_px)
         units = _around(changed)
-        encoded = encode(_pixels(units, whole))
+        box = _pixels(units, whole)
+        encoded = encode(box)
         part = _read(encoded, place / "part")
-        _check_alike(whole, part)
+        if not _are_alike(whole, part):
+            part = _by_component(after[box.slices], whole, place / "part")
         _put(part, whole, units, changed)
         merged = dataclasses.replace(whole, tables=part.tables, numbers=part.numbers)
-        data = _with_headers_of(encoded, coefficients.write(merged, place))
+        is_rgb = whole.frame.colours == coefficients.RGB
+        data = _with_headers_of(encoded, coefficients.write(merged, place), is_rgb=is_rgb)
     return Kept(data, 1.0 - float(changed.mean()), tuple(complaints))
 
 
@@ -97,13 +102,30 @@ def _pixels(units: Box, whole: Coefficients) -> Box:
     ).clipped(image)
 
 
-def _check_alike(whole: Coefficients, part: Coefficients) -> None:
-    if whole.frame.colours != part.frame.colours:
-        raise CannotKeepBlocks(Text("its colours are coded in another way"))
-    if whole.frame.factors != part.frame.factors:
-        raise CannotKeepBlocks(Text("its chroma is subsampled in a rare way"))
-    if not np.array_equal(whole.used, part.used):
-        raise CannotKeepBlocks(Text("its quantisation tables can't be written again"))
+def _are_alike(whole: Coefficients, part: Coefficients) -> bool:
+    same = whole.frame.colours == part.frame.colours, whole.frame.factors == part.frame.factors
+    return all(same) and np.array_equal(whole.used, part.used)
+
+
+def _by_component(pixels: Image, whole: Coefficients, copy: Path) -> Coefficients:
+    """Return the coefficients of pixels as the whole's are: by a grey file for each component."""
+    is_ycc = whole.frame.colours == coefficients.YCC
+    seen = Pillow.fromarray(np.ascontiguousarray(pixels)).convert("YCbCr" if is_ycc else "RGB")
+    most = np.max(whole.frame.factors, axis=0)
+    planes: list[coefficients.Plane] = []
+    for channel, factors, table in zip(
+        seen.split(), whole.frame.factors, whole.used.tolist(), strict=True
+    ):
+        down, along = (most // factors).tolist()
+        more = -channel.height % down, -channel.width % along
+        full = np.pad(np.asarray(channel), [(0, one) for one in more], "edge")
+        with io.BytesIO() as out:
+            Pillow.fromarray(full).reduce((along, down)).save(out, "JPEG", qtables=[table])
+            one = _read(out.getvalue(), copy)
+        if one.used.tolist() != [table]:
+            raise CannotKeepBlocks(Text("its quantisation tables can't be written again"))
+        planes += one.planes
+    return dataclasses.replace(whole, planes=tuple(planes))
 
 
 def _changed_units(before: Image, after: Image, unit_px: tuple[int, int]) -> Mask:
@@ -123,24 +145,31 @@ def _changed_units(before: Image, after: Image, unit_px: tuple[int, int]) -> Mas
     return changed
 
 
-def _with_headers_of(headers: bytes, body: bytes) -> bytes:
-    """Return a JPEG's APP and comment segments, followed by all that isn't one of another's."""
+def _with_headers_of(headers: bytes, body: bytes, *, is_rgb: bool) -> bytes:
+    """Return a JPEG's APP and comment segments, followed by all that isn't one of another's.
+
+    That one's components are RGB: by Adobe's segment and their names, as JFIF knows no such files.
+    """
     with io.BytesIO(headers) as mine, io.BytesIO(body) as theirs:
-        kept = [segment for code, segment in segments(mine) if code in APP_OR_COMMENT]
-        rest = [
-            _renumbered(c, segment) for c, segment in segments(theirs) if c not in APP_OR_COMMENT
-        ]
-        return headers[:2] + b"".join([*kept, *rest, _renumbered(START_OF_SCAN, theirs.read())])
+        kept = [one for code, one in segments(mine) if code in APP_OR_COMMENT]
+        rest = [one for code, one in segments(theirs) if code not in APP_OR_COMMENT]
+        scans = theirs.read()
+    if is_rgb:
+        kept = [_ADOBE_RGB, *(one for one in kept if not one[4:].startswith(b"JFIF\0"))]
+    else:
+        rest = [_renumbered(one[1], one) for one in rest]
+        scans = _renumbered(START_OF_SCAN, scans)
+    return headers[:2] + b"".join([*kept, *rest, scans])
 
 
-def _renumbered(code: int, segment: bytes) -> bytes:
+def _renumbered(code: int, body: bytes) -> bytes:
     """Count components from 1, as JFIF demands; jpeglib counts from 0."""
     # Of the count; bytes each.
     starts = {**dict.fromkeys(_SEQUENTIAL_FRAMES, (9, 3)), START_OF_SCAN: (4, 2)}
     if code not in starts:
-        return segment
+        return body
     at, step = starts[code]
-    renumbered = bytearray(segment)
-    for k in range(segment[at]):
+    renumbered = bytearray(body)
+    for k in range(body[at]):
         renumbered[at + 1 + step * k] = k + 1
     return bytes(renumbered)

@@ -384,20 +384,29 @@ def with_metadata(
 
 def entries_of(exif: bytes | None) -> list[tuple[int, Any]] | None:
     """Return the entries that a directory can take from an EXIF block; None where it is damaged."""
-    if exif is None:
-        return None
-    block, directory = Pillow.Exif(), TiffImagePlugin.ImageFileDirectory_v2()
+    found, directory = told_by(exif), TiffImagePlugin.ImageFileDirectory_v2()
     with hushed():  # Pillow warns of what it finds
         try:
-            block.load(exif)
-            density = [(tag, block[tag]) for tag in _DENSITY if tag in block]
-            found = [*_picture_tags(block), *density]
-            for tag, value in found:
+            for tag, value in found or ():
                 directory[tag] = value
             directory.save(io.BytesIO())
         except _DAMAGED:
             return None
     return found
+
+
+def told_by(exif: bytes | None) -> list[tuple[int, Any]] | None:
+    """Return what an EXIF block tells of its picture; None where it is damaged or none."""
+    if exif is None:
+        return None
+    block = Pillow.Exif()
+    with hushed():
+        try:
+            block.load(exif)
+            density = [(tag, block[tag]) for tag in _DENSITY if tag in block]
+            return [*_picture_tags(block), *density]
+        except _DAMAGED:
+            return None
 
 
 def _picture_tags(tags: Pillow.Exif) -> Iterator[tuple[int, Any]]:

@@ -14,6 +14,13 @@ from kogao_core.base.language import Text
 
 RDF: Final = "http://www.w3.org/1999/02/22-rdf-syntax-ns#"
 DESCRIPTION: Final = (f"{RDF} RDF", f"{RDF} Description")
+EMPTY: Final = (
+    '<?xpacket begin="\ufeff" id="W5M0MpCehiHzreSzNTczkc9d"?>\n'
+    '<x:xmpmeta xmlns:x="adobe:ns:meta/">\n'
+    f'<rdf:RDF xmlns:rdf="{RDF}">\n</rdf:RDF>\n</x:xmpmeta>\n'
+    '<?xpacket end="w"?>'
+).encode()
+"""A packet that says nothing."""
 _WRAPPER: Final = "adobe:ns:meta/ xmpmeta"
 # A start tag that expat has found sound, and one of its attributes.
 _TAG: Final = re.compile(rb"""<([^\s/>]+)(?:[^"'>]|"[^"]*"|'[^']*')*>""")
@@ -118,3 +125,13 @@ def replaced(packet: bytes, new: Mapping[Span, bytes]) -> bytes:
             kept += [packet[at:start], content]
             at = end
     return b"".join([*kept, packet[at:]])
+
+
+def appended(packet: bytes, span: Span, content: str) -> tuple[int, int, bytes]:
+    """Return where to put what, for an element to have more content at its end."""
+    start, end = span
+    if tag_end(packet, start) < end:
+        at = packet.rindex(b"</", start, end)
+        return at, at, content.encode()
+    name = tag_name(packet, start)
+    return end - 2, end, b">" + content.encode() + b"</" + name + b">"

@@ -1,0 +1,429 @@
+"""Fills the film strip in a worker, and keeps it up with its folder."""
+
+from __future__ import annotations
+
+import json
+import os
+import uuid
+from collections.abc import Sequence
+from contextlib import suppress
+from functools import partial
+from pathlib import Path
+from typing import Final
+
+from PySide6.QtCore import QFileSystemWatcher, QLockFile, QTimer
+from PySide6.QtGui import QImage
+from PySide6.QtWidgets import QMenu
+
+from kogao_core.base import strict
+from kogao_core.base.atomic import put
+from kogao_core.base.strict import BadFile
+from kogao_core.faces.doubt import doubtful
+from kogao_core.photo import READABLE
+from kogao_core.photo.metadata.glance import MOST_STARS, REJECTED, rate
+from kogao_core.projects.results import Results
+
+from ...i18n import reason, tr, tr_count
+from ...widgets.controls import ChoiceBox
+from ...widgets.dialogs import ask_path
+from ...widgets.docks import Dock
+from ..faces import Faces
+from ..feature import Context, Feature
+from ..files import Files
+from ..projects import Projects
+from ..recovery import locked, modified
+from .facts import THUMBNAIL_PX, Facts, Mark, facts_of, thumbnail
+from .film import StripPanel, labels
+
+_MOST: Final = 2000
+_SETTLE_MS: Final = 300
+_AT_ONCE: Final = 16  # photos that are looked at before the strip shows what they are
+_LEFT: Final = ".strip"  # ends the file of what was on the strip, beside what is recovered
+_LONGEST: Final = 4096
+_MOST_BYTES: Final = _MOST * _LONGEST
+_LABEL_KEYS: Final = ("6", "7", "8", "9", "L")
+
+
+class Strip(Feature):
+    """Lists photos, tells what each is, rates them, and leads from one to the next."""
+
+    name = "strip"
+    # Whether it is there again after a crash; another program's photos aren't.
+    comes_back = True
+
+    def __init__(self, context: Context, files: Files, projects: Projects, faces: Faces) -> None:
+        super().__init__(context)
+        self._files = files
+        self._places: list[Path] = []
+        self._paths: list[Path] | None = None  # none listed yet
+        self._wanted: Path | None = None
+        self._first: Path | None = None
+        self._listing = self.lane(self._fill, self._not_listed)
+        # A photo without a thumbnail keeps its blank place, whatever the reason.
+        self._drawing = self.lane(self._show, lambda _: QTimer.singleShot(0, self._draw))
+        self._looking = self.lane(self._show_facts, lambda _: QTimer.singleShot(0, self._look))
+        self._rating = self.lane(self._rated, self._not_rated)
+        self._undrawn: dict[Path, None] = {}
+        self._to_look: list[Path] = []
+        self._to_rate: list[tuple[Path, int | None, str | None]] = []
+        self._told: dict[Path, Mark] = {}
+        self._watcher = QFileSystemWatcher(self)
+        self._again = QTimer(self, singleShot=True, interval=_SETTLE_MS)
+        self._again.timeout.connect(self._list_again)
+        self._watcher.directoryChanged.connect(lambda _: self._again.start())
+        self._file = self.storage.recovery / f"{uuid.uuid4().hex}{_LEFT}"
+        self._lock: QLockFile | None = None
+        self._noting = self.lane(lambda _: None, lambda _: None)
+        self._resuming = self.lane(self._resume, lambda _: None)
+        self.panel: StripPanel = StripPanel()
+        self.film = self.panel.film
+        self.dock = Dock(tr("Film strip"), scrolls=True)
+        self.film.wanted.connect(self.open)
+        self.window.dropped.connect(self.show_places)
+        self.document.opened.connect(self._follow)
+        files.began.connect(self._pass_over)
+        files.unreadable.connect(self._note_unreadable)
+        projects.kept.connect(self.look_again)
+        files.saved.connect(lambda request: self.look_again(request.photo.path))
+        faces.found.connect(self._note_doubts)
+        self._add_actions()
+        self._enable(False)
+
+    def _add_actions(self) -> None:
+        self.add_action(
+            "folder",
+            tr("Open a &folder…"),
+            "Ctrl+Shift+O",
+            tr("Photos as a film strip"),
+            self._ask_folder,
+        )
+        self.add_action(
+            "next-photo",
+            tr("&Next photo"),
+            "Ctrl+Right",
+            tr("Next on the film strip"),
+            lambda: self.film.step(1),
+        )
+        self.add_action(
+            "previous-photo",
+            tr("Pre&vious photo"),
+            "Ctrl+Left",
+            tr("Previous on the film strip"),
+            lambda: self.film.step(-1),
+        )
+        self.add_action(
+            "strip-shown",
+            tr("Photos sho&wn on the film strip"),
+            "Ctrl+Shift+F",
+            tr("By stars, label, or what was done to them"),
+            lambda: _open(self.panel.choice),
+        )
+        self.add_action(
+            "strip-order",
+            tr("Orde&r of the film strip"),
+            "Ctrl+Shift+D",
+            tr("By name, or by stars"),
+            lambda: _open(self.panel.order),
+        )
+        menu = self.window.menus["stars"] = QMenu(tr("&Stars and labels"), self.window)
+        beside = tr("For the photos chosen on the film strip; written beside them, as .xmp")
+        for stars in range(MOST_STARS + 1):
+            text = tr_count(stars, "&{n} star", "&{n} stars") if stars else tr("N&o stars")
+            act = partial(self._rate, stars=stars)
+            menu.addAction(
+                self.add_action(f"stars-{stars}", text, f"Ctrl+Shift+{stars}", beside, act)
+            )
+        reject = partial(self._rate, stars=REJECTED)
+        menu.addAction(
+            self.add_action("stars-reject", tr("&Reject"), "Ctrl+Shift+X", beside, reject)
+        )
+        menu.addSeparator()
+        for (label, name), key in zip(labels().items(), _LABEL_KEYS, strict=True):
+            text, act = tr("Label: {name}", name=name), partial(self._rate, label=label)
+            menu.addAction(
+                self.add_action(f"label-{label.lower()}", text, f"Ctrl+Shift+{key}", beside, act)
+            )
+        self.film.addActions(menu.actions())
+
+    def _enable(self, filled: bool) -> None:
+        for name in ("next-photo", "previous-photo", "strip-shown", "strip-order"):
+            self.actions[name].setEnabled(filled)
+        for action in self.window.menus["stars"].actions():
+            action.setEnabled(filled)
+
+    @property
+    def busy(self) -> bool:
+        """True while there is something to list, look at, draw or write."""
+        return super().busy or bool(self._to_look or self._undrawn or self._to_rate)
+
+    def stop(self) -> None:
+        """Start nothing more."""
+        super().stop()
+        self._again.stop()
+        self._to_look, self._undrawn = [], {}
+
+    def finish(self) -> None:
+        """Write the stars that still wait; the strip needn't come back."""
+        for path, stars, label in self._to_rate:
+            with suppress(OSError, ValueError):
+                rate(path, stars, label)
+        with suppress(OSError):  # out of reach by now
+            self._file.unlink(missing_ok=True)
+        if self._lock is not None:
+            self._lock.unlock()
+
+    def _ask_folder(self) -> None:
+        title = tr("Open a folder")
+        ask_path(
+            self.window, title, lambda it: self.show_places([it]), "folder", at=self._files.folder
+        )
+
+    def show_places(self, places: list[Path]) -> None:
+        """Open one photo at once; of several or a folder make a film strip, and open the first."""
+        if not places:
+            self.say(tr("That is no file of this computer; save it here, then open it."))
+        elif len(places) == 1 and not os.path.isdir(places[0]):
+            self._files.open(places[0])
+        else:
+            self.show(places)
+
+    def open(self, path: Path) -> None:
+        """Open another photo; until it is open, and should the user keep this, this is marked."""
+        self.film.mark(self.document.path)
+        if path == self.document.path:
+            self._wanted = None
+            self._files.stay()
+        else:
+            self._wanted = path
+            self._files.open(path)
+
+    def _follow(self) -> None:
+        self._wanted = None
+        self.film.mark(self.document.path)
+        self._note_place()
+
+    def _pass_over(self) -> None:
+        """Go on along the strip from a photo that is being opened, or couldn't be."""
+        self.film.pass_over(self._wanted)
+
+    # -- what is on it ---------------------------------------------------------------------------
+
+    def show(self, places: Sequence[Path], first: Path | None = None) -> None:
+        """Show these photos, and those in these folders; open one of them."""
+        # Photos that are open are known by their whole names.
+        places = [place.absolute() for place in places]
+        if self._watcher.directories():
+            self._watcher.removePaths(self._watcher.directories())
+        for folder in (place for place in places if os.path.isdir(place)):
+            self._watcher.addPath(str(folder))
+        self._places, self._paths, self._first = places, None, first
+        self.panel.show_all()
+        self._list_again()
+
+    def chosen(self) -> list[Path]:
+        """Return the photos that are chosen on the strip, results left out."""
+        return self.film.listed(chosen=True)
+
+    def photos(self) -> list[Path]:
+        """Return the photos that the strip shows, results left out."""
+        return self.film.listed()
+
+    def _list_again(self) -> None:
+        places, results, first = self._places, self.storage.results, self._first
+        self._listing.submit(lambda: _with_first(photos_in(places), results, first))
+
+    def _fill(self, listed: tuple[list[Path], Path | None]) -> None:
+        paths, self._first = listed
+        if paths == self._paths:
+            return
+        self._paths = paths
+        self.window.bar.refresh()
+        self.film.show_paths(paths)
+        self._to_look, self._undrawn = list(paths), dict.fromkeys(paths)
+        self._show_strip(paths)
+        self._look()
+        self._draw()
+        self._note_place()
+
+    def _show_strip(self, paths: list[Path]) -> None:
+        self.window.docks.offer("strip", bool(paths))
+        self._enable(bool(paths))
+        if not paths:
+            self.say(tr("There is no photo in that folder; choose another one."))
+            return
+        self._name_left_out(paths)
+        self.window.docks.show("strip")
+        if self.document.path not in paths:
+            self._wanted = self._first or paths[0]
+            self._files.open(self._wanted)
+        self.film.mark(self.document.path)
+
+    def _name_left_out(self, paths: list[Path]) -> None:
+        """Say which of the named files are no photos, until the next photo is opened."""
+        places, first = self._places, (None, self.document.path, self._first)
+        left_out = [one.name for one in places if one not in paths and not os.path.isdir(one)]
+        if left_out:
+            text = tr("Not on the film strip, since no photo: {names}.", names=", ".join(left_out))
+            self.say(text, applies=lambda: self._places is places and self.document.path in first)
+
+    def _not_listed(self, problem: Exception) -> None:
+        text = tr("The photos can't be listed ({why}); open one by its name.", why=reason(problem))
+        path = self.document.path
+        self.say(text, applies=lambda: self._paths is None and self.document.path == path)
+
+    # -- what is told of each --------------------------------------------------------------------
+
+    def look_again(self, path: Path, told: Mark = "") -> None:
+        """Look again what was done to a photo, and draw it; `told` is what no file says."""
+        if path in self.film:
+            self._told[path] = told
+            self._undrawn[path] = None
+            self._draw()
+            self._look_at(path)
+
+    def _look_at(self, path: Path) -> None:
+        self._to_look.append(path)
+        self._look()
+
+    def _look(self) -> None:
+        if self._to_look and not self._looking.busy:
+            paths, self._to_look = self._to_look[:_AT_ONCE], self._to_look[_AT_ONCE:]
+            results, edits = self.storage.results, self.storage.edits
+            self._looking.submit(lambda: {path: facts_of(path, results, edits) for path in paths})
+
+    def _show_facts(self, found: dict[Path, Facts]) -> None:
+        for path, facts in found.items():
+            told = self._told.get(path)
+            if told and facts.mark != "result":
+                facts = Facts(told, facts.rated)
+            self.film.show_facts(path, facts)
+        if not self._to_look:
+            self.panel.sort()
+        # The lane counts as busy until this is over.
+        QTimer.singleShot(0, self._look)
+
+    def _note_unreadable(self) -> None:
+        self._pass_over()
+        if self._wanted is not None:
+            self.look_again(self._wanted, "failed")
+
+    def _note_doubts(self) -> None:
+        path, state = self.document.path, self.document.state
+        if path is not None:
+            doubts = state.off & doubtful(state.faces, self.document.image)
+            self.look_again(path, "doubtful" if doubts else "")
+
+    def _draw(self) -> None:
+        path = None if self._drawing.busy else self.film.next_of(self._undrawn)
+        if path is not None:
+            del self._undrawn[path]
+            side_px = round(THUMBNAIL_PX * self.film.devicePixelRatioF())
+            edits = self.storage.edits
+            self._drawing.submit(lambda: (path, thumbnail(path, side_px, edits)))
+
+    def _show(self, drawn: tuple[Path, QImage]) -> None:
+        self.film.show_thumbnail(*drawn)
+        QTimer.singleShot(0, self._draw)
+
+    # -- stars and labels ------------------------------------------------------------------------
+
+    def _rate(self, stars: int | None = None, label: str | None = None) -> None:
+        """Give the chosen photos stars or a label; one that all of them have is taken away."""
+        path = self.document.path
+        photos = self.film.picked() or ([path] if path and path in self.film else [])
+        if label and all(self.film.facts(path).rated.label == label for path in photos):
+            label = ""
+        self._to_rate += [(path, stars, label) for path in photos]
+        self._write_next()
+
+    def _write_next(self) -> None:
+        if self._to_rate and not self._rating.busy:
+            path, stars, label = self._to_rate.pop(0)
+
+            def write() -> Path:
+                rate(path, stars, label)
+                return path
+
+            self._rating.submit(write)
+
+    def _rated(self, path: Path) -> None:
+        self._look_at(path)
+        QTimer.singleShot(0, self._write_next)
+
+    def _not_rated(self, problem: Exception) -> None:
+        self.say(tr("Stars and label can't be written: {problem}", problem=reason(problem)))
+        QTimer.singleShot(0, self._write_next)
+
+    # -- after a crash ---------------------------------------------------------------------------
+
+    def _note_place(self) -> None:
+        """Note what is on the strip, and which photo is open: a crash leaves that behind."""
+        path = self.document.path
+        if self.comes_back and self._paths and path is not None:
+            left = {"places": [str(place) for place in self._places], "photo": str(path)}
+            self._noting.submit(lambda: self._put(json.dumps(left)))
+
+    def _put(self, text: str) -> None:
+        self._file.parent.mkdir(parents=True, exist_ok=True)
+        if self._lock is None:
+            self._lock = locked(self._file)
+        put(text.encode(), self._file)
+
+    def resume(self) -> None:
+        """Show the strip that a crash has left, if there is one."""
+        folder = self.storage.recovery
+        self._resuming.submit(lambda: _left_in(folder))
+
+    def _resume(self, left: tuple[list[Path], Path] | None) -> None:
+        if left is not None and self._paths is None and self.document.photo is None:
+            self.show(*left)
+
+
+def _open(box: ChoiceBox) -> None:
+    box.setFocus()
+    box.showPopup()
+
+
+def _left_in(folder: Path) -> tuple[list[Path], Path] | None:
+    """Return the places and the photo of the newest strip that no running program holds.
+
+    It is noted again once the photo is open: one that ends the program does so once.
+    """
+    found = None
+    for file in sorted(folder.glob(f"*{_LEFT}"), key=modified, reverse=True):
+        lock = locked(file)
+        if lock is None:
+            continue
+        with suppress(BadFile):
+            found = found or _read(file)
+        file.unlink(missing_ok=True)
+        lock.unlock()
+    return found
+
+
+def _read(file: Path) -> tuple[list[Path], Path]:
+    top = strict.parse(strict.read(file, _MOST_BYTES), _MOST_BYTES)
+    places = [Path(node.text(_LONGEST)) for node in top.field("places").items(_MOST)]
+    return places, Path(top.field("photo").text(_LONGEST))
+
+
+def _with_first(
+    paths: list[Path], results: Results, first: Path | None
+) -> tuple[list[Path], Path | None]:
+    """Return photos, and which to open: the one that is wanted, or the first that is no result."""
+    if first in paths:
+        return paths, first
+    photos = (path for path in paths if results.origin(path) is None)
+    return paths, next(photos, paths[0] if paths else None)
+
+
+def photos_in(places: Sequence[Path]) -> list[Path]:
+    """Return the photos among `places` and in the folders among them, in order of their names."""
+    found: list[Path] = []
+    for place in places:
+        try:
+            inside = sorted(place.iterdir()) if place.is_dir() else [place]
+        except OSError:  # a folder that can't be read has nothing to show
+            continue
+        found += [path for path in inside if path.suffix.lower() in READABLE and path.is_file()]
+    return list(dict.fromkeys(found))[:_MOST]

@@ -1,0 +1,240 @@
+"""Stars, marks, order and choice on the film strip; and that it is there again after a crash."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+import signal
+import subprocess
+import sys
+import textwrap
+from pathlib import Path
+
+import numpy as np
+import pytest
+from kogao_app.features.strip.facts import thumbnail
+from kogao_app.preferences import EDITS, prefer
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from scenes import oval_face
+from test_own_results import click_on, marks
+from test_own_results import strip as strip
+from test_saver import step
+
+from kogao_core.batch import Outcome
+from kogao_core.photo.metadata.glance import REJECTED, Rated, rate, rating_of
+
+SHIFT, CONTROL = Qt.KeyboardModifier.ShiftModifier, Qt.KeyboardModifier.ControlModifier
+KEYS = Qt.Key
+
+
+def shown(driver):
+    film = driver.editor.strip.film
+    items = [film.item(row) for row in range(film.count())]
+    return [item.text() for item in items if not item.isHidden()]
+
+
+def choose(box, words):
+    box.setCurrentIndex(box.findText(words))
+
+
+def test_keys_give_the_chosen_photos_stars_and_the_files_stay(strip, tmp_path):
+    folder = tmp_path / "in"
+    before = {path: path.read_bytes() for path in folder.iterdir()}
+    click_on(strip, 2)
+    strip.key(KEYS.Key_4, CONTROL, SHIFT)
+    strip.key(KEYS.Key_6, CONTROL, SHIFT)
+    strip.settle()
+    assert rating_of(folder / "b.png") == Rated(4, "Red")
+    assert marks(strip)["b.png"] == "★★★★, red"
+    click_on(strip, 3, CONTROL)
+    strip.key(KEYS.Key_6, CONTROL, SHIFT)
+    strip.settle()
+    assert marks(strip)["c.png"] == "red", "one of them had it: now both have"
+    strip.key(KEYS.Key_6, CONTROL, SHIFT)
+    strip.key(KEYS.Key_X, CONTROL, SHIFT)
+    strip.settle()
+    for name in ("b.png", "c.png"):
+        assert (marks(strip)[name], rating_of(folder / name)) == ("rejected", Rated(REJECTED))
+    assert {path: path.read_bytes() for path in before} == before
+    sidecars = {path.name for path in folder.iterdir()} - {path.name for path in before}
+    assert sidecars == {"b.png.xmp", "c.png.xmp"}
+
+
+def test_stars_that_wait_are_written_at_the_end(strip, tmp_path):
+    film = strip.editor.strip.film
+    film.selectAll()
+    strip.key(KEYS.Key_2, CONTROL, SHIFT)
+    strip.editor.close()
+    found = [rating_of(tmp_path / "in" / f"{name}.png").stars for name in ("a", "b", "c", "d", "e")]
+    assert found == [2] * 5
+
+
+def test_stars_that_cannot_be_written_are_said(strip, tmp_path):
+    (tmp_path / "in" / "a.png.xmp").write_text("no XMP")
+    strip.key(KEYS.Key_2, CONTROL, SHIFT)
+    strip.settle()
+    assert "a.png.xmp isn't XMP" in strip.say()
+    assert marks(strip)["a.png"] == ""
+
+
+def test_the_strip_is_sorted_and_filtered_by_stars_and_what_was_done(strip, tmp_path):
+    folder, panel = tmp_path / "in", strip.editor.strip.panel
+    for name, stars in (("b", 3), ("c", REJECTED), ("d", 5)):
+        rate(folder / f"{name}.png", stars)
+    strip.editor.strip.show_places([folder])
+    strip.settle()
+    panel.order.setCurrentIndex(1)
+    everything = ["d.png", "b.png", "a.png", "a_kogao.png", "e.png", "c.png"]
+    assert shown(strip) == everything
+    assert panel.film.currentItem().text() == "a.png"
+    choose(panel.choice, "★★★ or more")
+    assert shown(strip) == ["d.png", "b.png"]
+    assert panel.line.text() == "2 of 6 shown"
+    assert strip.editor.strip.photos() == [folder / "d.png", folder / "b.png"], "to be batched"
+    click_on(strip, 0)
+    strip.editor.strip.film.step(1)
+    strip.settle()
+    assert strip.editor.document.path.name == "b.png"
+    strip.key(KEYS.Key_1, CONTROL, SHIFT)
+    strip.settle()
+    assert shown(strip) == ["d.png"]
+    strip.editor.strip.film.step(-1)
+    strip.settle()
+    assert strip.editor.document.path.name == "d.png", "from where it would stand"
+    choose(panel.choice, "Rejected")
+    assert shown(strip) == ["c.png"]
+    choose(panel.choice, "Untouched")
+    assert set(shown(strip)) == {"a.png", "b.png", "c.png", "d.png", "e.png"}
+    panel.order.setCurrentIndex(0)
+    strip.editor.strip.show_places([folder])
+    strip.settle()
+    assert shown(strip) == sorted(everything), "another folder shows all it has"
+
+
+def test_keys_open_what_chooses_photos(strip):
+    panel = strip.editor.strip.panel
+    strip.window.activateWindow()
+    for key, box in ((KEYS.Key_F, panel.choice), (KEYS.Key_D, panel.order)):
+        strip.key(key, CONTROL, SHIFT)
+        assert box.view().isVisible()
+        assert box.accessibleName()
+        QTest.keyClick(box.view(), KEYS.Key_Escape)
+
+
+def pixels(image):
+    image = image.convertToFormat(image.Format.Format_RGBA8888)
+    return np.frombuffer(image.constBits(), np.uint8).reshape(image.height(), -1).astype(int)
+
+
+@pytest.mark.parametrize("own", [False, True])
+def test_a_thumbnail_shows_the_edits(strip, storage, own):
+    editor = strip.editor
+    if own:
+        prefer(editor.strip.settings, EDITS, "own")
+    path, film = editor.document.path, editor.strip.film
+    before, icon = pixels(thumbnail(path)), film.item(0).icon().cacheKey()
+    step(strip, 15.0)
+    strip.settle()
+    edited = pixels(thumbnail(path, edits=storage.edits))
+    assert edited.shape == before.shape
+    assert np.abs(edited - before).max() > 20
+    assert film.item(0).icon().cacheKey() != icon, "it was drawn again"
+
+
+def test_doubtful_faces_are_marked_until_they_are_switched_on(start, encoded, tmp_path, source):
+    driver = start()
+    folder = tmp_path / "in"
+    folder.mkdir()
+    for name in ("a.png", "b.png"):
+        (folder / name).write_bytes(encoded)
+    source.faces = [dataclasses.replace(oval_face(), score=0.5, source="mesh")]
+    driver.editor.strip.show_places([folder])
+    driver.settle()
+    assert driver.state.off == {0}
+    assert marks(driver) == {"a.png": "doubtful", "b.png": ""}
+    step(driver, 5.0)
+    click_on(driver, 1)
+    driver.editor.strip.show_places([folder])
+    driver.settle()
+    assert marks(driver)["a.png"] == "doubtful", "its edits say so"
+    click_on(driver, 0)
+    driver.editor.faces._all_on()
+    driver.settle()
+    assert marks(driver)["a.png"] == "edited"
+
+
+def test_a_batch_is_followed_and_stopped_on_the_strip(strip, tmp_path):
+    batch, panel = strip.editor.batch, strip.editor.strip.panel
+    source = str(tmp_path / "in" / "b.png")
+    batch._begin(3)
+    assert (panel.line.text(), panel.halt.isVisible()) == ("0 of 3", True)
+    batch._take(Outcome(source, "", "no face", "cut", doubtful=True))
+    strip.settle()
+    assert panel.line.text() == "1 of 3"
+    assert marks(strip)["b.png"] == "doubtful"
+    batch._take(Outcome(source, "", "failed", "broken"))
+    strip.settle()
+    assert marks(strip)["b.png"] == "not done"
+    QTest.mouseClick(panel.halt, Qt.MouseButton.LeftButton)
+    assert batch._enough.is_set()
+    batch._end(None)
+    assert (panel.line.text(), panel.halt.isVisible()) == ("", False)
+
+
+# A program of its own: shows a folder, opens its third photo, waits to be killed.
+VICTIM = """
+    import sys
+    from pathlib import Path
+    from PySide6.QtCore import QTimer
+    from PySide6.QtWidgets import QApplication
+    from kogao_app.editor import Editor
+    from kogao_app.storage import Storage
+    from scenes import KnownFaces, oval_face
+
+    app = QApplication([])
+    editor = Editor(app, KnownFaces(oval_face()), Storage.of_user())
+    editor.window.show()
+    strip, wanted = editor.strip, Path(sys.argv[1]) / "b.png"
+    strip.show_places([wanted.parent])
+
+    def look():
+        if not editor.busy and editor.document.path == wanted:
+            print("there", flush=True)
+        else:
+            if not editor.busy and strip.film.count():
+                strip.open(wanted)
+            QTimer.singleShot(10, look)
+
+    look()
+    app.exec()
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no SIGKILL there")
+def test_a_strip_is_there_again_after_a_kill_and_only_once(start, storage, encoded, tmp_path):
+    folder = tmp_path / "in"
+    folder.mkdir()
+    for name in ("a.png", "b.png", "c.png"):
+        (folder / name).write_bytes(encoded)
+    tests = Path(__file__).parent.parent
+    victim = subprocess.Popen(
+        [sys.executable, "-c", textwrap.dedent(VICTIM), str(folder)],
+        stdout=subprocess.PIPE,
+        env={**os.environ, "PYTHONPATH": str(tests), "QT_QPA_PLATFORM": "offscreen"},
+    )
+    with victim:
+        assert victim.stdout.readline() == b"there\n"
+        running = start()
+        running.editor.strip.resume()
+        running.settle()
+        assert running.editor.strip.film.count() == 0, "it is another program's, which runs"
+        victim.send_signal(signal.SIGKILL)
+    driver = start()
+    driver.editor.strip.resume()
+    driver.settle()
+    assert driver.editor.document.path == folder / "b.png"
+    assert shown(driver) == ["a.png", "b.png", "c.png"]
+    assert driver.editor.strip.film.currentRow() == 1
+    driver.editor.close()
+    assert not list(storage.recovery.iterdir()), "it ended in good order"
