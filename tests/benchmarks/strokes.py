@@ -22,7 +22,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 import numpy as np
 from editing import settle, shown
-from PySide6.QtCore import QEvent, QObject, QPoint, Qt
+from PySide6.QtCore import QEvent, QEventLoop, QObject, QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
@@ -55,6 +55,7 @@ def main(photo: str, out: str) -> None:
         editor.files.open(Path(photo))
         settle(app, editor)
         canvas, live, view = editor.window.canvas, editor.live, editor.view
+        live._rest.setInterval(60_000)  # a gesture that goes on: no whole photo beside its previews
         paints = Paints()
         canvas.viewport().installEventFilter(paints)
 
@@ -66,7 +67,7 @@ def main(photo: str, out: str) -> None:
                 time.perf_counter() - begun < 5
             ):
                 seen = paints.count if view.frame.revision < wanted else seen
-                app.processEvents()
+                app.processEvents(QEventLoop.ProcessEventsFlag.WaitForMoreEvents)
             both = time.perf_counter() - begun, time.process_time() - cpu
             found.setdefault(what, []).append((both[0] * 1e3, both[1] * 1e3))
 
@@ -74,7 +75,6 @@ def main(photo: str, out: str) -> None:
             jaw = view.state.faces[0].outline[4]
             if zoom == "1:1":
                 canvas.zoom_to(1.0, canvas.to_screen(jaw))
-            settle(app, editor)
             for stroke in range(STROKES):
                 kind = ("push", "restore")[stroke % 2]
                 editor.protect.take(kind)
@@ -84,6 +84,7 @@ def main(photo: str, out: str) -> None:
                     place = at + STEP * move
                     timed(f"{kind}, {zoom}", partial(QTest.mouseMove, canvas.viewport(), place))
                 QTest.mouseRelease(canvas.viewport(), Qt.MouseButton.LeftButton, pos=place)
+                settle(app, editor)
                 for step in range(MOVES):
                     percent = 4.05 + 0.1 * (step + stroke % 2 * MOVES)
                     timed(f"amount, {zoom}", partial(editor.recipe.set_field, "percent", percent))
