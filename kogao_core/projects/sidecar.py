@@ -68,12 +68,16 @@ class Applied:
     @property
     def what(self) -> Text:
         """A few words on what is done, for an edit record."""
-        return Text.counted(
+        faces = Text.counted(
             len(self.faces),
             "{n} face made smaller: {amount}",
             "{n} faces made smaller: {amount}",
             amount=self.recipe.amount,
         )
+        if not (strokes := len(self.brushwork.strokes)):
+            return faces
+        drawn = Text.counted(strokes, "{n} stroke of a brush", "{n} strokes of a brush")
+        return Text.joined("; ", (faces, drawn))
 
 
 def apply(project: Project, pixels: Image, sha256: str | None = None) -> Applied:

@@ -121,7 +121,7 @@ def test_what_lies_far_outside_the_photo_is_refused_in_either_mode(mode):
 
 def test_the_mode_decides_whose_faces_count():
     pixels = textured_photo(WIDTH, HEIGHT)
-    applied = sidecar.apply(project(mode="manual"), pixels, HASH)
+    applied = sidecar.apply(project(mode="manual", brushwork=Brushwork()), pixels, HASH)
     assert [len(applied.faces), applied.recipe.percent] == [1, 3.0]
     assert applied.what == "1 face made smaller: 3 % towards centre 2"
     evened = dataclasses.replace(applied, recipe=Recipe(percent=0, jaw=80, even_out=50))
@@ -143,3 +143,10 @@ def test_a_pipe_is_not_waited_for(tmp_path):
     os.mkfifo(tmp_path / "p.json")
     with pytest.raises(BadFile, match="no ordinary file"):
         load(tmp_path / "p.json")
+
+
+def test_an_edit_record_tells_of_strokes():
+    pixels = textured_photo(WIDTH, HEIGHT)
+    plain = dataclasses.replace(project(), brushwork=Brushwork())
+    assert "stroke" not in sidecar.apply(plain, pixels).what
+    assert sidecar.apply(project(), pixels).what.endswith("; 2 strokes of a brush")
