@@ -7,7 +7,7 @@ from kogao_core.photo.errors import CannotDisclose, CannotWrite, RefusedOutput, 
 from kogao_core.photo.formats import FORMATS, READABLE
 from kogao_core.photo.formats.companions import accompanied, has_gain_map
 from kogao_core.photo.in_place import check_in_place, write_in_place
-from kogao_core.photo.model import Format, Photo
+from kogao_core.photo.model import Photo
 from kogao_core.photo.reading import MAX_MEGAPIXELS, read
 from kogao_core.photo.writing import bits_of, check_holds, check_output, write
 
@@ -17,7 +17,6 @@ __all__ = [
     "READABLE",
     "CannotDisclose",
     "CannotWrite",
-    "Format",
     "Photo",
     "RefusedOutput",
     "UnreadablePhoto",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final, Literal
+from typing import Final
 
 import numpy as np
 
@@ -13,8 +13,6 @@ from kogao_core.base.display import preview
 from kogao_core.base.geometry import Image
 from kogao_core.photo.metadata.kinds import Extra, Kind
 
-Format = Literal["JPEG", "PNG", "TIFF", "WEBP", "AVIF"]
-SourceFormat = Literal[Format, "HEIF", "RAW"]
 _ROWS: Final = 64
 
 
@@ -106,7 +104,7 @@ class Photo:
 
     pixels: Image
     path: Path
-    format: SourceFormat
+    format: str
     icc_profile: bytes | None = None
     exif: bytes | None = None
     xmp: bytes | None = None

@@ -20,13 +20,13 @@ from kogao_core.base.language import Text
 from kogao_core.base.wording import system_reason
 from kogao_core.photo import encoding, formats
 from kogao_core.photo.errors import CannotWrite, RefusedOutput
-from kogao_core.photo.formats import FORMATS, FileFormat, Format
+from kogao_core.photo.formats import FORMATS, FileFormat
 from kogao_core.photo.formats.companions import grown
 from kogao_core.photo.metadata import kinds
 from kogao_core.photo.metadata.kinds import Extra
 from kogao_core.photo.model import Photo, channels_of, is_same
 
-Sign: TypeAlias = Callable[[Photo, Pieces, Format], Pieces]
+Sign: TypeAlias = Callable[[Photo, Pieces, str], Pieces]
 
 
 def write(
@@ -157,7 +157,7 @@ def _backed_up(path: Path) -> Path:
     return backup
 
 
-def check_output(path: str | os.PathLike[str], *, force: bool = False) -> Format:
+def check_output(path: str | os.PathLike[str], *, force: bool = False) -> str:
     """Return the format of an output path, or say why nothing can be written there.
 
     Result: by the name's ending. Raises RefusedOutput, CannotWrite.

@@ -18,7 +18,6 @@ from kogao_core.base.language import Text
 from kogao_core.base.wording import system_reason
 from kogao_core.photo import formats
 from kogao_core.photo.errors import CannotDisclose, MissingExtra
-from kogao_core.photo.formats import Format
 from kogao_core.photo.metadata import tiff
 from kogao_core.photo.model import Photo
 
@@ -53,7 +52,7 @@ def check_signer(signer: Signer) -> None:
     _read(signer)
 
 
-def signed(photo: Photo, pieces: Pieces, form: Format, *, signer: Signer, what: str) -> Pieces:
+def signed(photo: Photo, pieces: Pieces, form: str, *, signer: Signer, what: str) -> Pieces:
     """Return a file with credentials that say what was done to a photo; no pixel changes.
 
     The photo's file is their source, with the credentials that it has itself. Nothing is fetched

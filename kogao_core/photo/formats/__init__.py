@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Final, cast
+from typing import Final
 
 from kogao_core.base.geometry import Image
 from kogao_core.base.language import Text
@@ -19,20 +19,16 @@ from kogao_core.photo.formats.png import PNG
 from kogao_core.photo.formats.raw import RAW
 from kogao_core.photo.formats.tiff import TIFF
 from kogao_core.photo.formats.webp import WEBP
-from kogao_core.photo.model import Format, SourceFormat, channels_of
+from kogao_core.photo.model import channels_of
 
 # In the order of sentences and documents.
 ALL: Final = (JPEG, PNG, TIFF, WEBP, AVIF, HEIF, RAW)
 WRITTEN: Final = tuple(form for form in ALL if form.encode is not None)
 BY_NAME: Final = {form.name: form for form in ALL}
 # By the endings of names.
-FORMATS: Final[dict[str, Format]] = {
-    suffix: cast(Format, form.name) for form in WRITTEN for suffix in form.suffixes
-}
-READABLE: Final[dict[str, SourceFormat]] = {
-    suffix: form.name for form in ALL for suffix in form.suffixes
-}
-READ_ONLY: Final[dict[str, SourceFormat]] = {
+FORMATS: Final[dict[str, str]] = {suffix: form.name for form in WRITTEN for suffix in form.suffixes}
+READABLE: Final[dict[str, str]] = {suffix: form.name for form in ALL for suffix in form.suffixes}
+READ_ONLY: Final[dict[str, str]] = {
     suffix: name for suffix, name in READABLE.items() if suffix not in FORMATS
 }
 
@@ -52,7 +48,6 @@ __all__ = [
     "WRITTEN",
     "Content",
     "FileFormat",
-    "Format",
     "Source",
     "either",
     "exact_endings",

@@ -15,7 +15,7 @@ from kogao_core.base.geometry import Box, Image
 from kogao_core.base.language import Text
 from kogao_core.photo.metadata import kinds
 from kogao_core.photo.metadata.kinds import Extra, Kind
-from kogao_core.photo.model import Photo, SourceFormat, channels_of
+from kogao_core.photo.model import Photo, channels_of
 
 Encode = Callable[[Photo, Box | None], Pieces]
 Fate = Literal["kept", "on request", "moved", "left out"]
@@ -131,7 +131,7 @@ class FileFormat:
         may stay, and what that is in words. None, where all is encoded anew.
     """
 
-    name: SourceFormat
+    name: str
     title: str
     mime: str
     suffixes: tuple[str, ...]

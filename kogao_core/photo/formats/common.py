@@ -17,13 +17,13 @@ from kogao_core.photo.formats.turning import turn_upright
 from kogao_core.photo.formats.webp import is_lossless
 from kogao_core.photo.jpeg import decoding
 from kogao_core.photo.metadata import contents, upright
-from kogao_core.photo.model import Photo, SourceFormat, channels_of
+from kogao_core.photo.model import Photo, channels_of
 
 _USUAL, _DEEP = 8, 16  # bits of a channel
 _HEAD_BYTES = 16  # by which Pillow recognises a format
 
 
-def decode(source: Source, names: tuple[SourceFormat, ...]) -> Photo:
+def decode(source: Source, names: tuple[str, ...]) -> Photo:
     """Return the photo of a file that is of one of these formats. Raises UnreadablePhoto."""
     file = source.file
     try:
@@ -67,7 +67,7 @@ def decode(source: Source, names: tuple[SourceFormat, ...]) -> Photo:
         )
 
 
-def _check_damage(file: IO[bytes], names: tuple[SourceFormat, ...]) -> None:
+def _check_damage(file: IO[bytes], names: tuple[str, ...]) -> None:
     """Raise ValueError where a file that Pillow can't identify begins as one of the formats."""
     file.seek(0)
     head = file.read(_HEAD_BYTES)
