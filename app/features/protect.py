@@ -24,7 +24,9 @@ from ..widgets.sliders import ValueSlider
 from ..widgets.typed import SliderScale
 from .feature import Context, Feature
 
-_OF_PHOTO: Final = 1 / 100  # the first brush's radius in the photo's longer side
+# The first brush's radius in the photo's longer side, and that of one that pushes or restores.
+_OF_PHOTO: Final = 1 / 100
+_OF_PHOTO_MOVING: Final = 1 / 25
 # A stroke may leave the cursor's way by this share of its radius: fewer corners, quicker fits.
 _LOOSE: Final = 1 / 8
 _LOOSE_PX: Final = 0.5
@@ -46,6 +48,7 @@ class Protect(Feature):
         # Of the stroke in hand, px of the photo; empty without one.
         self._path: list[tuple[float, float]] = []
         self._tools = QActionGroup(self)
+        self._radii: dict[bool, float] = {}  # of the brush put away, by whether it moves
         self.add_tool("points", tr("Points"), "A", tr("Drag landmarks and targets"))
         self.add_tool("brush", tr("Brush"), "B", tr("Paint what must not move"))
         self.add_tool(
@@ -113,8 +116,11 @@ class Protect(Feature):
     # -- the brush -------------------------------------------------------------------------------
 
     def take(self, tool: ToolName) -> None:
-        """Take another tool in hand."""
-        self.set_brush(tool=tool)
+        """Take another tool in hand; those that protect and those that move have a size each."""
+        before = self.view.brush
+        after = dataclasses.replace(before, tool=tool)
+        self._radii[before.moves] = before.radius_px
+        self.set_brush(tool=tool, radius_px=self._radii.get(after.moves, before.radius_px))
 
     def set_radius(self, radius_px: float) -> None:
         """Make the brush this large, px of the photo."""
@@ -124,8 +130,9 @@ class Protect(Feature):
     def fit_brush(self) -> None:
         """Make the brush as large as suits the photo."""
         self._drop()
-        image = self.document.image
-        self.set_radius(_OF_PHOTO * max(image.width, image.height))
+        longer = max(self.document.image.width, self.document.image.height)
+        self._radii = {False: _OF_PHOTO * longer, True: min(_OF_PHOTO_MOVING * longer, _LARGEST_PX)}
+        self.set_radius(self._radii[self.view.brush.moves])
         self.panel.size_px.show_first(self.view.brush.radius_px)
 
     def resize(self, steps: int) -> None:

@@ -211,7 +211,7 @@ def brushed(
             changes = _restore(stroke, grid, field.lattices)
         changes = [kept_inside(one, photo) for one in changes if one.phi.any()]
         after = partial(_joined, field, own, changes)
-        share = share_let_in(field, changes, after) if guarded else 1.0
+        share = share_let_in(field, changes, after) if guarded and changes else 1.0
         field, shares = after(share), (*shares, share)
         _keep(key, (field.lattices, shares))
     if not fade_is_safe(field):

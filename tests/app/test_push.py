@@ -99,6 +99,19 @@ def test_size_strength_and_falloff_are_set_in_the_panel(opened):
     assert opened.editor.view.brush.strength == 0.5
 
 
+def test_protecting_and_moving_brushes_have_a_size_each(opened):
+    opened.key(KEYS.Key_B)
+    opened.key(KEYS.Key_BracketRight)
+    protecting = opened.editor.view.brush.radius_px
+    opened.key(KEYS.Key_W, SHIFT)
+    moving = opened.editor.view.brush.radius_px
+    assert moving > 2 * protecting
+    opened.key(KEYS.Key_R, SHIFT)
+    assert opened.editor.view.brush.radius_px == moving
+    opened.key(KEYS.Key_B)
+    assert opened.editor.view.brush.radius_px == protecting
+
+
 def test_buttons_and_keys_take_the_tools(opened):
     buttons = [b for b in opened.panel("push").findChildren(QToolButton) if b.defaultAction()]
     assert [b.accessibleName() for b in buttons] == ["Push", "Restore"]

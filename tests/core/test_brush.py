@@ -56,7 +56,7 @@ def strokes_of(rng, count):
     return work
 
 
-@pytest.mark.parametrize("recipe", [PAPER, RECIPE])
+@pytest.mark.parametrize("recipe", [PAPER, RECIPE, Recipe(percent=15, lattice=0.5)])
 def test_a_stroke_that_does_nothing_leaves_every_byte(recipe):
     without = drawn(UNTOUCHED, recipe).pixels
     dot, still, far = (
@@ -65,7 +65,9 @@ def test_a_stroke_that_does_nothing_leaves_every_byte(recipe):
         Brushwork().with_stroke("restore", [(15.0, 15.0)], 10.0, 1.0),
     )
     for nothing in (dot, still, far):
-        np.testing.assert_array_equal(drawn(nothing, recipe).pixels, without)
+        rendering = drawn(nothing, recipe)
+        np.testing.assert_array_equal(rendering.pixels, without)
+        assert rendering.brush_shares == (1.0,)
 
 
 def test_what_lies_under_a_push_goes_along_and_what_is_beside_it_keeps_its_bytes():
