@@ -76,7 +76,7 @@ class Rendering:
     >>> rendering.one_to_one.certified, rendering.shares
     (True, (1.0,))
     >>> list(rendering.timings_ms)
-    ['targets', 'lattice', 'guard', 'background', 'domain', 'copy', 'warp']
+    ['targets', 'lattice', 'guard', 'background', 'brush', 'domain', 'copy', 'warp']
     """
 
     pixels: Image
@@ -249,8 +249,8 @@ def render(
             if recipe.hold_background:
                 field = hold(field, problems, seen, held)
         brush_shares: tuple[float, ...] = ()
-        if brushwork.strokes:
-            with watch.lap("brush"):
+        with watch.lap("brush"):
+            if brushwork.strokes:
                 field, brush_shares = brushed(
                     field, brushwork, protection, edges, guarded=recipe.guard
                 )

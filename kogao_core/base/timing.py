@@ -15,7 +15,7 @@ STAGES: Final = {
     "lattice": Text("lattice"),
     "guard": Text("guard"),
     "background": Text("background"),
-    "brush": Text("brush"),  # where there are strokes
+    "brush": Text("brush"),
     "domain": Text("domain"),
     "copy": Text("copy"),
     "warp": Text("warp"),
