@@ -205,6 +205,7 @@ class Document(QObject):
     """One open photo; a gesture previews many states and commits one."""
 
     opened = Signal()
+    recoloured = Signal()
     changed = Signal()
     marked = Signal()
     aborted = Signal()
@@ -298,6 +299,11 @@ class Document(QObject):
         self._begin(State(recipe=recipe or self.first_recipe))
         self.opened.emit()
         self._tell()
+
+    def recolour(self, pyramid: PicturePyramid) -> None:
+        """Take the levels of the open photo as another screen shows them."""
+        self.pyramid = pyramid
+        self.recoloured.emit()
 
     def start_with(self, faces: Sequence[Face]) -> None:
         """Take what the detector found, below the first undo step."""

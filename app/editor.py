@@ -133,6 +133,7 @@ class Editor(QObject):
         self.figure = Figure(context, self.readings)
         self.hints = Hints(context, self.recipe, self.protect, self.manual)
         self.screen = Screen(context)
+        self.screen.screen_changed.connect(self.strip.draw_again)
         self.workspaces = Workspaces(context)
         self.marks = Marks(context, self.recipe, self.files, self.points, self.overlays)
         self.history = History(context)

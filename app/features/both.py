@@ -119,6 +119,7 @@ class BothModes(Feature):
         self.dock = Dock(tr("Comparison"))
         self.window.arranged.connect(self._arrange)
         self.document.opened.connect(self._open)
+        self.document.recoloured.connect(self._open)
         self.document.changed.connect(self._follow)
         self.live.measured.connect(self._measure)
         manual.changed.connect(self._follow)

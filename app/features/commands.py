@@ -27,6 +27,7 @@ from kogao_core.cli import doctor, licences
 
 from ..actions import first_key
 from ..i18n import bare, tr, translated
+from ..render.colour import told_screen
 from ..theme import GRID_PX
 from ..widgets.controls import column_of, muted_label, row_of
 from ..widgets.dialogs import Dialog, question
@@ -262,7 +263,8 @@ class Commands(Feature):
 
     def _copy_report(self) -> None:
         system = f"{QSysInfo.prettyProductName()}, {QGuiApplication.platformName()}, {qVersion()}"
-        text = f"{doctor.text(doctor.examine())}\n{tr('Window: {system}', system=system)}\n"
+        window = tr("Window: {system}", system=system)
+        text = f"{doctor.text(doctor.examine())}\n{window}\n{told_screen()}\n"
         QGuiApplication.clipboard().setText(text)
         self.say(tr("The report is on the clipboard."), wrong=False)
 

@@ -47,6 +47,7 @@ class Compare(Feature):
         kinds.setExclusionPolicy(QActionGroup.ExclusionPolicy.ExclusiveOptional)
         self.window.canvas.wiped.connect(self._wipe_to)
         self.document.opened.connect(self._open)
+        self.document.recoloured.connect(self._open)
 
     def _add_kind(self, name: CompareName, text: str, key: str, tip: str) -> None:
         self.add_action(f"compare-{name}", text, key, tip, toggled=partial(self.toggle, name))

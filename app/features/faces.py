@@ -81,6 +81,7 @@ class Faces(Feature):
         self.panel.switched.connect(self.switch)
         self.panel.chosen.connect(lambda faces: recipe.choose(*faces))
         self.document.opened.connect(self._open)
+        self.document.recoloured.connect(self._show_anew)
         recipe.chosen.connect(self._show)
         self.watch(self._listed, self._show)
 
@@ -242,6 +243,9 @@ class Faces(Feature):
     def _open(self) -> None:
         self.stop()
         self.finding_s = None
+        self._show_anew()
+
+    def _show_anew(self) -> None:
         if self.document.pyramid is not None:
             self.panel.open(self.document.pyramid)
             self._show()

@@ -17,6 +17,7 @@ from kogao_core.recipe.settings import DOMAINS, DomainName
 
 from ..canvas.overlays import glyphs
 from ..i18n import tr, translated, unwritten
+from ..render.colour import in_srgb
 from ..render.pictures import encoded
 from ..theme import GRID_PX
 from ..widgets.controls import column_of, heading, muted_label, row_of
@@ -266,4 +267,4 @@ class Figure(Feature):
             grabbed: QPixmap = self.window.canvas.grab()
         finally:
             self.view.switched = switched
-        return grabbed
+        return QPixmap.fromImage(in_srgb(grabbed.toImage()))

@@ -4,9 +4,15 @@ from __future__ import annotations
 
 from typing import Final
 
-from PySide6.QtCore import QByteArray, QSize
+from PySide6.QtCore import QByteArray, QSize, Signal
+from PySide6.QtGui import QScreen
+
+from kogao_core.photo import Photo
 
 from ..i18n import tr
+from ..render.colour import pyramid_of, screen_colours, use_screen
+from ..render.monitor import profile_of
+from ..render.pyramid import PicturePyramid
 from ..widgets.dialogs import room
 from ..workspaces import Workspace
 from .feature import Context, Feature
@@ -21,6 +27,8 @@ _GEOMETRY = "window/geometry"
 
 class Screen(Feature):
     """Zooms, shows the original while it is held, and remembers how large the window is."""
+
+    screen_changed = Signal()
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
@@ -83,15 +91,39 @@ class Screen(Feature):
         canvas.stroked.connect(lambda x, y, _: status.show_cursor(x, y))
         self.live.drawn.connect(lambda frame: status.show_speed(frame.took_ms))
         self.document.opened.connect(self._show_photo)
+        self._recolouring = self.lane(self._recolour, lambda _: None)
 
     def restore(self) -> None:
         """Make the window as large as it was, or at first as large as its screen has room for."""
         geometry = self.settings.value(_GEOMETRY)
         if not isinstance(geometry, QByteArray) or not self.window.restoreGeometry(geometry):
             self.window.resize(QSize(*FIRST_PX).boundedTo(room(self.window)))
+        self.window.winId()  # from now on it is on a screen
+        self.window.windowHandle().screenChanged.connect(self._follow_screen)
+        self._follow_screen(self.window.screen())
+
+    def _follow_screen(self, screen: QScreen) -> None:
+        """Show photos in the colours of the screen that the window is on."""
+        if not use_screen(profile_of(screen, self.window.winId())):
+            return
+        self.screen_changed.emit()
+        self._check_colours()
+
+    def _check_colours(self) -> None:
+        """Show the open photo in the colours of the screen, if it was read for another one."""
+        photo, pyramid = self.document.photo, self.document.pyramid
+        if photo and pyramid and pyramid.show is not screen_colours(photo).show:
+            self._recolouring.submit(lambda: (photo, pyramid_of(photo)))
+
+    def _recolour(self, coloured: tuple[Photo, PicturePyramid]) -> None:
+        photo, pyramid = coloured
+        if photo is self.document.photo:
+            self.document.recolour(pyramid)
+            self._show_photo()
 
     def stop(self) -> None:
         """Remember the window's size."""
+        super().stop()
         self.settings.setValue(_GEOMETRY, self.window.saveGeometry())
 
     def _zoom_by(self, factor: float) -> None:
@@ -105,6 +137,7 @@ class Screen(Feature):
     def _show_photo(self) -> None:
         if self.document.photo is not None:
             self.window.status.show_photo(self.document.photo)
+            self._check_colours()
 
 
 class Hints(Feature):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import io
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -17,12 +18,14 @@ from kogao_core.base.display import Rgb8, rgba8
 from kogao_core.base.threads import default_threads, share_out
 from kogao_core.photo import Photo
 
+from ..i18n import tr
 from .pyramid import PicturePyramid, Show
 
 # Few rows at a time: Pillow copies them with the interpreter held, and the window must go on.
 _STRIP_PX: Final = 2**17
 _STEPS: Final = 17
 _ONE_LEVEL: Final = 1
+_SRGB: Final = QColorSpace(QColorSpace.NamedColorSpace.SRgb)
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,12 +41,36 @@ class ScreenColours:
 def screen_colours(photo: Photo) -> ScreenColours:
     """Return how a photo's colours get onto the screen, relative colorimetric.
 
-    No toolkit tells the profile of the screen everywhere, so it is taken to be sRGB. A photo
-    without a usable profile is taken to be in it, too.
+    A screen whose profile nobody tells is taken to be sRGB, and so is a photo without a usable one.
     """
-    if photo.icc_profile is None:
-        return ScreenColours()
-    return _known_colours(photo.icc_profile, "L" if photo.channels < 3 else "RGB")
+    grey = photo.channels < 3 and photo.icc_profile is not None
+    return _known_colours(photo.icc_profile, _screen.icc, "L" if grey else "RGB")
+
+
+def use_screen(icc: bytes | None) -> bool:
+    """Show colours on the screen of a profile from now on; return whether that is another one.
+
+    None, and a profile that can't be used, stand for sRGB.
+    """
+    if icc is not None and not _known_colours(None, icc, "RGB").usable:
+        icc = None
+    before, _screen.icc = _screen.icc, icc
+    return icc != before
+
+
+def told_screen() -> str:
+    """Return a line on the screen's colours."""
+    if _screen.icc is None:
+        return tr("The screen is taken to be sRGB: nobody tells its profile")
+    return tr("The screen's colours: {profile}", profile=_name(_profile(_screen.icc)))
+
+
+def in_srgb(picture: QImage) -> QImage:
+    """Return a picture that was taken of the screen in sRGB."""
+    if _screen.icc is not None:
+        picture.setColorSpace(QColorSpace.fromIccProfile(_screen.icc))
+        picture.convertToColorSpace(_SRGB)
+    return picture
 
 
 def pyramid_of(photo: Photo) -> PicturePyramid:
@@ -53,34 +80,61 @@ def pyramid_of(photo: Photo) -> PicturePyramid:
 
 def on_screen(picture: QImage) -> QImage:
     """Return a small picture in the colours of the screen."""
-    if picture.colorSpace().isValid():
-        picture.convertToColorSpace(QColorSpace(QColorSpace.NamedColorSpace.SRgb))
+    space = _SRGB if _screen.icc is None else QColorSpace.fromIccProfile(_screen.icc)
+    if not picture.colorSpace().isValid():
+        picture.setColorSpace(_SRGB)
+    picture.convertToColorSpace(space if space.isValidTarget() else _SRGB)
     return picture
 
 
+class _Screen:
+    """The one that shows the window."""
+
+    icc: bytes | None = None  # its profile; None for sRGB
+
+
+_screen: Final = _Screen()
+
+
 @lru_cache(maxsize=8)
-def _known_colours(icc: bytes, mode: str) -> ScreenColours:
-    name = ""
+def _known_colours(icc: bytes | None, screen: bytes | None, mode: str) -> ScreenColours:
+    if icc is None and screen is None:
+        return ScreenColours()
+    name, compensates = "", ImageCms.Flags.BLACKPOINTCOMPENSATION
     try:
-        profile = ImageCms.ImageCmsProfile(io.BytesIO(icc))
-        name = ImageCms.getProfileDescription(profile).strip()
+        profile = _profile(icc)
+        name = "" if icc is None else _name(profile)
         transform = ImageCms.buildTransform(
             profile,
-            ImageCms.createProfile("sRGB"),
+            _profile(screen),
             mode,
             "RGB",
             ImageCms.Intent.RELATIVE_COLORIMETRIC,
             # Several threads share it.
-            ImageCms.Flags.NOCACHE | ImageCms.Flags.HIGHRESPRECALC,
+            ImageCms.Flags.NOCACHE
+            | ImageCms.Flags.HIGHRESPRECALC
+            | (compensates if screen else ImageCms.Flags.NONE),
         )
     except (ImageCms.PyCMSError, OSError, TypeError, ValueError):
-        return ScreenColours(name, usable=False)
+        plain = ScreenColours() if icc is None else _known_colours(None, screen, "RGB")
+        return dataclasses.replace(plain, name=name, usable=False)
     show = _Transform(transform, mode)
     return ScreenColours(name, show=show if show.changes_colours else None)
 
 
+def _profile(icc: bytes | None) -> Any:
+    """Return a profile, without one that of sRGB. Raises OSError, PyCMSError."""
+    return (
+        ImageCms.createProfile("sRGB") if icc is None else ImageCms.ImageCmsProfile(io.BytesIO(icc))
+    )
+
+
+def _name(profile: Any) -> str:
+    return ImageCms.getProfileDescription(profile).strip()
+
+
 class _Transform:
-    """Turns 8-bit pictures into sRGB; grey ones come as three equal channels, too."""
+    """Turns 8-bit pictures into the colours of the screen; grey ones get three channels."""
 
     def __init__(self, transform: Any, mode: str) -> None:
         self._transform, self._grey = transform, mode == "L"

@@ -51,7 +51,7 @@ class Holding:
         """Return the same as far as it is known."""
         if self._last is None or not state.recipe.hold_background:
             return NOTHING_HELD
-        held = self._last.held(state.loose)
+        held = self._last.held(state.done.recipe, state.loose)
         if len(held.neighbours) != len(state.active):
             held = dataclasses.replace(held, neighbours=())
         return held
@@ -166,6 +166,7 @@ class Live(QObject):
         self._whole_lane.done.connect(self._show_whole)
         self._count_lane.done.connect(self._show_counts)
         self._document.opened.connect(self._open)
+        self._document.recoloured.connect(self._recolour)
         self._document.changed.connect(self._follow)
 
     @property
@@ -225,6 +226,18 @@ class Live(QObject):
             self._holding = Holding(self._document.photo.pixels, self.finder)
             self._whole, self._preview = (Surface(photo, self._holding) for _ in range(2))
             self._canvas.open(photo)
+
+    def _recolour(self) -> None:
+        photo = self._document.pyramid
+        if photo is None:
+            return
+        self.stop()
+        self._whole, self._preview = (Surface(photo, self._holding) for _ in range(2))
+        self._canvas.photo.open(photo)
+        if not self._waits:
+            self._followed = self._document.state
+            self._revision += 1
+            self._render_whole()
 
     def _follow(self) -> None:
         # The overlays are drawn with the preview, a moment from now: drawing them twice would

@@ -13,7 +13,7 @@ from kogao_core.photo import Photo, formats, has_gain_map
 from kogao_core.photo.metadata import kinds
 
 from ..i18n import tr, translated
-from ..render.colour import screen_colours
+from ..render.colour import screen_colours, told_screen
 from ..theme import GRID_PX
 from .controls import Elided, muted_label
 
@@ -254,7 +254,7 @@ class StatusLine(QStatusBar):
         if notes:
             parts.append(tr("notes: {n}", n=len(notes)))
         self._photo.setText(" · ".join(parts))
-        self._photo.setToolTip("\n".join(map(translated, notes)))
+        self._photo.setToolTip("\n".join([*map(translated, notes), told_screen()]))
         self._speed.clear()
 
     def show_speed(self, took_ms: float) -> None:

@@ -13,16 +13,17 @@ from colours import (
     lab_of_srgb,
     profile,
 )
+from kogao_app.ahead import Ahead
 from kogao_app.canvas.overlays.unlisted import FROM_ZOOM
 from kogao_app.document import State
 from kogao_app.features.strip.facts import thumbnail
-from kogao_app.render.colour import screen_colours
+from kogao_app.render.colour import pyramid_of, screen_colours, use_screen
 from kogao_app.render.live import Surface
 from kogao_app.render.pyramid import PicturePyramid
 from kogao_app.view_state import VisiblePart
 from PIL import ImageCms
 from PySide6.QtCore import QPointF
-from scenes import oval_face, textured_photo
+from scenes import KnownFaces, oval_face, textured_photo
 from test_overlays import at, hide_marks, pixels_of
 
 from kogao_core.base.display import rgb8
@@ -31,6 +32,7 @@ from kogao_core.photo import Photo, read, write
 from kogao_core.pipeline import render
 
 CHART_PX = 6  # side of a patch
+ON_8_BITS = 1.5  # what a wide screen of 8 bits is off by, at worst
 
 
 def chart(dtype, channels: int = 3) -> np.ndarray:
@@ -194,3 +196,72 @@ def test_thumbnails_are_shown_alike(tmp_path):
     picture = thumbnail(path).pixelColor(20, 20)
     shown = np.array([[picture.red(), picture.green(), picture.blue()]])
     assert apart(shown, pixels[:1, 0], "Adobe RGB").max() < 1.5
+
+
+@pytest.fixture
+def moved(monkeypatch):
+    """Puts the window on the screen of a profile; the next editor is on its own again."""
+
+    def move(driver, icc):
+        monkeypatch.setattr("kogao_app.features.screen.profile_of", lambda *_: icc)
+        driver.window.windowHandle().screenChanged.emit(driver.window.screen())
+        driver.settle()
+
+    yield move
+    use_screen(None)
+
+
+def seen_on(shown: np.ndarray, name: str) -> np.ndarray:
+    """Return what a screen of a space shows, as sRGB."""
+    return expected_srgb(shown / 255.0, name)
+
+
+def test_another_screen_shows_the_same_colours_and_nothing_else_changes(opened, moved, pixels):
+    opened.change_something()
+    opened.settle()
+    opened.canvas.zoom_to(2.0)
+    states, result = opened.editor.document.steps.states, opened.shown.copy()
+    moved(opened, profile("Adobe RGB"))
+    for shown, wanted in (
+        (opened.editor.document.pyramid.shown[0], pixels),
+        (opened.editor.view.frame.levels[0], result),
+        (opened.window.original.photo.pyramid.shown[0], pixels),
+    ):
+        seen = lab_of_srgb(seen_on(shown, "Adobe RGB"))
+        assert delta_e_2000(seen, lab_of_srgb(wanted / 255.0)).max() < ON_8_BITS
+    assert opened.editor.document.steps.states == states
+    assert opened.canvas.zoom == pytest.approx(2.0)
+    np.testing.assert_array_equal(opened.shown, result)
+    assert "Adobe RGB" in opened.window.status._photo.toolTip()
+    for icc in (b"nonsense", profile("grey"), None):
+        moved(opened, profile("Display P3"))
+        moved(opened, icc)
+        assert "taken to be sRGB" in opened.window.status._photo.toolTip()
+        np.testing.assert_array_equal(opened.editor.view.frame.levels[0], result)
+
+
+def test_a_photo_that_was_read_before_the_screen_was_known_is_shown_alike(empty, moved, photo):
+    ahead = Ahead(photo)
+    ahead.seek(KnownFaces())
+    assert ahead.pyramid.result().show is None
+    moved(empty, profile("Display P3"))
+    empty.editor.files.open(photo, ahead)
+    empty.settle()
+    pyramid = empty.editor.document.pyramid
+    seen = lab_of_srgb(seen_on(pyramid.shown[0], "Display P3"))
+    assert delta_e_2000(seen, lab_of_srgb(pyramid.levels[0] / 255.0)).max() < ON_8_BITS
+
+
+@pytest.mark.usefixtures("moved")
+def test_thumbnails_and_grey_photos_follow_the_screen(tmp_path):
+    assert use_screen(profile("Display P3"))
+    pixels = np.full((40, 40, 3), (60, 180, 40), np.uint8)
+    write(with_profile(pixels, None), pixels, tmp_path / "green.png")
+    picture = thumbnail(tmp_path / "green.png").pixelColor(20, 20)
+    seen = seen_on(np.array([picture.red(), picture.green(), picture.blue()]), "Display P3")
+    assert delta_e_2000(lab_of_srgb(seen), lab_of_srgb(pixels[0, 0] / 255.0)) < 1.5
+    grey = with_profile(chart(np.uint8, 1), None)
+    shown = pyramid_of(grey).shown[0]
+    seen = lab_of_srgb(seen_on(shown, "Display P3"))
+    wanted = lab_of_srgb(np.repeat(grey.pixels[..., None], 3, axis=-1) / 255.0)
+    assert delta_e_2000(seen, wanted).max() < 1.0

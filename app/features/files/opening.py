@@ -16,7 +16,7 @@ from kogao_core.projects.results import Provenance
 
 from ...ahead import Ahead
 from ...document import State, UndoSteps
-from ...render.colour import pyramid_of
+from ...render.colour import pyramid_of, screen_colours
 from ...render.pyramid import PicturePyramid
 from ...storage import Storage
 from . import history
@@ -64,7 +64,9 @@ def open_photo(
     if is_project(path):
         (work, path), ahead = photo_of(path), None
     photo = read(path) if ahead is None else ahead.photo.result()
-    pyramid = pyramid_of(photo) if ahead is None else ahead.pyramid.result()
+    pyramid = None if ahead is None else ahead.pyramid.result()
+    if pyramid is None or pyramid.show is not screen_colours(photo).show:
+        pyramid = pyramid_of(photo)  # what was read ahead knew no screen
     try:
         work = work or (None if afresh else kept_of(photo, storage.edits))
         if work is None:

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Final
 
 from PySide6.QtCore import QFileSystemWatcher, QLockFile, QTimer
-from PySide6.QtGui import QImage
+from PySide6.QtGui import QAction, QImage
 from PySide6.QtWidgets import QMenu
 
 from kogao_core.base import strict
@@ -143,7 +143,9 @@ class Strip(Feature):
             menu.addAction(
                 self.add_action(f"label-{label.lower()}", text, f"Ctrl+Shift+{key}", beside, act)
             )
-        self.film.addActions(menu.actions())
+        end = QAction(self.film)
+        end.setSeparator(True)
+        self.film.addActions([*menu.actions(), end])
 
     def _enable(self, filled: bool) -> None:
         for name in ("next-photo", "previous-photo", "strip-shown", "strip-order"):
@@ -312,6 +314,11 @@ class Strip(Feature):
         if path is not None:
             doubts = state.off & doubtful(state.faces, self.document.image)
             self.look_again(path, "doubtful" if doubts else "")
+
+    def draw_again(self) -> None:
+        """Draw every photo again: the screen shows other colours."""
+        self._undrawn = dict.fromkeys(self._paths or [])
+        self._draw()
 
     def _draw(self) -> None:
         path = None if self._drawing.busy else self.film.next_of(self._undrawn)

@@ -137,4 +137,4 @@ def _pixels(picture: QImage) -> Rgb8:
     rows = np.frombuffer(picture.constBits(), np.uint8).reshape(picture.height(), -1)
     channels = 4 if picture.hasAlphaChannel() else 3
     plain = rows[:, : channels * picture.width()].reshape(picture.height(), -1, channels)
-    return np.ascontiguousarray(plain)
+    return plain.copy()  # what it views goes with the picture

@@ -19,6 +19,7 @@ from PySide6.QtCore import (
 from PySide6.QtGui import QColor, QIcon, QImage, QPainter, QPalette, QPixmap
 from PySide6.QtWidgets import (
     QApplication,
+    QGridLayout,
     QListView,
     QListWidget,
     QListWidgetItem,
@@ -242,17 +243,15 @@ class StripPanel(QWidget):
         self._stop: Callable[[], object] = lambda: None
         self.halt.clicked.connect(lambda: self._stop())
         self.film.counted.connect(self._count)
-        controls = QWidget()
+        controls, rows = QWidget(), QGridLayout()
         controls.setFixedWidth(_CONTROLS_PX)
+        for row, (title, box) in enumerate(((tr("Order"), self.order), (tr("Shown"), self.choice))):
+            rows.addWidget(named(title, box), row, 0)
+            rows.addWidget(box, row, 1)
+        rows.setColumnStretch(1, 1)
         below = row_of(self.line, self.halt)
-        order, choice = named(tr("Order"), self.order), named(tr("Shown"), self.choice)
-        first = row_of(order, self.order)
-        second = row_of(choice, self.choice)
-        for row in (first, second):
-            row.setStretch(1, 1)
-        column_of(controls, first, second, below, None, margin=GRID_PX, spacing=GRID_PX)
-        row = row_of(controls, self.film, spacing=GRID_PX)
-        column_of(self, row)
+        column_of(controls, rows, below, None, margin=GRID_PX, spacing=GRID_PX)
+        column_of(self, row_of(controls, self.film, spacing=GRID_PX))
         self.show_running("")
 
     def show_all(self) -> None:
@@ -362,11 +361,12 @@ def _choices() -> dict[str, Test]:
     def marked(*marks: Mark) -> Test:
         return lambda facts: facts.mark in marks
 
-    every = {_STAR * stars: at_least(stars) for stars in range(1, MOST_STARS + 1)}
+    every = {_STAR * stars: at_least(stars) for stars in range(1, MOST_STARS)}
     return {
         tr("All photos"): lambda _: True,
         tr("Not rejected"): at_least(0),
         **{tr("{stars} or more", stars=stars): test for stars, test in every.items()},
+        _STAR * MOST_STARS: at_least(MOST_STARS),
         tr("Without stars"): lambda facts: facts.rated.stars == 0,
         tr("Rejected"): lambda facts: facts.rated.stars == REJECTED,
         **{tr("Label: {name}", name=labels()[one]): labelled(one) for one in LABELS},
