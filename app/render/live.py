@@ -80,6 +80,7 @@ class Surface:
             self._protection = self._mapped = NOTHING
         (canvas, result), self._back = self._back or self._buffer(), None
         faces, recipe, protection = state.active, state.done.recipe, state.protection
+        brushwork = state.brushwork
         held, back, whole = self._held(state, part), to_photo(0), None
         if part is not None:
             back = to_photo(part.level, (part.box.left, part.box.top))
@@ -88,6 +89,7 @@ class Surface:
                 # The warp redoes only what changes as long as the strokes are the very same.
                 self._protection, self._mapped = protection, protection.mapped(there)
             faces, protection = [face.mapped(there) for face in faces], self._mapped
+            brushwork = brushwork.mapped(there)
             held, whole = held.mapped(there), self._photo.whole_of(part.level, part.box)
             recipe = dataclasses.replace(recipe.at_scale(there.scale), interpolation="bilinear")
         rendering = render(
@@ -96,6 +98,7 @@ class Surface:
             recipe,
             protection=protection,
             held=held,
+            brushwork=brushwork,
             canvas=canvas,
             whole=whole,
         )
