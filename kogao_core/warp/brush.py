@@ -100,7 +100,7 @@ class BrushStroke:
 
     def weight(self, rho: Array) -> Array:
         """Return the brush's share at distances in radii, 0 to 1, in their shape."""
-        return 1.0 - smoothstep(np.clip(1.0 - (1.0 - rho) / self.falloff, 0.0, 1.0))
+        return 1.0 - smoothstep(1.0 - (1.0 - rho) / self.falloff)
 
     def dabs(self) -> Array:
         """Return each step's middle (x, y), the way it goes there (x, y), px, and the pressure.
