@@ -55,10 +55,10 @@ def layout(actions: Sequence[str]) -> dict[str, Names]:
             *("compare-wipe", "compare-side", "compare-difference", None),
             *("wipe-left", "wipe-right", "loupe"),
         ),
-        tr("Pro&tect"): (
+        tr("&Tools"): (
             *every("tool-"),
-            *("hard", None),
-            *("smaller", "larger", "unprotect"),
+            *("smaller", "larger", None),
+            *("clear-strokes", None, "hard", "unprotect"),
             *(None, "lines-go", "lines-hold"),
         ),
         tr("E&xperiments"): (*every("experiment-"), None, *every("rate")),

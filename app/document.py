@@ -24,6 +24,7 @@ from kogao_core.projects.project import Mode, Sheet
 from kogao_core.projects.sidecar import Applied
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.recipe.settings import FACE_FIELDS
+from kogao_core.warp.brush import UNTOUCHED, Brushwork
 from kogao_core.warp.lens import Heads
 from kogao_core.warp.protection import NOTHING, Protection
 
@@ -45,6 +46,7 @@ class State(Sheet):
     protection: Protection = NOTHING  # places that must not move, px of the photo
     # Straight lines of the background that aren't held, px of the photo.
     loose: tuple[Line, ...] = ()
+    brushwork: Brushwork = UNTOUCHED  # strokes of push and restore, px of the photo
     optics: Optics = UNKNOWN  # what the photo tells of its lens
     image: Box = _NOWHERE  # the photo's rectangle
     mode: Mode = "automatic"  # whose faces these are: the machine's, or those marked by hand
@@ -84,17 +86,20 @@ class State(Sheet):
         sheet = self.sheet(mode)
         recipe = self.optics.settled(sheet.recipe)
         return Applied(
-            sheet.active, recipe, self.protection, loose=self.loose, others=sheet.inactive
+            *(sheet.active, recipe, self.protection),
+            loose=self.loose,
+            others=sheet.inactive,
+            brushwork=self.brushwork,
         )
 
     @property
     def work(self) -> dict[Mode, object]:
         """What would be lost with the state, to compare: the mode at work is no part of it."""
         found, marked = self.sheet("automatic"), self.sheet("manual")
-        strokes, loose = self.protection.strokes, self.loose
-        by_hand = (marked.faces, marked.off, marked.recipe, self.draft, strokes, loose)
+        shared = (self.protection.strokes, self.loose, self.brushwork.strokes)
+        by_hand = (marked.faces, marked.off, marked.recipe, self.draft, *shared)
         return {
-            "automatic": (found.faces, found.off, found.recipe, strokes, loose),
+            "automatic": (found.faces, found.off, found.recipe, *shared),
             # Settings of no face are nothing to lose: manual mode was only looked at.
             "manual": by_hand if marked.faces or self.draft else None,
         }

@@ -38,6 +38,7 @@ from .features.preferences import Preferences
 from .features.presets import Presets
 from .features.projects import Projects
 from .features.protect import Protect
+from .features.push import Push
 from .features.readings import Figure, Readings
 from .features.recent import Recent
 from .features.recipe import RecipeEditing
@@ -104,6 +105,7 @@ class Editor(QObject):
         self.recipe = RecipeEditing(context, self.points)
         self.overlays = Overlays(context)
         self.protect = Protect(context)
+        self.push = Push(context, self.protect)
         self.compare = Compare(context)
         self.surroundings = Surroundings(context, self.overlays)
         self.faces = Faces(context, self.recipe, source)
@@ -159,7 +161,7 @@ class Editor(QObject):
             feature.working.connect(window.status.hint)
             feature.did.connect(window.status.tell)
         shown = (
-            *(self.manual, self.recipe, self.protect, self.overlays),
+            *(self.manual, self.push, self.recipe, self.protect, self.overlays),
             *(self.faces, self.readings, self.both, self.history, self.strip),
         )
         anew = self.document.changed, self.recipe.chosen, self.live.drawn, window.arranged

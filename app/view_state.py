@@ -16,7 +16,7 @@ from kogao_core.recipe.settings import DomainName
 from .document import Document, State
 
 Kind = Literal["outline", "eye", "mouth", "target", "centre", "corner", "body", "mark"]
-ToolName = Literal["points", "brush", "line", "eraser"]
+ToolName = Literal["points", "push", "restore", "brush", "line", "eraser"]
 # How much stronger than it is the difference is shown.
 GAIN: Final = 8
 # The overlays that mark the points of faces.
@@ -76,15 +76,27 @@ class Brush:
     """The tool in hand."""
 
     tool: ToolName = "points"  # what a drag does
-    radius_px: float = 16.0  # half the width of brush, line and eraser, px of the photo
+    radius_px: float = 16.0  # half the width of a tool that paints, px of the photo
     # Whether a stroke's own pixels keep every byte, by a feather beside it; a soft one only asks
     # the fit to leave the place alone.
     hard: bool = False
+    strength: float = 0.5  # of push and restore, 0 to 1
+    falloff: float = 0.8  # the share of the radius over which they get weaker
 
     @property
     def paints(self) -> bool:
-        """True when a drag changes the protection instead of a point."""
+        """True when a drag draws a stroke instead of moving a point."""
         return self.tool != "points"
+
+    @property
+    def moves(self) -> bool:
+        """True when a stroke changes the displacement."""
+        return self.tool in ("push", "restore")
+
+    @property
+    def protects(self) -> bool:
+        """True when a stroke changes what must not move."""
+        return self.paints and not self.moves
 
 
 @dataclass(frozen=True, slots=True)

@@ -40,7 +40,7 @@ RETOUCH: Final = Workspace(
         *("open", "save", None),
         *("undo", "redo", None),
         *("hold-original", "compare-wipe", "compare-side", None),
-        *("tool-brush", "hide-overlays", "fit"),
+        *("tool-push", "tool-restore", "tool-brush", None, "hide-overlays", "fit"),
     ),
     plain=True,
     quiet=True,

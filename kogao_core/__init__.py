@@ -35,12 +35,14 @@ if TYPE_CHECKING:
     from kogao_core.projects.project import load as load_project
     from kogao_core.projects.sidecar import apply as apply_project
     from kogao_core.recipe.recipe import PAPER, Recipe
+    from kogao_core.warp.brush import Brushwork
     from kogao_core.warp.protection import Protection
 
 __version__ = "0.1.0"
 __all__ = [
     "PAPER",
     "BadFile",
+    "Brushwork",
     "CannotWrite",
     "Face",
     "Photo",
@@ -74,6 +76,7 @@ _HOMES = {
     "photo.writing": {"write": "write"},
     "pipeline": {"Rendering": "Rendering", "render": "render"},
     "projects.project": {"Project": "Project", "load_project": "load"},
+    "warp.brush": {"Brushwork": "Brushwork"},
     "warp.protection": {"Protection": "Protection"},
     "recipe.recipe": {"PAPER": "PAPER", "Recipe": "Recipe"},
     "projects.sidecar": {"apply_project": "apply"},

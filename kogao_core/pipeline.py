@@ -18,6 +18,7 @@ from kogao_core.faces.targets import Pairs, aim
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.recipe.settings import DomainName
 from kogao_core.warp import domain as domains
+from kogao_core.warp.brush import UNTOUCHED, Brushwork, brushed
 from kogao_core.warp.canvas import Canvas, flag_of, warp_alike
 from kogao_core.warp.counts import pixel_counts
 from kogao_core.warp.dose import achieved_percent
@@ -27,7 +28,7 @@ from kogao_core.warp.fit import problems_of, solve
 from kogao_core.warp.frame import cut_note, slid
 from kogao_core.warp.guard import hold_back
 from kogao_core.warp.lens import Heads
-from kogao_core.warp.limits import check_corners
+from kogao_core.warp.limits import check_corners, check_strokes
 from kogao_core.warp.one_to_one import OneToOne, check_one_to_one
 from kogao_core.warp.protection import NOTHING, Protection
 from kogao_core.warp.reduction import reduced, size_of
@@ -61,6 +62,8 @@ class Rendering:
         What can't be done right at the photo's edge, in a sentence; empty where nothing is cut.
     timings_ms : dict
         Time by stage.
+    brush_shares : tuple of float
+        How much of each stroke of the brush the guard let through; below 1 it would have folded.
 
     Examples
     --------
@@ -73,7 +76,7 @@ class Rendering:
     >>> rendering.one_to_one.certified, rendering.shares
     (True, (1.0,))
     >>> list(rendering.timings_ms)
-    ['targets', 'lattice', 'guard', 'background', 'domain', 'copy', 'warp']
+    ['targets', 'lattice', 'guard', 'background', 'brush', 'domain', 'copy', 'warp']
     """
 
     pixels: Image
@@ -86,6 +89,7 @@ class Rendering:
     recipe: Recipe
     note: str = ""
     timings_ms: dict[str, float] = dataclasses.field(default_factory=dict)
+    brush_shares: tuple[float, ...] = ()
 
     @cached_property
     def one_to_one(self) -> OneToOne:
@@ -95,9 +99,10 @@ class Rendering:
 
     @cached_property
     def residual(self) -> Residual:
-        """How far the field at the targets is from what they ask for."""
+        """How far the field at the targets is from what they ask for, strokes aside."""
+        own = self.field.lattices[: len(self.pairs)]
         with one_blas_thread():
-            return residual(self.field, self.pairs)
+            return residual(dataclasses.replace(self.field, lattices=own), self.pairs)
 
     def warped(self, picture: Image) -> Image:
         """Warp another picture of the whole photo by the same field, such as a gain map for HDR.
@@ -154,6 +159,7 @@ def render(
     *,
     protection: Protection = NOTHING,
     held: Held = NOTHING_HELD,
+    brushwork: Brushwork = UNTOUCHED,
     canvas: Canvas | None = None,
     threads: int | None = None,
     whole: Box | None = None,
@@ -174,6 +180,8 @@ def render(
     held : Held
         Lines that stay straight and neighbours who stay put where they can, unless the recipe lets
         them go; `background.held` finds them.
+    brushwork : Brushwork
+        Strokes of push and restore over what all else makes of the photo.
     canvas : Canvas, optional
         A buffer over the same photo to work in place instead of on a fresh copy; the result is
         the same to the bit.
@@ -196,7 +204,7 @@ def render(
     ValueError
         If the photo's depth or shape can't be warped, or the canvas is over another photo.
     OutOfBounds
-        If faces, lattice or protection together ask for more than `limits` allows.
+        If faces, lattice, protection or strokes together ask for more than `limits` allows.
 
     Examples
     --------
@@ -215,6 +223,7 @@ def render(
     if canvas is not None and canvas.source is not photo:
         raise ValueError("this canvas lies over another photo")
     check_corners(protection)
+    check_strokes(brushwork)
     watch = Stopwatch()
     with one_blas_thread():
         with watch.lap("targets"):
@@ -239,6 +248,12 @@ def render(
             unheld = field
             if recipe.hold_background:
                 field = hold(field, problems, seen, held)
+        brush_shares: tuple[float, ...] = ()
+        with watch.lap("brush"):
+            if brushwork.strokes:
+                field, brush_shares = brushed(
+                    field, brushwork, protection, edges, guarded=recipe.guard
+                )
         with watch.lap("domain"):
             area = domains.reduce(field, Box.of(photo), recipe.domain)
         size = size_of(Box.of(photo), longest_px)
@@ -256,4 +271,5 @@ def render(
         *(pixels, pairs, field, shares, unheld, area, changed, recipe),
         cut_note(pairs, asked),
         watch.laps_ms,
+        brush_shares,
     )

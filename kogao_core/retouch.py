@@ -77,7 +77,7 @@ def retouch(
         held = held_of(photo.pixels, done, finder)
         rendering = render(
             photo.pixels, done.faces, done.recipe, protection=done.protection, held=held,
-            threads=threads, longest_px=export.longest_px,
+            brushwork=done.brushwork, threads=threads, longest_px=export.longest_px,
         )  # fmt: skip
         look(rendering)
         drawn = rendering.pixels

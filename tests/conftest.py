@@ -93,6 +93,14 @@ def portrait(weights: Path) -> Path:
 
 
 @pytest.fixture(scope="session")
+def small_png(portrait: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The same, 300 px wide, quick and lossless."""
+    path = tmp_path_factory.mktemp("portrait") / "small.png"
+    Image.open(portrait).resize((300, 300)).save(path)
+    return path
+
+
+@pytest.fixture(scope="session")
 def small_portrait(portrait: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The same, 300 px wide and quick."""
     path = tmp_path_factory.mktemp("portrait") / "small.jpg"

@@ -32,7 +32,7 @@ class RandomUser:
         self._rng = np.random.default_rng(seed)
         self._kinds = (
             *((self._slide, 0.30), (self._drag, 0.27), (self._nudge, 0.05), (self._undo, 0.14)),
-            *((self._redo, 0.07), (self._protect, 0.07), (self._erase, 0.03)),
+            *((self._redo, 0.07), (self._protect, 0.05), (self._push, 0.02), (self._erase, 0.03)),
             *((self._switch_mode, 0.04), (self._choose, 0.03)),
         )
         self.counts: dict[str, int] = {}
@@ -119,6 +119,17 @@ class RandomUser:
         self._stroke()
         protecting.take("points")
 
+    def _push(self) -> None:
+        pushing, protecting = self._editor.push, self._editor.protect
+        if len(self._state.brushwork.strokes) > _MOST_STROKES:
+            pushing.clear()
+        protecting.take(("push", "restore")[self._rng.integers(2)])
+        x, y = self._between(0, self._editor.document.image.width), self._between(0, 500)
+        pushing.begin(x, y)
+        pushing.extend(x + self._between(-20, 20), y + self._between(-20, 20))
+        pushing.end()
+        protecting.take("points")
+
     def _erase(self) -> None:
         self._editor.protect.take("eraser")
         self._stroke()
@@ -136,5 +147,10 @@ def equals_a_fresh_render(editor: Editor) -> bool:
     """Tell whether the picture on screen is what a fresh render of the state gives, to the bit."""
     state, photo = editor.document.state, editor.document.pyramid.levels[0]
     held = held_of(editor.document.photo.pixels, state.done, BackgroundFinder())
-    fresh = render(photo, state.active, state.recipe, protection=state.protection, held=held).pixels
+    fresh = render(
+        *(photo, state.active, state.recipe),
+        protection=state.protection,
+        held=held,
+        brushwork=state.brushwork,
+    ).pixels
     return np.array_equal(editor.view.frame.rendering.pixels, fresh)

@@ -15,6 +15,7 @@ from PySide6.QtGui import (
     QPainter,
     QPaintEvent,
     QPen,
+    QTabletEvent,
     QWheelEvent,
 )
 from PySide6.QtWidgets import QApplication
@@ -90,6 +91,7 @@ class PhotoCanvas(Viewport):
         self._clicked: QPointF | None = None
         self._doubled = False
         self._pointer: QPointF | None = None
+        self.pressure = 1.0  # of a pen on the photo, 0 to 1
 
     def let_go(self) -> None:
         """Forget what is in hand, as Escape does; the button may still be down."""
@@ -209,6 +211,12 @@ class PhotoCanvas(Viewport):
         elif not takes and (left or event.button() == Qt.MouseButton.MiddleButton):
             self.start_pan(at)
         event.accept()
+
+    def tabletEvent(self, event: QTabletEvent) -> None:
+        """Note how hard a pen presses; Qt sends what it does as the mouse's, too."""
+        lifted = event.type() == QEvent.Type.TabletRelease
+        self.pressure = 1.0 if lifted else min(max(event.pressure(), 0.0), 1.0)
+        event.ignore()
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
         """Take hold as with one click; let go without a drag, it shows 1:1, or all again."""

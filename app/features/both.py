@@ -170,7 +170,10 @@ class BothModes(Feature):
         beside.redraw()
         self._show_times()
         # A gesture moves this mode's points: what the other one makes of the photo stays.
-        now = (state.mode, state.kept, state.protection, state.loose, self.document.committed)
+        now = (
+            *(state.mode, state.kept, state.protection, state.loose, state.brushwork),
+            self.document.committed,
+        )
         if now != self._followed and not self.document.in_gesture:
             self._followed = now
             self._revision += 1

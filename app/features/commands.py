@@ -52,6 +52,8 @@ _ALSO_CALLED: Final = {
     "save": Text("export write JPEG"),
     "export": Text("save resize web size quality"),
     "batch": Text("many folder sync"),
+    "tool-push": Text("forward warp liquify smudge"),
+    "tool-restore": Text("reconstruct liquify original"),
     "tool-brush": Text("freeze mask lock"),
     "tool-eraser": Text("thaw unmask"),
     "follow-photo": Text("reset clear"),

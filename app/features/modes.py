@@ -147,7 +147,10 @@ def _side(
 ) -> Side:
     done = state.done_by(mode)
     rendering = render(
-        photo.levels[0], done.faces, done.recipe, protection=done.protection, held=held(done)
+        *(photo.levels[0], done.faces, done.recipe),
+        protection=done.protection,
+        held=held(done),
+        brushwork=done.brushwork,
     )
     rows, columns = box.slices
     # Here, off the GUI thread: a face of a large photo has many times a dialog's pixels.

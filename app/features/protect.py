@@ -5,12 +5,12 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Iterable
-from typing import Final, get_args
+from typing import Final
 
 import cv2
 import numpy as np
 from PySide6.QtCore import Signal
-from PySide6.QtGui import QAction
+from PySide6.QtGui import QAction, QActionGroup
 from PySide6.QtWidgets import QCheckBox, QPushButton, QWidget
 
 from kogao_core.base.geometry import Array
@@ -24,7 +24,9 @@ from ..widgets.sliders import ValueSlider
 from ..widgets.typed import SliderScale
 from .feature import Context, Feature
 
-_OF_PHOTO: Final = 1 / 100  # the first brush's radius in the photo's longer side
+# The first brush's radius in the photo's longer side, and that of one that pushes or restores.
+_OF_PHOTO: Final = 1 / 100
+_OF_PHOTO_MOVING: Final = 1 / 25
 # A stroke may leave the cursor's way by this share of its radius: fewer corners, quicker fits.
 _LOOSE: Final = 1 / 8
 _LOOSE_PX: Final = 0.5
@@ -45,12 +47,14 @@ class Protect(Feature):
         super().__init__(context)
         # Of the stroke in hand, px of the photo; empty without one.
         self._path: list[tuple[float, float]] = []
-        self._add_tool("points", tr("Points"), "A", tr("Drag landmarks and targets"))
-        self._add_tool("brush", tr("Brush"), "B", tr("Paint what must not move"))
-        self._add_tool(
+        self._tools = QActionGroup(self)
+        self._radii: dict[bool, float] = {}  # of the brush put away, by whether it moves
+        self.add_tool("points", tr("Points"), "A", tr("Drag landmarks and targets"))
+        self.add_tool("brush", tr("Brush"), "B", tr("Paint what must not move"))
+        self.add_tool(
             "line", tr("Line"), "N", tr("Protect a straight edge; Shift keeps it level or upright")
         )
-        self._add_tool("eraser", tr("Eraser"), "E", tr("Rub protection out"))
+        self.add_tool("eraser", tr("Eraser"), "E", tr("Rub protection out"))
         self.add_action(
             "hard",
             tr("&Hard edge"),
@@ -81,9 +85,8 @@ class Protect(Feature):
             tr("Let every place move again"),
             self.clear,
         )
-        tools = self.one_of(*(f"tool-{name}" for name in get_args(ToolName)))
         self.panel: ProtectPanel = ProtectPanel(
-            tools.actions(), self.actions["hard"], self.actions["unprotect"]
+            self._tools.actions(), self.actions["hard"], self.actions["unprotect"]
         )
         self.panel.size_px.edited.connect(self.set_radius)
         self.panel.size_px.reset.connect(self.fit_brush)
@@ -101,26 +104,35 @@ class Protect(Feature):
         # Each photo begins with a brush that suits it.
         self.enable_with_photo(self.panel.size_px.setEnabled)
 
-    def _add_tool(self, name: ToolName, text: str, key: str, tip: str) -> None:
+    def add_tool(self, name: ToolName, text: str, key: str, tip: str) -> QAction:
+        """Add what a drag may do, one of all tools."""
         first = name == self.view.brush.tool
-        self.add_action(f"tool-{name}", text, key, tip, lambda: self.take(name), checked=first)
+        tool = self.add_action(
+            f"tool-{name}", text, key, tip, lambda: self.take(name), checked=first
+        )
+        self._tools.addAction(tool)
+        return tool
 
     # -- the brush -------------------------------------------------------------------------------
 
     def take(self, tool: ToolName) -> None:
-        """Take another tool in hand."""
-        self._set(tool=tool)
+        """Take another tool in hand; those that protect and those that move have a size each."""
+        before = self.view.brush
+        after = dataclasses.replace(before, tool=tool)
+        self._radii[before.moves] = before.radius_px
+        self.set_brush(tool=tool, radius_px=self._radii.get(after.moves, before.radius_px))
 
     def set_radius(self, radius_px: float) -> None:
         """Make the brush this large, px of the photo."""
         self.window.bar.move_on()
-        self._set(radius_px=min(max(radius_px, _SMALLEST_PX), _LARGEST_PX))
+        self.set_brush(radius_px=min(max(radius_px, _SMALLEST_PX), _LARGEST_PX))
 
     def fit_brush(self) -> None:
         """Make the brush as large as suits the photo."""
         self._drop()
-        image = self.document.image
-        self.set_radius(_OF_PHOTO * max(image.width, image.height))
+        longer = max(self.document.image.width, self.document.image.height)
+        self._radii = {False: _OF_PHOTO * longer, True: min(_OF_PHOTO_MOVING * longer, _LARGEST_PX)}
+        self.set_radius(self._radii[self.view.brush.moves])
         self.panel.size_px.show_first(self.view.brush.radius_px)
 
     def resize(self, steps: int) -> None:
@@ -129,12 +141,14 @@ class Protect(Feature):
 
     def set_hard(self, hard: bool) -> None:
         """Choose whether the next strokes have a hard edge."""
-        self._set(hard=hard)
+        self.set_brush(hard=hard)
 
     # -- strokes ---------------------------------------------------------------------------------
 
     def begin(self, x: float, y: float) -> None:
         """Begin a stroke at (x, y), px of the photo."""
+        if not self.view.brush.protects:
+            return
         self.document.commit()
         self._path = [(x, y)]
         if self.view.brush.tool != "line":
@@ -180,7 +194,8 @@ class Protect(Feature):
         spacings = (face.anchor.spacing_px for face in self.document.state.active)
         return min(spacings, default=max(1.0, self.view.brush.radius_px))
 
-    def _set(self, **changes: object) -> None:
+    def set_brush(self, **changes: object) -> None:
+        """Change what the tool in hand is like."""
         self.view.brush = dataclasses.replace(self.view.brush, **changes)  # type: ignore[arg-type]
         self.changed.emit()
 
@@ -197,7 +212,7 @@ class Protect(Feature):
 
     def _show_need(self) -> None:
         there = bool(self.document.state.protection.strokes)
-        self.window.need(self.name, there or self.view.brush.paints)
+        self.window.need(self.name, there or self.view.brush.protects)
 
 
 def _smoothed(path: list[tuple[float, float]], loose_px: float) -> Array:
@@ -219,7 +234,7 @@ class ProtectPanel(QWidget):
     def __init__(self, tools: Iterable[QAction], hard: QAction, clear: QAction) -> None:
         super().__init__()
         tip = tr("Width of brush, line and eraser in px of the photo; [ and ] change it")
-        self.size_px = ValueSlider(tr("Brush si&ze"), _sizes(), tip, 0)
+        self.size_px = ValueSlider(tr("Brush si&ze"), sizes(), tip, 0)
         self.hard = QCheckBox(tr("Hard edge: not a pixel of it moves"))
         self.hard.setToolTip(tr("The move fades out beside the stroke and is nothing on it"))
         self.hard.toggled.connect(hard.setChecked)
@@ -240,7 +255,7 @@ class ProtectPanel(QWidget):
 
     def show_brush(self, brush: Brush) -> None:
         """Show how large the tool in hand is, and unfold for one that paints."""
-        if brush.paints:
+        if brush.protects:
             self.fold.button.setChecked(True)
         self.size_px.show_value(brush.radius_px)
 
@@ -251,7 +266,8 @@ class ProtectPanel(QWidget):
         self.clear.setEnabled(strokes > 0)
 
 
-def _sizes() -> SliderScale:
+def sizes() -> SliderScale:
+    """How wide a brush may be."""
     low, high = (round(_STEPS_PER_OCTAVE * math.log2(px)) for px in (_SMALLEST_PX, _LARGEST_PX))
     return SliderScale(
         low,

@@ -51,7 +51,7 @@ class Holding:
         """Return the same as far as it is known."""
         if self._last is None or not state.recipe.hold_background:
             return NOTHING_HELD
-        held = self._last.held(state.loose)
+        held = self._last.held(state.done.recipe, state.loose)
         if len(held.neighbours) != len(state.active):
             held = dataclasses.replace(held, neighbours=())
         return held
@@ -80,6 +80,7 @@ class Surface:
             self._protection = self._mapped = NOTHING
         (canvas, result), self._back = self._back or self._buffer(), None
         faces, recipe, protection = state.active, state.done.recipe, state.protection
+        brushwork = state.brushwork
         held, back, whole = self._held(state, part), to_photo(0), None
         if part is not None:
             back = to_photo(part.level, (part.box.left, part.box.top))
@@ -88,6 +89,7 @@ class Surface:
                 # The warp redoes only what changes as long as the strokes are the very same.
                 self._protection, self._mapped = protection, protection.mapped(there)
             faces, protection = [face.mapped(there) for face in faces], self._mapped
+            brushwork = brushwork.mapped(there)
             held, whole = held.mapped(there), self._photo.whole_of(part.level, part.box)
             recipe = dataclasses.replace(recipe.at_scale(there.scale), interpolation="bilinear")
         rendering = render(
@@ -96,6 +98,7 @@ class Surface:
             recipe,
             protection=protection,
             held=held,
+            brushwork=brushwork,
             canvas=canvas,
             whole=whole,
         )

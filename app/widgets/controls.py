@@ -123,8 +123,9 @@ class Elided(QLabel):
 
 
 def action_button(action: QAction) -> QToolButton:
-    """Return a narrow button for an action, which the Tab key reaches."""
+    """Return a narrow button for an action, by its word, which the Tab key reaches."""
     button = _reached(action)
+    button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextOnly)
     button.setProperty("segment", "true")
     button.setProperty("snug", "true")
     return button

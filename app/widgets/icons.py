@@ -154,6 +154,18 @@ def _brush(painter: QPainter) -> None:
     painter.drawEllipse(QPointF(6.5, 13.5), 3.6, 3.6)
 
 
+def _push(painter: QPainter) -> None:
+    painter.drawEllipse(QPointF(5.5, 10), 3.6, 3.6)
+    _line(painter, (9.1, 10), (17.5, 10))
+    _line(painter, (14, 6.5), (17.5, 10), (14, 13.5))
+
+
+def _restore(painter: QPainter) -> None:
+    painter.drawArc(QRectF(3.5, 3.5, 13, 13), 150 * 16, 290 * 16)
+    _line(painter, (3, 2.5), (4.2, 6.9), (8.6, 5.7))
+    painter.drawEllipse(QPointF(10, 10), 1.6, 1.6)
+
+
 def _more(painter: QPainter) -> None:
     for x in (5.0, 10.5):
         _line(painter, (x, 6), (x + 4, 10), (x, 14))
@@ -175,13 +187,15 @@ DRAWN: Final[dict[str, Callable[[QPainter], None]]] = {
     "loupe": _loupe,
     "mode-automatic": _found,
     "mode-manual": _by_hand,
+    "tool-push": _push,
+    "tool-restore": _restore,
     "tool-brush": _brush,
     "more": _more,
 }
 # Pictures that need no word beside them.
 WORDLESS: Final = frozenset(
     {
-        *("undo", "redo", "fit", "actual", "tool-brush"),
+        *("undo", "redo", "fit", "actual", "tool-push", "tool-restore", "tool-brush"),
         *("compare-wipe", "compare-side", "compare-difference", "loupe"),
     }
 )

@@ -60,6 +60,8 @@ LARGE_TILES: Final = ((12, 86), (1852, 86))
 LARGE_TILE_PX: Final = 1796
 WIDE_PX: Final = 276
 GALLERY_PX: Final = 300
+EDGE_PX: Final = 900  # the sample's own
+EDGE_ROWS: Final = 316  # below, the generated pictures end
 AMOUNTS: Final = (0.0, 4.0, 8.0)
 FOLLOWS: Final = (0.0, 50.0, 100.0)
 STEPS: Final = 8
@@ -108,7 +110,7 @@ def _tiles(sheet: Path, corners: tuple[tuple[int, int], ...], side_px: int) -> l
 
 
 def gallery(sheets: Path) -> dict[str, bytes]:
-    """Return the sample and five generated faces, by amount and by how far the head follows."""
+    """Return the sample and five generated faces: by amount, as the head follows, at the edge."""
     faces = [
         read(assets.sample()).pixels[60:760, 100:800],
         *_tiles(sheets / SHEET, TILES, TILE_PX),
@@ -120,6 +122,8 @@ def gallery(sheets: Path) -> dict[str, bytes]:
         follows = [_warped(face, AMOUNTS[-1], "--head-follows", f"{far:g}") for far in FOLLOWS]
         made[f"gallery-{number}-amount.jpg"] = _side_by_side(amounts)
         made[f"gallery-{number}-follows.jpg"] = _side_by_side(follows)
+        if number > 1:  # the sample is in `lens`
+            made[f"gallery-{number}-lens.jpg"] = _jpeg(_at_the_edge(face)[:EDGE_ROWS])
     return made
 
 
@@ -193,8 +197,12 @@ def doses() -> Image:
 
 def lens() -> Image:
     """Return the sample at the edge of 26 mm: as the lens draws it, corrected, and on the axis."""
-    photo = read(assets.sample()).pixels
-    subject = Subject("sample", photo, tuple(MeshSource().find(photo)))
+    return _at_the_edge(read(assets.sample()).pixels)
+
+
+def _at_the_edge(photo: Image) -> Image:
+    small = cv2.resize(photo[..., :3], (EDGE_PX, EDGE_PX), interpolation=cv2.INTER_AREA)
+    subject = Subject("", small, tuple(MeshSource().find(small)))
     return np.hstack(shown_at_the_edge(subject, Recipe()))
 
 

@@ -48,6 +48,7 @@ JAPANESE = (
     "README.ja",
     "docs/ja/gallery",
     "docs/ja/editor",
+    "docs/ja/lens",
     "docs/ja/command-line",
     "docs/japanese",
 )

@@ -29,6 +29,7 @@ from kogao_core.faces.face import Face
 from kogao_core.faces.landmarks import ModelRefused
 from kogao_core.faces.landmarks.pixels import Pyramid
 from kogao_core.projects.sidecar import Applied
+from kogao_core.recipe.recipe import Recipe
 from kogao_core.warp.domain import Domain
 from kogao_core.warp.field import Field
 
@@ -40,6 +41,7 @@ _HALF: Final = 0.5
 # count from nothing to all, the weight of a row being felt over several powers of ten.
 _LONGER: Final = 4.0
 _SLOWLY: Final = 6
+_LENSED: Final = 2  # the same where a lens' correction moves what is behind a head much farther
 _HAIR_COUNTS: Final = Text("lines of hair and clothes count as lines of the background")
 # Lines so near to one that is let go are its other edge, or itself found a little elsewhere: in the
 # shortest line that counts.
@@ -59,14 +61,15 @@ class Background:
     # (M, 2, 2): lines that are measured and not held (`bend.rough_lines`), px.
     rough: Array = dataclasses.field(default_factory=lambda: np.zeros((0, 2, 2)))
 
-    def held(self, loose: Sequence[Line] = ()) -> Held:
-        """Return what is to be held."""
+    def held(self, recipe: Recipe, loose: Sequence[Line] = ()) -> Held:
+        """Return what a rendering is to hold."""
         if not self.told:
             return NOTHING_HELD
         free = [self.is_loose(line, loose) for line in self.lines]
         lines = self.lines[~np.array(free, bool)]
         lengths = np.linalg.norm(lines[:, 1] - lines[:, 0], axis=1)
-        weights = ramp((lengths / self.shortest_px - 1.0) / _LONGER) ** _SLOWLY
+        slowly = _SLOWLY if recipe.lens == "off" else _LENSED
+        weights = ramp((lengths / self.shortest_px - 1.0) / _LONGER) ** slowly
         return Held(lines, self.neighbours, weights)
 
     def toggled(self, line: Line, loose: Sequence[Line]) -> tuple[Line, ...]:
@@ -170,7 +173,7 @@ def held_of(photo: Image, done: Applied, finder: BackgroundFinder) -> Held:
     """
     if not done.faces or not done.recipe.hold_background:
         return NOTHING_HELD
-    return finder.find(photo, done.faces, done.others).held(done.loose)
+    return finder.find(photo, done.faces, done.others).held(done.recipe, done.loose)
 
 
 def measure(photo: Image, rendering: Warped, done: Applied, finder: BackgroundFinder) -> Bends:

@@ -15,6 +15,7 @@ STAGES: Final = {
     "lattice": Text("lattice"),
     "guard": Text("guard"),
     "background": Text("background"),
+    "brush": Text("brush"),
     "domain": Text("domain"),
     "copy": Text("copy"),
     "warp": Text("warp"),

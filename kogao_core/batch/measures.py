@@ -111,12 +111,14 @@ def codebook_of(file: Path) -> Path:
 def write(rows: Iterable[Mapping[str, Any]], file: Path) -> None:
     """Write a table and its codebook: CSV in UTF-8, a point before decimals, 1 for yes."""
     told = [("column", "meaning"), *((name, meaning) for name, (meaning, _) in COLUMNS.items())]
-    _put([list(COLUMNS), *([row[name] for name in COLUMNS] for row in rows)], file)
-    _put(told, codebook_of(file))
+    lines = [list(COLUMNS), *([row[name] for name in COLUMNS] for row in rows)]
+    file.parent.mkdir(parents=True, exist_ok=True)
+    for table, to in ((lines, file), (told, codebook_of(file))):
+        put(table_text(table).encode(errors="backslashreplace"), to)  # names may be no text at all
 
 
-def _put(rows: Iterable[Sequence[object]], file: Path) -> None:
+def table_text(rows: Iterable[Iterable[object]]) -> str:
+    """Return rows as CSV for any program: an empty field where there is nothing."""
     text = io.StringIO()
     csv.writer(text, lineterminator="\n").writerows(rows)
-    file.parent.mkdir(parents=True, exist_ok=True)
-    put(text.getvalue().encode(errors="backslashreplace"), file)  # names may be no text at all
+    return text.getvalue()

@@ -53,6 +53,7 @@ def as_json(
         ],
         "residual": dataclasses.asdict(rendering.residual),
         "shares": list(rendering.shares),
+        "brush_shares": list(rendering.brush_shares),
         "threshold_px": rendering.threshold_px,
         "one_to_one": dataclasses.asdict(rendering.one_to_one),
         "lines": [dataclasses.asdict(line) for line in bends.lines],
@@ -100,6 +101,10 @@ def as_text(
     if min(rendering.shares, default=1.0) < 1.0:
         kept = ", ".join(f"{100 * share:.0f} %" for share in rendering.shares)
         held = Text("held back to {kept} of the move, which would have folded", kept=kept)
+        lines.append(_line(GUARD, held))
+    if min(rendering.brush_shares, default=1.0) < 1.0:
+        kept = ", ".join(f"{100 * share:.0f} %" for share in rendering.brush_shares)
+        held = Text("brush strokes held back to {kept}, more would have folded", kept=kept)
         lines.append(_line(GUARD, held))
     if rendering.threshold_px < recipe.threshold_px:
         unused = Text(

@@ -3,13 +3,13 @@
 25 faces, each at 5 warp distances towards 4 centres, were shown to 32 students, who answered
 "natural" or "unnatural". The paper concludes that the warp distance should stay below 6 % of D.
 The faces alone had moved, by the paper's local field: of warps where what surrounds them goes
-along, or eyes and mouth keep their shape, the table says nothing.
+along, or eyes and mouth keep their shape, the table says nothing; nor of faces of which parts move.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -43,6 +43,9 @@ class Naturalness:
     # Whether the face alone moves, as those that were asked about did; if not, `unnatural` is of
     # another warp of the same distance.
     face_alone: bool = True
+    # Whether all of the face moves alike; if not, `unnatural` says nothing, and `percent` is a mean
+    # over parts that hardly move.
+    whole_face: bool = True
 
     @property
     def beyond_limit(self) -> bool:
@@ -53,7 +56,7 @@ class Naturalness:
     @property
     def warns(self) -> bool:
         """True beyond the limit, which was found for faces that move alone."""
-        return self.face_alone and self.beyond_limit
+        return self.face_alone and self.whole_face and self.beyond_limit
 
 
 def judge(percent: float, center: int, *, face_alone: bool = True) -> Naturalness:
@@ -88,7 +91,10 @@ def worst(faces: Sequence[tuple[Pairs, Recipe]]) -> Naturalness | None:
     Result: that of the face that moves most.
     """
     judged = [
-        judge(percent_of(pairs), recipe.center, face_alone=recipe.face_alone)
+        replace(
+            judge(percent_of(pairs), recipe.center, face_alone=recipe.face_alone),
+            whole_face=recipe.whole_face,
+        )
         for pairs, recipe in faces
     ]
     return max(judged, key=lambda one: one.percent, default=None)

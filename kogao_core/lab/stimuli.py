@@ -160,11 +160,7 @@ def _masked(pixels: Image, faces: Sequence[Face], mask: Mask | None) -> Image:
 
 
 def written(
-    posed: Posed,
-    wanted: Wanted,
-    folder: Path,
-    form: str = "tem",
-    progress: Progress = no_progress,
+    posed: Posed, wanted: Wanted, folder: Path, form: str = "tem", progress: Progress = no_progress
 ) -> list[Stimulus]:
     """Write a photo's pictures with their points and fields; the folder is made if need be.
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
-from typing import Any, Final
+from typing import Any, Final, get_args
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from kogao_core.base.language import Text
 from kogao_core.base.strict import BadFile, Node
 from kogao_core.faces.face import FOREHEAD_POINTS, Anchor, Face
 from kogao_core.recipe.recipe import Recipe
+from kogao_core.warp.brush import LEAST_FALLOFF, BrushKind, BrushStroke, Brushwork
 from kogao_core.warp.limits import MOST_CORNERS, MOST_LANDMARKS
 from kogao_core.warp.protection import Protection, Stroke
 
@@ -107,7 +109,12 @@ def protection_dict(protection: Protection, unit: int) -> dict[str, Any]:
 
 def protection(node: Node, unit: int) -> Protection:
     """Read what `protection_dict` wrote."""
-    strokes = node.only(("strokes",)).field("strokes").items(MOST_CORNERS)
+    strokes = _strokes(node.only(("strokes",)).field("strokes"))
+    return Protection(tuple(_stroke(stroke, unit) for stroke in strokes))
+
+
+def _strokes(node: Node) -> list[Node]:
+    strokes = node.items(MOST_CORNERS)
     corners = sum(stroke.count("points") for stroke in strokes)
     if corners > MOST_CORNERS:
         node.refuse(
@@ -117,7 +124,29 @@ def protection(node: Node, unit: int) -> Protection:
                 most_corners=MOST_CORNERS,
             )
         )
-    return Protection(tuple(_stroke(stroke, unit) for stroke in strokes))
+    return strokes
+
+
+def brushwork_list(brushwork: Brushwork, unit: int) -> list[dict[str, Any]]:
+    """Return strokes of push and restore as plain JSON values."""
+    return [
+        {
+            "kind": stroke.kind,
+            "points": _in_units(stroke.points_px, unit),
+            "radius": stroke.radius_px / unit,
+            "strength": stroke.strength,
+            "falloff": stroke.falloff,
+            "pressure": None if stroke.pressure is None else stroke.pressure.tolist(),
+        }
+        for stroke in brushwork.strokes
+    ]
+
+
+def brushwork(node: Node, unit: int) -> Brushwork:
+    """Read what `brushwork_list` wrote; projects from before there were any have none."""
+    if node.value is None:
+        return Brushwork()
+    return Brushwork(tuple(_brush_stroke(stroke, unit) for stroke in _strokes(node)))
 
 
 def lines_list(lines: Sequence[Line], unit: int) -> list[list[list[float]]]:
@@ -148,6 +177,25 @@ def _stroke(node: Node, unit: int) -> Stroke:
         node.refuse(Text("needs at least one point"))
     radius, feather = (node.field(name).number(0.0, 1.0) * unit for name in ("radius", "feather"))
     return Stroke(points, radius, feather)
+
+
+def _brush_stroke(node: Node, unit: int) -> BrushStroke:
+    node.only([field.name.removesuffix("_px") for field in dataclasses.fields(BrushStroke)])
+    pressure = node.field("pressure")
+    kind = node.field("kind").text(16, get_args(BrushKind))
+    try:
+        return BrushStroke(
+            "push" if kind == "push" else "restore",
+            _points(node.field("points"), unit, _MOST_POINTS),
+            node.field("radius").number(0.0, 1.0) * unit,
+            node.field("strength").number(0.0, 1.0),
+            node.field("falloff").number(LEAST_FALLOFF, 1.0),
+            None if pressure.value is None else _shares(pressure),
+        )
+    except BadFile:
+        raise
+    except ValueError as error:  # what the stroke itself refuses
+        node.refuse(Text("is no stroke: {error}", error=error))
 
 
 def _in_units(points: Array, unit: int) -> list[list[float]]:

@@ -18,6 +18,7 @@ from kogao_core.base.strict import BadFile, Node, parse, read
 from kogao_core.faces.face import Face
 from kogao_core.projects import json as project_json
 from kogao_core.recipe.recipe import Recipe
+from kogao_core.warp.brush import UNTOUCHED, Brushwork
 from kogao_core.warp.protection import NOTHING, Protection
 
 VERSION: Final = 1
@@ -27,7 +28,7 @@ _MOST_BYTES: Final = 8 * 2**20
 _LONGEST_SIDE_PX: Final = 2**20
 _FIELDS: Final = (
     *("format", "version", "program", "photo", "unit_px"),
-    *("mode", "automatic", "manual", "protection", "loose"),
+    *("mode", "automatic", "manual", "protection", "loose", "brushwork"),
 )
 
 
@@ -104,6 +105,8 @@ class Project:
         Places that must not move, px.
     loose : tuple of Line
         Straight lines that aren't held, px.
+    brushwork : Brushwork
+        Strokes of push and restore, px.
 
     Examples
     --------
@@ -122,6 +125,7 @@ class Project:
     manual: Sheet | None = None
     protection: Protection = NOTHING
     loose: tuple[Line, ...] = ()
+    brushwork: Brushwork = UNTOUCHED
 
     def at_size(self, width: int, height: int) -> Project:
         """Return the project for the same photo at another resolution.
@@ -164,6 +168,7 @@ class Project:
             None if self.manual is None else self.manual.mapped(resize),
             self.protection.mapped(resize),
             tuple(project_json.as_line(resize(line)) for line in self.loose),
+            self.brushwork.mapped(resize),
         )
 
 
@@ -194,6 +199,7 @@ def to_dict(project: Project) -> dict[str, Any]:
         "manual": None if manual is None else _sheet_dict(manual, unit),
         "protection": project_json.protection_dict(project.protection, unit),
         "loose": project_json.lines_list(project.loose, unit),
+        "brushwork": project_json.brushwork_list(project.brushwork, unit),
     }
 
 
@@ -227,6 +233,7 @@ def from_node(top: Node) -> Project:
         None if manual.value is None else _sheet(manual, unit),
         project_json.protection(top.field("protection"), unit),
         project_json.lines(top.field("loose"), unit),
+        project_json.brushwork(top.field("brushwork"), unit),
     )
 
 

@@ -17,7 +17,8 @@ from kogao_core.base.wording import printable
 from kogao_core.faces.face import Face
 from kogao_core.projects.project import Original, Project, Sheet
 from kogao_core.recipe.recipe import Recipe
-from kogao_core.warp.limits import OutOfBounds, check_faces, check_protection
+from kogao_core.warp.brush import UNTOUCHED, Brushwork
+from kogao_core.warp.limits import OutOfBounds, check_brushwork, check_faces, check_protection
 from kogao_core.warp.protection import Protection
 
 SUFFIX: Final = ".kogao.json"
@@ -62,16 +63,21 @@ class Applied:
     loose: tuple[Line, ...] = ()  # straight lines that aren't held, px
     # More faces of the photo, which are left alone, px.
     others: list[Face] = field(default_factory=list)
+    brushwork: Brushwork = UNTOUCHED  # strokes of push and restore, px
 
     @property
     def what(self) -> Text:
         """A few words on what is done, for an edit record."""
-        return Text.counted(
+        faces = Text.counted(
             len(self.faces),
             "{n} face made smaller: {amount}",
             "{n} faces made smaller: {amount}",
             amount=self.recipe.amount,
         )
+        if not (strokes := len(self.brushwork.strokes)):
+            return faces
+        drawn = Text.counted(strokes, "{n} stroke of a brush", "{n} strokes of a brush")
+        return Text.joined("; ", (faces, drawn))
 
 
 def apply(project: Project, pixels: Image, sha256: str | None = None) -> Applied:
@@ -113,7 +119,8 @@ def apply(project: Project, pixels: Image, sha256: str | None = None) -> Applied
     at_hand, note = match(project, pixels, sha256)
     sheet = sheet_of(at_hand)
     return Applied(
-        sheet.active, sheet.recipe, at_hand.protection, note, at_hand.loose, sheet.inactive
+        *(sheet.active, sheet.recipe, at_hand.protection, note, at_hand.loose, sheet.inactive),
+        at_hand.brushwork,
     )
 
 
@@ -133,6 +140,7 @@ def _check_places(project: Project, image: Box) -> None:
         for sheet in filter(None, (project.automatic, project.manual)):
             check_faces(sheet.faces, image)
         check_protection(project.protection, image)
+        check_brushwork(project.brushwork, image)
     except OutOfBounds as error:
         raise BadFile(str(error)) from None
 

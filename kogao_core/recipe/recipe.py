@@ -12,6 +12,8 @@ from kogao_core.base.wording import shown
 from kogao_core.recipe.settings import (
     FACE_FIELDS,
     SETTINGS,
+    SHAPE,
+    ZONES,
     DomainName,
     Fit,
     Interpolation,
@@ -173,6 +175,12 @@ class Recipe:
     def face_alone(self) -> bool:
         """Whether the face alone moves, as in the paper and its survey."""
         return self.head_follows == 0.0 and not self.keep_features
+
+    @property
+    def whole_face(self) -> bool:
+        """Whether all of a face goes by the same share, as in the paper, and not parts of it."""
+        parts = (*SHAPE, *ZONES) if self.zones else SHAPE
+        return all(getattr(self, name) == _DEFAULTS[name] for name in parts)
 
     def of_face(self, own: Recipe | None) -> Recipe:
         """Return this recipe with a face's `own` choices, where it has some (`FACE_FIELDS`).

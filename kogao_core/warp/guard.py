@@ -27,6 +27,12 @@ _BELOW_ONE: Final = 1.0 - 1e-6
 _SLIGHT_SLOPE: Final = 0.05  # of a displacement that has no part in a fold
 _CLEAR_DET: Final = LEAST_MEASURED_DET + 1e-9  # what is found clear is measured so, however rounded
 
+# A stroke may bring det J down so far, and where it is there already by this factor each; samples
+# of the faces' lattices lie elsewhere than those of a stroke's.
+_ROOM: Final = 4.0 * LEAST_MEASURED_DET
+_LEFT: Final = 0.6
+_LEAST_LEFT: Final = 1.4 * LEAST_MEASURED_DET
+
 
 def hold_back(field: Field) -> tuple[Field, tuple[float, ...]]:
     """Scale the displacements of faces that would fold, and refuse a fade that would.
@@ -47,6 +53,38 @@ def hold_back(field: Field) -> tuple[Field, tuple[float, ...]]:
     if not edges_are_safe(held):
         held = dataclasses.replace(held, fade_px=0.0)
     return held, tuple(shares)
+
+
+def share_let_in(
+    field: Field, changes: Sequence[Lattice], after: Callable[[float], Field]
+) -> float:
+    """Return how much of further displacements, all by one share, a field bears without a fold.
+
+    Where they make det J smaller than `_ROOM` they leave most of it, at all samples, and one that
+    stands alone is proven; `after` is the field with a share of them. Result: 1 where all of it is.
+    """
+    near = [a for a in field.lattices if any(meet(a, one) for one in changes)]
+    whole = dataclasses.replace(field, lattices=(*near, *changes), fade_px=0.0)
+    members = range(len(near), len(whole.lattices))
+    # What is finer than a change has samples of its own there.
+    finer = [
+        a.within(one.box)
+        for one in changes
+        for a in near
+        if a.grid.spacing_px < one.grid.spacing_px and meet(a, one)
+    ]
+    samples = [Shrinking(whole, one, members, _ROOM) for one in (*changes, *finer)]
+    before = [one.dets(0.0) for one in samples]
+    least = [np.minimum(was, np.clip(_LEFT * was, _LEAST_LEFT, _ROOM)) for was in before]
+
+    def allows(share: float) -> bool:
+        if any((one.dets(share) < most).any() for one, most in zip(samples, least, strict=True)):
+            return False
+        if field.falloff.strokes and falloff_slope(after(share)) >= 1.0:
+            return False
+        return len(whole.lattices) > 1 or _proven(Field(after(share).lattices[-1:]))
+
+    return 1.0 if allows(1.0) else _bisected(allows, 1.0)
 
 
 def _largest_safe_shares(field: Field) -> list[float]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -309,6 +310,12 @@ class Lattice:
         (i0, j0), (rows, columns) = self.first_cell, (n + ORDER - 1 for n in self.shape)
         h, (ox, oy) = self.grid.spacing_px, self.grid.origin_px
         return ox + h * i0, oy + h * j0, ox + h * (i0 + columns), oy + h * (j0 + rows)
+
+    @property
+    def box(self) -> Box:
+        """The pixels of that rectangle."""
+        left, top, right, bottom = self.reach_px
+        return Box(math.floor(left), math.floor(top), math.ceil(right) + 1, math.ceil(bottom) + 1)
 
     def reaches(self, points_px: Array) -> npt.NDArray[np.bool_]:
         """Return at which points of shape (N, 2) the field may be other than zero.

@@ -35,7 +35,7 @@ from kogao_core.warp.surround import Surround
 # and so large.
 _ABOVE: Final = 1.5
 _RADIUS: Final = 7.0
-_FADE: Final = 2.0  # in radii of that circle: what is beyond it takes up the difference
+_FADE: Final = 2.5  # in radii of that circle: what is beyond it takes up the difference
 # Where heads overlap a point goes with the nearer one by this power of the distance; between them
 # its share goes from one to the other over all the gap.
 _SHARP: Final = 8
@@ -190,12 +190,12 @@ class Head:
         away = points - self.center_px
         return np.asarray(np.hypot(away[:, 0], away[:, 1]) / self.radius_px)
 
-    def kept_inside(self, points: Array, displacement: Callable[[Array], Array]) -> Array:
-        """Return a displacement at points of shape (N, 2), less what crosses the photo's edges.
+    def kept_inside(self, points: Array) -> Array:
+        """Return the same, less what crosses the photo's edges.
 
         It is taken off beside the head, or within its rim where that is near the edge.
         """
-        moved = displacement(points)
+        moved = self.undistorted(points)
         beside = np.maximum(self.rho(points) - 1.0, 0.0) * self.radius_px
         for edge, inwards in zip(edges_px(self.photo), (1.0, -1.0), strict=True):
             for axis in (0, 1):
@@ -206,7 +206,7 @@ class Head:
                     continue
                 there = points[near]
                 there[:, axis] = edge[axis]
-                moved[near, axis] -= displacement(there)[:, axis] * (1.0 - left[near])
+                moved[near, axis] -= self.undistorted(there)[:, axis] * (1.0 - left[near])
         return moved
 
 
@@ -237,19 +237,13 @@ class Heads:
         Whole on the head, fading to nothing beyond it, and so far from what must not move.
         """
         head = self.heads[which]
-
-        def faded(points: Array) -> Array:
-            rho = head.rho(points)
-            share = 1.0 - ramp((rho - 1.0) / _FADE)
-            mine = _apart(rho)
-            share /= 1.0 + sum(mine / _apart(other.rho(points)) for other in self._near(which))
-            return head.undistorted(points) * share[:, None]
-
-        moved = head.kept_inside(points, faded)
+        rho = head.rho(points)
+        mine, share = _apart(rho), 1.0 - ramp((rho - 1.0) / _FADE)
+        share /= 1.0 + sum(mine / _apart(other.rho(points)) for other in self._near(which))
         if away_px is not None:
-            beside = np.maximum(head.rho(points) - 1.0, 0.0) * head.radius_px
-            moved *= ramp(1.0 / (1.0 + beside / np.maximum(away_px(points), 1e-9)))[:, None]
-        return moved
+            beside = np.maximum(rho - 1.0, 0.0) * head.radius_px
+            share *= ramp(1.0 / (1.0 + beside / np.maximum(away_px(points), 1e-9)))
+        return head.kept_inside(points) * share[:, None]
 
     def _near(self, which: int) -> list[Head]:
         """Return the others that come near one."""

@@ -16,6 +16,7 @@ from kogao_core.base.language import Text
 
 if TYPE_CHECKING:
     from kogao_core.faces.face import Face
+    from kogao_core.warp.brush import Brushwork
     from kogao_core.warp.protection import Protection
 
 # Control points of all faces together, at the finest lattice that is looked at.
@@ -31,6 +32,8 @@ _ON_ONE: Final = 0.25  # of a face's size
 MOST_SAMPLES: Final = 2**20
 # Corners of all protected lines together.
 MOST_CORNERS: Final = 10_000
+# Places along all strokes of push and restore together, eight to a radius.
+MOST_BRUSH_STEPS: Final = 2**15
 # On a photo that is smaller, a stroke may still be as wide as the editor's largest brush.
 WIDEST_PX: Final = 1024.0
 # Landmarks of all faces in one file.
@@ -121,6 +124,39 @@ def check_corners(protection: Protection) -> None:
                 "{most_corners} are allowed: draw them with fewer",
                 corners=corners,
                 most_corners=MOST_CORNERS,
+            )
+        )
+
+
+def check_brushwork(brushwork: Brushwork, image: Box) -> None:
+    """Check that strokes of push and restore lie on a photo or not far outside, as `check_strokes`.
+
+    Raises OutOfBounds.
+    """
+    check_strokes(brushwork)
+    longer = _longer(image)
+    for number, stroke in enumerate(brushwork.strokes, start=1):
+        where = Text("corner {{}} of brush stroke {number}", number=number)
+        _check_near(stroke.points_px, image, longer, where)
+        if stroke.radius_px > max(longer, WIDEST_PX):
+            raise OutOfBounds(Text("brush stroke {number} is wider than the photo", number=number))
+
+
+def check_strokes(brushwork: Brushwork) -> None:
+    """Check that strokes of push and restore ask for no more than can be worked on.
+
+    Raises OutOfBounds.
+    """
+    steps, nodes = 0, 0.0
+    for stroke in brushwork.strokes:
+        steps += int(stroke.steps.sum())
+        sides = np.ptp(stroke.points_px, axis=0) + 2.0 * stroke.radius_px
+        nodes += float(np.prod(sides / stroke.spacing_px))
+    if steps > MOST_BRUSH_STEPS or nodes > MOST_CONTROL_POINTS:
+        raise OutOfBounds(
+            Text(
+                "the strokes of push and restore are too long for so small a brush; draw shorter "
+                "ones, or take a larger brush"
             )
         )
 

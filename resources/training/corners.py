@@ -1,7 +1,8 @@
 """How sure are corners of eyes and mouth? `python -m resources.training.corners DATA`.
 
-Faces of DATA are covered by chance; a corner is right that stays within 5 % of where it was. Prints
-the weights that `kogao_core/faces/landmarks/mesh.py` holds, and how they do on people left out.
+Faces of DATA are covered or blurred by chance; a corner is right that stays within 5 % of where it
+was. Prints the weights that `kogao_core/faces/landmarks/mesh.py` holds, and how they do on people
+left out.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from kogao_core.base.geometry import Array, Image
 from kogao_core.base.threads import one_blas_thread
 from kogao_core.faces.face import Face
 from kogao_core.faces.landmarks import locked
+from kogao_core.faces.landmarks.blazeface import Detection
 from kogao_core.faces.landmarks.edges import EdgeNetwork, refine
 from kogao_core.faces.landmarks.mesh import KINDS, MeshNetwork, MeshSource, box_of, corner_signs
 from kogao_core.faces.landmarks.pixels import Pyramid
@@ -88,29 +90,38 @@ def _examples(known: list[Known], rng: np.random.Generator) -> Iterator[CornerEx
     network = MeshNetwork(locked.network(locked.MESH))
     edges = EdgeNetwork.read(assets.path(refine.MODEL))
     for person, one in enumerate(known):
-        box = box_of(one.face)
         for time in range(_TIMES):
             other = known[int(rng.integers(len(known)))].picture
             picture = _covered(one, other, rng) if time else one.picture
             image = Pyramid(picture)
-            first, _ = network.look(image, box)
-            if first is None:
+            passes = network.settled(image, _as_detected(box_of(one.face), rng))
+            if passes is None:
                 continue
-            mesh, crop = network.look(image, first.box)
-            mirrored = network.look_mirrored(crop)
-            if mesh is None or mirrored is None:
-                continue
+            _, mesh, mirrored, _ = passes
             eyes, mouth = (mesh.eyes + mirrored.eyes) / 2.0, (mesh.mouth + mirrored.mouth) / 2.0
             _, seen = edges.refined(image, eyes, (mesh.outline + mirrored.outline) / 2.0)
             corners = np.vstack([one.face.eyes, one.face.mouth])
             moved = np.linalg.norm(np.vstack([eyes, mouth]) - corners, axis=1)
             right = moved < _RIGHT * one.face.interocular_px
-            yield CornerExample(person, corner_signs(mesh, mirrored, seen), right)
+            yield CornerExample(person, corner_signs(passes, seen), right)
+
+
+def _as_detected(box: Detection, rng: np.random.Generator) -> Detection:
+    """Return a box as rough as the detector's."""
+    return Detection(
+        box.center_px + rng.normal(0.0, 0.04 * box.side_px, 2),
+        box.side_px * float(np.exp(rng.normal(0.0, 0.08))),
+        box.degrees + float(rng.normal(0.0, 3.0)),
+        score=1.0,
+    )
 
 
 def _covered(one: Known, other: Image, rng: np.random.Generator) -> Image:
-    """Return the picture with something in front of the eyes, the mouth, or all below the nose."""
+    """Return the picture blurred, or with something before eyes, mouth, or all below the nose."""
     face, unit = one.face, one.face.interocular_px
+    kind = int(rng.integers(5))
+    if kind == 4:
+        return np.asarray(cv2.GaussianBlur(one.picture, (0, 0), rng.uniform(0.02, 0.1) * unit))
     across = (face.eyes[3] - face.eyes[0]) / unit
     down = np.array([-across[1], across[0]])
     tilt = float(np.degrees(np.arctan2(across[1], across[0])))
@@ -120,7 +131,6 @@ def _covered(one: Known, other: Image, rng: np.random.Generator) -> Image:
         box = (tuple(middle.tolist()), tuple((2.0 * unit * axes).tolist()), degrees)
         cv2.ellipse(cover, box, 255, -1)
 
-    kind = int(rng.integers(4))
     if kind == 0:
         middle = np.vstack([face.eyes, face.mouth])[rng.integers(6)]
         spot = middle + rng.normal(0.0, 0.1 * unit, 2)

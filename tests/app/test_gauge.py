@@ -50,6 +50,16 @@ def test_beyond_the_table_it_says_at_least_or_at_most(opened):
     assert gauge(opened).text.text() == "≤ 0.6 % found it unnatural"
 
 
+def test_of_single_parts_it_says_that_nobody_was_asked(opened):
+    move_alone(opened)
+    opened.editor.recipe.set_field("percent", 0.0)
+    opened.editor.recipe.set_field("jaw_width", -12.0)
+    assert gauge(opened).text.text() == "parts move: nobody was asked"
+    assert gauge(opened).blocks._percent == 0.0
+    opened.editor.recipe.set_field("jaw_width", 0.0)
+    assert gauge(opened).text.text() == "nothing moves"
+
+
 def test_without_an_active_face_there_is_none(opened):
     assert gauge(opened).isVisible()
     opened.panel("faces").item(0).setCheckState(Qt.CheckState.Unchecked)

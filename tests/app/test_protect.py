@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import shutil
-from typing import get_args
 
 import numpy as np
 import pytest
-from kogao_app.view_state import ToolName
 from PySide6.QtCore import QEvent, QPoint, Qt
 from PySide6.QtGui import QMouseEvent
 from PySide6.QtTest import QTest
@@ -203,7 +201,8 @@ def test_strokes_and_the_brushs_ring_are_drawn(opened):
 def test_buttons_menus_and_keys_agree(opened):
     opened.key(KEYS.Key_B)
     buttons = [b for b in opened.panel("protect").findChildren(QToolButton) if b.defaultAction()]
-    tools = {name: opened.window.actions_by_name[f"tool-{name}"] for name in get_args(ToolName)}
+    names = ("points", "brush", "line", "eraser")
+    tools = {name: opened.window.actions_by_name[f"tool-{name}"] for name in names}
     assert [b.accessibleName() for b in buttons] == [one.text() for one in tools.values()]
     for name, button in zip(tools, buttons, strict=True):
         QTest.mouseClick(button, Qt.MouseButton.LeftButton)

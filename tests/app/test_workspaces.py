@@ -57,7 +57,7 @@ def test_a_workspace_follows_from_its_declaration(window, workspace):
 
 def test_every_panel_stands_in_a_workspace_or_comes_when_needed(window):
     named = {name for one in WORKSPACES.values() for name in one.panels}
-    by_need = {"manual", "strip"}
+    by_need = {"manual", "push", "strip"}
     assert set(features(window)) - named == by_need
 
 

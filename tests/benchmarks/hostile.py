@@ -50,6 +50,7 @@ def seeds() -> dict[str, bytes]:
         "jpeg": _saved(picture, "JPEG", exif=exif, icc_profile=b"p" * 500, dpi=(72, 72)),
         "progressive": _saved(picture, "JPEG", progressive=True, subsampling="4:2:2"),
         "grey": _saved(picture[..., 0], "JPEG"),
+        "rgb": _saved(picture, "JPEG", keep_rgb=True),
         "png": _saved(picture, "PNG", exif=exif, icc_profile=b"p" * 500),
         "palette": _saved(np.array(Image.fromarray(picture).quantize(16)), "PNG"),
         "webp": _saved(picture, "WEBP", exif=exif),
@@ -68,8 +69,11 @@ def seeds() -> dict[str, bytes]:
         with io.BytesIO() as out:
             tifffile.imwrite(out, np.moveaxis(deep, 2, 0), bigtiff=big, **rare)
             found[f"{name} tiff"] = out.getvalue()
+    narrow = [cv2.IMWRITE_JPEG_SAMPLING_FACTOR, cv2.IMWRITE_JPEG_SAMPLING_FACTOR_411]
+    found["4:1:1"] = cv2.imencode(".jpg", picture, narrow)[1].tobytes()
     found["hdr"], found["motion"] = metadata_cases.ultra_hdr(), metadata_cases.motion_photo()
     found["heic"], found["dng"] = files.heic(picture), files.dng()
+    found["grey dng"] = files.dng(colours=1)
     return found
 
 
@@ -94,7 +98,7 @@ def damaged(rng: np.random.Generator, only: list[str]) -> tuple[str, bytes]:
 def case(rng: np.random.Generator, only: list[str]) -> trials.Trial:
     """Return a damaged photo and what to do with it."""
     kind, data = damaged(rng, only)
-    photo = "photo.dng" if kind == "dng" else "photo"
+    photo = "photo.dng" if kind.endswith("dng") else "photo"
     limits = ["--max-megapixels", "50", "--json"]
     if rng.random() < SEARCHED:
         return trials.Trial(kind, ["detect", photo, *limits], {photo: data}, codes=(0, 2, 3, 4))

@@ -1,6 +1,7 @@
 """AVIF: what Pillow's libavif does to a photo, and what it would do to its metadata."""
 
 import io
+import re
 import struct
 
 import cv2
@@ -66,6 +67,16 @@ def test_another_brand_before_it_is_still_avif(tmp_path):
     data = files.avif(np.zeros((16, 16, 3), np.uint8))
     (tmp_path / "in.avif").write_bytes(data.replace(b"ftypavif", b"ftypmif1", 1))
     assert photo.read(tmp_path / "in.avif").format == "AVIF"
+
+
+def test_a_gain_map_as_iso_21496_has_it_is_named_where_it_cannot_be_written(tmp_path):
+    data = files.avif(textured_photo(64, 48, 3))
+    item = re.compile(rb"(infe\x02.{7})mime", re.DOTALL)  # the XMP packet's
+    (tmp_path / "in.avif").write_bytes(item.sub(rb"\1tmap", data))
+    source = photo.read(tmp_path / "in.avif")
+    for suffix in (".avif", ".jpg"):
+        said = photo.write(source, source.pixels // 2, tmp_path / f"out{suffix}")
+        assert "not kept: the HDR gain map" in said
 
 
 def test_a_gain_map_and_a_depth_map_beside_the_picture_are_named(tmp_path):

@@ -159,8 +159,8 @@ def test_lines_that_are_let_go_are_not_held_and_the_meter_says_so():
     photo = photo_with(door, shelf)
     seen = found_in(photo, Finder(BODY))
     upright = [tuple(map(tuple, line.tolist())) for line in seen.lines if line[0, 0] < 100]
-    held = seen.held(upright[:1])
-    assert len(seen.held().lines) == len(seen.lines)
+    held = seen.held(RECIPE, upright[:1])
+    assert len(seen.held(RECIPE).lines) == len(seen.lines)
     assert 0 < len(held.lines) < len(seen.lines)
     wide = dataclasses.replace(RECIPE, lattice=4.0, percent=4.0)
     done = Applied([FACE], wide, NOTHING, loose=tuple(upright))
@@ -189,9 +189,24 @@ def test_a_line_found_a_little_elsewhere_is_still_the_one_let_go():
     assert not seen.is_loose(line, [elsewhere])
 
 
+def test_a_short_line_counts_sooner_where_the_lens_moves_what_is_behind_a_head():
+    face = oval_face(WIDTH, HEIGHT, size=0.2).mapped(Affine(np.eye(2), np.array([330.0, -180.0])))
+    left, top = face.points.min(axis=0).astype(int)
+    photo = photo_with(((left + 10, top - 70), (left + 90, top - 70)))
+    finder = BackgroundFinder(Finder(people(left, top - 40, WIDTH, HEIGHT)))
+    seen, recipe = finder.find(photo, [face]), Recipe(percent=0.0, lens=26.0)
+
+    def worst(held):
+        made = render(photo, [face], recipe, held=held)
+        return max(line.bend_px for line in bends(made.field, seen.lines, photo))
+
+    held = held_of(photo, Applied([face], recipe, NOTHING), finder)
+    assert worst(held) < 0.7 * worst(seen.held(Recipe())) < 0.7 * worst(Held())
+
+
 def test_nothing_is_held_where_people_can_not_be_told_apart():
     photo = photo_with(((30, 60), (30, 660)))
-    held = found_in(photo, Finder(AssetMissing("gone"))).held()
+    held = found_in(photo, Finder(AssetMissing("gone"))).held(RECIPE)
     assert len(held.lines) == 0
 
 

@@ -131,6 +131,14 @@ def test_a_gain_map_is_warped_by_the_same_field(tmp_path, orientation, channels)
     assert left < 1.0 < was / 2.0
 
 
+@pytest.mark.parametrize("channels", [1, 3])
+def test_a_map_of_the_photos_size_is_warped_to_the_bit_as_the_photo_is(channels):
+    picture = textured_photo(*SIZE, channels)
+    rendering = kogao.render(picture, [oval_face(*SIZE)], kogao.Recipe(percent=6))
+    assert (rendering.pixels != picture).any()
+    np.testing.assert_array_equal(rendering.warped(picture), rendering.pixels)
+
+
 def test_blocks_of_a_gain_map_that_nothing_changed_stay_and_so_do_its_headers(tmp_path):
     data = phone()
     done = warped(tmp_path, data)

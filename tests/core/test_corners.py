@@ -26,6 +26,5 @@ def test_a_mouth_under_a_mask_is_less_sure_and_eyes_over_it_stay_so(
     (masked,) = source.find(worn)
     assert bare.confidence is not None
     assert masked.confidence is not None
-    assert masked.confidence[MOUTH].max() < bare.confidence[MOUTH].min()
-    assert masked.confidence[MOUTH].mean() < bare.confidence[MOUTH].mean() - 0.05
+    assert masked.confidence[MOUTH].max() < 0.85 < bare.confidence[MOUTH].min()
     assert min(bare.confidence[EYES].min(), masked.confidence[EYES].min()) > 0.85

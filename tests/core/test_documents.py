@@ -63,7 +63,7 @@ def test_no_space_stands_between_japanese_letters(path):
 
 def test_pages_in_two_languages_lead_to_each_other():
     translated = sorted((ROOT / "docs" / "ja").glob("*.md"))
-    assert len(translated) == 3
+    assert len(translated) == 4
     for page in translated:
         assert f"[English](../{page.name})" in read(page)
         assert f"[日本語](ja/{page.name})" in read(ROOT / "docs" / page.name)

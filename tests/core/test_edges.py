@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from kogao_resources.training.edges import learn as training
 from kogao_resources.training.edges import report
-from kogao_resources.training.edges.backward import backward, forward
+from kogao_resources.training.edges.learn import backward, forward
 
 from kogao_core.base.geometry import Affine, Array
 from kogao_core.faces.face import Face

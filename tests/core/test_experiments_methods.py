@@ -12,8 +12,7 @@ from kogao_core.base.geometry import Affine, Box
 from kogao_core.base.installed import adding
 from kogao_core.faces.targets import Pairs
 from kogao_core.lab.methods import METHODS, WarpTask, comparing, methods_report
-from kogao_core.lab.methods.liquify import LIQUIFY
-from kogao_core.lab.methods.moving import MOVING_LEAST_SQUARES
+from kogao_core.lab.methods.own import LIQUIFY, MOVING_LEAST_SQUARES
 from kogao_core.lab.methods.scattered import PIECEWISE_AFFINE, RADIAL, THIN_PLATE
 from kogao_core.lab.reports.page import page
 from kogao_core.lab.reports.report import Made

@@ -134,14 +134,6 @@ def test_automatic_ways_search_in_every_run():
     assert source.asked == 1 + 2 * (2 + 1)
 
 
-def test_where_no_face_is_found_nothing_is_automatic():
-    found, missing = timing.measure(
-        subject(), SameFace(finds=False), PAPER, sizes=["own"], repeats=1, warm_up=0
-    )
-    assert [one.procedure for one in found] == ["conventional", "wdr", "again"]
-    assert "made.png at own" in missing[0]
-
-
 class TwoFaces(SameFace):
     """Finds another face, too."""
 
@@ -161,11 +153,11 @@ def test_automatic_ways_warp_the_faces_that_were_asked_for():
     assert shares["dual"] == shares["wdr"]
 
 
-def test_where_another_face_is_found_nothing_is_automatic():
+@pytest.mark.parametrize("finds", [True, False])
+def test_where_another_face_or_none_is_found_nothing_is_automatic(finds):
     elsewhere = Subject("made.png", textured_photo(), (template_face((60, 60), 80),))
-    found, missing = timing.measure(
-        elsewhere, SameFace(), PAPER, sizes=["own"], repeats=1, warm_up=0
-    )
+    source = SameFace(finds=finds)
+    found, missing = timing.measure(elsewhere, source, PAPER, sizes=["own"], repeats=1, warm_up=0)
     assert [one.procedure for one in found] == ["conventional", "wdr", "again"]
     assert "made.png at own" in missing[0]
 

@@ -60,6 +60,16 @@ def test_the_farthest_moved_face_counts():
     assert worst([]) is None
 
 
+@pytest.mark.parametrize("more", [{"jaw_width": -12.0}, {"width": -9.0}, {"chin": 50.0}])
+def test_it_never_speaks_for_parts_of_a_face(more):
+    face, recipe = oval_face(), replace(PAPER, percent=8.0, zones=True)
+    assert worst([(aim(face, recipe), recipe)]).warns
+    for parts in (replace(recipe, **more), replace(recipe, percent=0.0, **more)):
+        found = worst([(aim(face, parts), parts)])
+        assert not found.whole_face
+        assert not found.warns
+
+
 @pytest.mark.parametrize("more", [{"head_follows": 1.0}, {"keep_features": True}])
 def test_it_speaks_for_faces_that_move_alone_and_says_so_of_others(more):
     face, recipe = oval_face(), replace(PAPER, percent=8.0)

@@ -26,6 +26,7 @@ from kogao_core.projects.project import (
     unit_px,
 )
 from kogao_core.recipe.recipe import Recipe
+from kogao_core.warp.brush import Brushwork
 from kogao_core.warp.protection import Protection
 
 WIDTH, HEIGHT = 480, 360
@@ -42,7 +43,9 @@ def project():
     automatic = Sheet((first, second), frozenset({1}), Recipe(percent=6.1, lattice=1.3))
     original = Original("portrait.png", "0" * 64, WIDTH, HEIGHT)
     loose = (((10.5, 20.25), (10.5, 300.0)), ((0.0, 7.1), (90.0, 8.3)))
-    return Project(original, "automatic", automatic, manual, protection, loose)
+    work = Brushwork().with_stroke("push", rng.random((3, 2)) * 300, 21.3, 0.31)
+    work = work.with_stroke("restore", rng.random((1, 2)) * 300, 33.3, 0.9, 0.41)
+    return Project(original, "automatic", automatic, manual, protection, loose, work)
 
 
 def same_faces(mine, theirs):
@@ -69,7 +72,17 @@ def test_what_is_read_is_what_was_written_to_the_bit(tmp_path):
         np.testing.assert_array_equal(mine.points_px, theirs.points_px)
         assert (mine.radius_px, mine.feather_px) == (theirs.radius_px, theirs.feather_px)
     assert read.loose == written.loose
+    for mine, theirs in zip(read.brushwork.strokes, written.brushwork.strokes, strict=True):
+        np.testing.assert_array_equal(mine.points_px, theirs.points_px)
+        assert (mine.kind, mine.radius_px) == (theirs.kind, theirs.radius_px)
+        assert (mine.strength, mine.falloff) == (theirs.strength, theirs.falloff)
     assert sorted(path.parent.iterdir()) == [path]
+
+
+def test_older_projects_have_no_strokes():
+    older = to_dict(project())
+    del older["brushwork"]
+    assert not from_node(Node(older)).brushwork.strokes
 
 
 def test_lines_let_go_are_scaled_with_the_photo_and_older_projects_have_none():
@@ -86,7 +99,11 @@ def test_replay_gives_identical_pixels(tmp_path):
     photo, written = textured_photo(WIDTH, HEIGHT), project()
     save(written, tmp_path / "p.json")
     results = [
-        render(photo, p.automatic.active, p.automatic.recipe, protection=p.protection).pixels
+        render(
+            *(photo, p.automatic.active, p.automatic.recipe),
+            protection=p.protection,
+            brushwork=p.brushwork,
+        ).pixels
         for p in (written, load(tmp_path / "p.json"))
     ]
     np.testing.assert_array_equal(*results)

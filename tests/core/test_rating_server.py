@@ -219,7 +219,7 @@ def test_a_full_disk_is_said_and_the_answer_can_be_given_again(folder, serve, mo
     assert [record.answer for record in log(folder).records] == ["natural", "unnatural"]
 
 
-@pytest.mark.parametrize("code", ["A", "a b", "..", "%2e%2e", "x" * 33, ""])
+@pytest.mark.parametrize("code", ["A", "a b", "-a", "..", "%2e%2e", "%C3%A4", "x" * 33, ""])
 def test_a_code_that_could_be_a_path_begins_nothing(folder, serve, code):
     assert refusal(Page(serve()).ask, f"sessions/{code.replace(' ', '+')}", {})[0] in (400, 404)
     assert not list(folder.rglob("*.jsonl"))
@@ -316,7 +316,7 @@ def test_nobody_hears_of_other_raters(serve):
 
 
 @pytest.mark.parametrize(
-    "order", [NAMES[:-1], [*NAMES[1:], NAMES[0]], [*NAMES[:-1], NAMES[0]], ["../x"], "x"]
+    "order", [[], NAMES[:-1], [*NAMES[1:], NAMES[0]], [*NAMES[:-1], NAMES[0]], ["../x"], "x"]
 )
 def test_a_session_that_isnt_the_studys_isnt_begun(serve, order):
     page = Page(serve())

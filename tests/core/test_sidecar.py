@@ -16,6 +16,7 @@ from kogao_core.pipeline import render
 from kogao_core.projects import sidecar
 from kogao_core.projects.project import Original, Project, Sheet, load, save
 from kogao_core.recipe.recipe import Recipe
+from kogao_core.warp.brush import Brushwork
 from kogao_core.warp.protection import Protection
 
 WIDTH, HEIGHT = 900, 680
@@ -32,12 +33,18 @@ def project(**changes):
     automatic = Sheet(faces, frozenset({2}), Recipe(percent=6.0, interpolation="bilinear"))
     manual = Sheet((oval_face(center=(241, 330)),), recipe=Recipe(percent=3.0))
     original = Original("portrait.png", HASH, WIDTH, HEIGHT)
-    made = Project(original, "automatic", automatic, manual, protection)
+    work = Brushwork().with_stroke("push", [(180.0, 400.0), (200.0, 395.0)], 40.0)
+    work = work.with_stroke("restore", [(560.0, 420.0)], 50.0, 0.7)
+    made = Project(original, "automatic", automatic, manual, protection, (), work)
     return dataclasses.replace(made, **changes)
 
 
 def rendered(applied, pixels):
-    return render(pixels, applied.faces, applied.recipe, protection=applied.protection)
+    return render(
+        *(pixels, applied.faces, applied.recipe),
+        protection=applied.protection,
+        brushwork=applied.brushwork,
+    )
 
 
 def test_it_lies_beside_the_photo_under_its_whole_name():
@@ -52,7 +59,11 @@ def test_the_very_photo_gets_identical_pixels_without_a_word(tmp_path):
     assert applied.note == ""
     assert len(applied.faces) == 2
     sheet = made.automatic
-    first = render(pixels, sheet.active, sheet.recipe, protection=made.protection).pixels
+    first = render(
+        *(pixels, sheet.active, sheet.recipe),
+        protection=made.protection,
+        brushwork=made.brushwork,
+    ).pixels
     np.testing.assert_array_equal(rendered(applied, pixels).pixels, first)
     assert (first != pixels).any()
 
@@ -99,6 +110,9 @@ def test_what_lies_far_outside_the_photo_is_refused_in_either_mode(mode):
         dataclasses.replace(whole, automatic=Sheet((far,))),
         dataclasses.replace(whole, manual=Sheet((far,))),
         dataclasses.replace(whole, protection=Protection().with_stroke([[0.0, 1e6]])),
+        dataclasses.replace(
+            whole, brushwork=Brushwork().with_stroke("restore", [[0.0, 1e6]], 20.0)
+        ),
     ):
         with pytest.raises(BadFile, match="far outside the photo, which ends at") as refused:
             sidecar.apply(strange, pixels, HASH)
@@ -107,7 +121,7 @@ def test_what_lies_far_outside_the_photo_is_refused_in_either_mode(mode):
 
 def test_the_mode_decides_whose_faces_count():
     pixels = textured_photo(WIDTH, HEIGHT)
-    applied = sidecar.apply(project(mode="manual"), pixels, HASH)
+    applied = sidecar.apply(project(mode="manual", brushwork=Brushwork()), pixels, HASH)
     assert [len(applied.faces), applied.recipe.percent] == [1, 3.0]
     assert applied.what == "1 face made smaller: 3 % towards centre 2"
     evened = dataclasses.replace(applied, recipe=Recipe(percent=0, jaw=80, even_out=50))
@@ -129,3 +143,10 @@ def test_a_pipe_is_not_waited_for(tmp_path):
     os.mkfifo(tmp_path / "p.json")
     with pytest.raises(BadFile, match="no ordinary file"):
         load(tmp_path / "p.json")
+
+
+def test_an_edit_record_tells_of_strokes():
+    pixels = textured_photo(WIDTH, HEIGHT)
+    plain = dataclasses.replace(project(), brushwork=Brushwork())
+    assert "stroke" not in sidecar.apply(plain, pixels).what
+    assert sidecar.apply(project(), pixels).what.endswith("; 2 strokes of a brush")

@@ -8,10 +8,8 @@ import sys
 from pathlib import Path
 from unittest.mock import Mock
 
-import cv2
 import numpy as np
 import pytest
-from PIL import Image
 from scenes import oval_face
 
 from kogao_core.base import atomic
@@ -31,14 +29,6 @@ ONCE = {
 }
 RECORDS = {"timing": 10, "domains": 8, "distortion": 24, "lens": 10, "methods": len(METHODS)}
 PICTURES = {"timing": 0, "domains": 2, "distortion": 0, "lens": 0, "methods": 3 * len(METHODS)}
-
-
-@pytest.fixture(scope="module")
-def portrait(portrait, tmp_path_factory):
-    """The sample portrait, small and lossless."""
-    path = tmp_path_factory.mktemp("photos") / "small.png"
-    Image.open(portrait).resize((300, 300)).save(path)
-    return path
 
 
 @pytest.fixture
@@ -64,14 +54,14 @@ def test_every_experiment_is_run_here_and_has_its_section():
 
 @pytest.mark.parametrize("name", RECORDS)
 def test_one_command_says_how_far_it_is_and_writes_everything(
-    cli, portrait, tmp_path, monkeypatch, name
+    cli, small_png, tmp_path, monkeypatch, name
 ):
     monkeypatch.setattr(progress, "CALM_S", 0.0)
     monkeypatch.setattr(lens, "FOCALS_MM", lens.FOCALS_MM[:1])  # half of the faces to look for
     folder = tmp_path / "out"
-    code, said, err = cli(name, portrait, "-o", folder, *ONCE[name])
+    code, said, err = cli(name, small_png, "-o", folder, *ONCE[name])
     begun, *steps = err.splitlines()
-    assert (code, begun) == (0, f"1 of 1: {portrait}")
+    assert (code, begun) == (0, f"1 of 1: {small_png}")
     assert re.fullmatch(re.escape(begun) + r", (\d+) of \1 steps", steps[-1]), "all are done"
     assert all(line.startswith(begun) for line in steps)
     document = json.loads((folder / f"{name}.json").read_text(encoding="utf-8"))
@@ -88,57 +78,49 @@ def test_one_command_says_how_far_it_is_and_writes_everything(
     assert not re.search(r'(src|href)="(?!data:)', page)
     assert "small.png" in said + page
     assert len(list(folder.glob("*.png"))) == PICTURES[name]
-    again = cli(name, portrait, "-o", folder, *ONCE[name])
+    again = cli(name, small_png, "-o", folder, *ONCE[name])
     assert again[0] == 2
     assert "--force replaces" in again[2]
 
 
-def test_masks_have_the_pixels_that_are_counted(cli, portrait, tmp_path):
-    cli("domains", portrait, "-o", tmp_path / "out", "--repeats", 1)
-    document = json.loads((tmp_path / "out" / "domains.json").read_text(encoding="utf-8"))
-    (photo,) = document["photos"]
-    for name in ("control-points", "threshold"):
-        mask = cv2.imread(str(tmp_path / "out" / f"small-png-{name}.png"), cv2.IMREAD_UNCHANGED)
-        assert mask.shape == (300, 300)
-        assert (mask == 255).sum() == photo["counts"][name]
-
-
-def test_single_files_and_printing(cli, fails, portrait, tmp_path):
+def test_single_files_and_printing(cli, fails, small_png, tmp_path):
     once = ONCE["timing"]
     file = tmp_path / "figures.csv"
-    code, said, _ = cli("timing", portrait, *once, "--size", "own", "--csv", file, "--json", "-")
+    code, said, _ = cli("timing", small_png, *once, "--size", "own", "--csv", file, "--json", "-")
     assert code == 0
     document = json.loads(said)
     assert len(document["timings"]) == 5
     assert [len(one["cold_ms"]) for one in document["around"]] == [3]
     assert document["made"]["machine"]["load"]
     assert len(file.read_text(encoding="utf-8").splitlines()) == 1 + 5
-    fails(2, "--force replaces it", "timing", portrait, *once, "--csv", file)
+    fails(2, "--force replaces it", "timing", small_png, *once, "--csv", file)
 
 
-def test_sessions_give_manual_ways_a_total(cli, portrait, tmp_path):
+def test_sessions_give_manual_ways_a_total(cli, small_png, tmp_path):
     file = tmp_path / "sessions.jsonl"
     for seconds in (60.0, 80.0):
         faces = (oval_face(300, 300),)
         given = ("small.png", 300, 300, 0, False, False, 6.0, seconds, (), faces, now())
         append(file, Trial(str(seconds), "manual", "", *given))
     options = ("--size", "own", "--trials", file, *ONCE["timing"])
-    code, said, _ = cli("timing", portrait, *options)
+    code, said, _ = cli("timing", small_png, *options)
     assert code == 0
     row = next(line for line in said.splitlines() if line.startswith("Conventional"))
     assert row.split()[2] == "70.0"
     file.write_text('{"version": 1}\n', encoding="utf-8")
-    code, _, err = cli("timing", portrait, *options)
+    code, _, err = cli("timing", small_png, *options)
     assert code == 2
     assert re.fullmatch(r"kogao-cli: line 1 of .+\n", err)
-    assert cli("timing", portrait, "--trials", tmp_path / "none.jsonl")[0] == 3
+    assert cli("timing", small_png, "--trials", tmp_path / "none.jsonl")[0] == 3
 
 
-def test_photos_without_a_face_are_named_and_the_others_measured(cli, portrait, faceless, tmp_path):
+def test_photos_without_a_face_are_named_and_the_others_measured(
+    cli, small_png, faceless, tmp_path
+):
     folder = tmp_path / "photos"
     folder.mkdir()
     portrait_here = folder / "b.png"
-    portrait_here.write_bytes(portrait.read_bytes())
+    portrait_here.write_bytes(small_png.read_bytes())
     faceless.rename(folder / "a.png")
     (folder / "c.jpg").write_bytes(b"no picture")
     code, said, err = cli("domains", folder, "--repeats", 1, "--html", tmp_path / "r.html")
@@ -168,27 +150,27 @@ def test_photos_without_a_face_are_named_and_the_others_measured(cli, portrait, 
     ],
 )
 def test_bad_input_is_one_line_and_leaves_nothing(
-    fails, portrait, faceless, tmp_path, arguments, code, words
+    fails, small_png, faceless, tmp_path, arguments, code, words
 ):
     empty = tmp_path / "empty"
     empty.mkdir()
-    names = {"photo": portrait, "faceless": faceless, "empty": empty}
+    names = {"photo": small_png, "faceless": faceless, "empty": empty}
     fails(code, words, "distortion", *(str(one).format(**names) for one in arguments))
 
 
 @pytest.mark.parametrize("options", [("-o", "{folder}/out"), ("--json", "{folder}/out.json")])
-def test_a_full_disk_is_named_with_what_to_do(cli, portrait, tmp_path, monkeypatch, options):
+def test_a_full_disk_is_named_with_what_to_do(cli, small_png, tmp_path, monkeypatch, options):
     full = Mock(side_effect=OSError(28, "No space left on device"))
     monkeypatch.setattr(atomic, "put", full)
     given = (str(option).format(folder=tmp_path) for option in options)
-    code, _, err = cli("domains", portrait, "--repeats", 1, *given)
+    code, _, err = cli("domains", small_png, "--repeats", 1, *given)
     assert code == 3
     assert re.fullmatch(r"kogao-cli: .*out.* can't be written \(No space .+\); choose .+\n", err)
 
 
-def test_an_absent_library_is_named(cli, portrait, tmp_path, monkeypatch):
+def test_an_absent_library_is_named(cli, small_png, tmp_path, monkeypatch):
     monkeypatch.setattr(comparing, "find_spec", lambda _: None)
-    code, said, err = cli("methods", portrait, "--repeats", 1, "--html", tmp_path / "r.html")
+    code, said, err = cli("methods", small_png, "--repeats", 1, "--html", tmp_path / "r.html")
     assert code == 0
     assert "Thin-plate" not in said
     page = (tmp_path / "r.html").read_text(encoding="utf-8")

@@ -23,11 +23,7 @@ def without(tmp_path_factory):
     ):
         shutil.copytree(ROOT / here, place / there)
     shutil.rmtree(place / "kogao_core" / "lab")
-    outside = {
-        "PYTHONPATH": str(place),
-        "QT_QPA_PLATFORM": "offscreen",
-        "HOME": str(place),
-    }
+    outside = {"PYTHONPATH": str(place), "QT_QPA_PLATFORM": "offscreen", "HOME": str(place)}
 
     def run(*arguments, code=0):
         done = subprocess.run(

@@ -1,5 +1,6 @@
 """Projects and disclosure on the command line and in batches; nothing hostile comes through."""
 
+import dataclasses
 import hashlib
 import json
 import os
@@ -14,9 +15,13 @@ import pytest
 from PIL import Image
 
 from kogao_core import batch, photo
+from kogao_core.background.find import BackgroundFinder, held_of
 from kogao_core.batch import report
-from kogao_core.projects.sidecar import sidecar_of
+from kogao_core.pipeline import render
+from kogao_core.projects.project import load, save
+from kogao_core.projects.sidecar import apply, sidecar_of
 from kogao_core.recipe.recipe import Recipe
+from kogao_core.warp.brush import Brushwork
 
 needs_links = pytest.mark.skipif(sys.platform == "win32", reason="needs links and any names")
 pytestmark = pytest.mark.usefixtures("in_process")
@@ -196,6 +201,30 @@ def test_a_batch_does_what_projects_say_and_again_when_they_change(cli, kept, tm
     shutil.copy(sidecar_of(kept), sidecar_of(inputs / "b.jpg"))
     assert "1 done, 3 skipped" in cli(*call)[2]
     assert "3 done, 1 skipped" in cli(*call[:4], "-j", 1)[2]  # c went by the options
+
+
+def test_strokes_are_done_alike_by_command_batch_and_core(cli, works, kept, tmp_path):
+    work = Brushwork().with_stroke("push", [(60.0, 150.0), (75.0, 146.0)], 30.0, 0.8)
+    work = work.with_stroke("restore", [(150.0, 230.0)], 40.0, 1.0, 0.5)
+    made = dataclasses.replace(load(sidecar_of(kept)), brushwork=work)
+    save(made, sidecar_of(kept))
+    out, by_command = tmp_path / "out", tmp_path / "a.jpg"
+    assert cli("batch", kept.parent, "-o", out, "--projects", "-j", 1)[0] == 0
+    works("warp", kept, "-o", by_command, "--project", sidecar_of(kept))
+    assert (out / "a.jpg").read_bytes() == by_command.read_bytes()
+    works("warp", kept, "-o", tmp_path / "a.png", "--project", sidecar_of(kept))
+    pixels, done = photo.read(kept).pixels, made.automatic
+    plain, pushed = (
+        render(
+            *(pixels, done.active, done.recipe),
+            protection=made.protection,
+            brushwork=strokes,
+            held=held_of(pixels, apply(made, pixels), BackgroundFinder()),
+        ).pixels
+        for strokes in (Brushwork(), work)
+    )
+    np.testing.assert_array_equal(photo.read(tmp_path / "a.png").pixels, pushed)
+    assert (plain != pushed).any()
 
 
 def test_results_never_go_over_photos_or_strangers(cli, fails, kept, tmp_path):

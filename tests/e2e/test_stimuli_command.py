@@ -16,14 +16,6 @@ FACE = oval_face(300, 300)
 ALL = np.random.default_rng(4).uniform((80, 60), (220, 240), (189, 2))
 
 
-@pytest.fixture(scope="module")
-def portrait(portrait, tmp_path_factory):
-    """The sample portrait, small."""
-    path = tmp_path_factory.mktemp("photos") / "small.png"
-    Image.open(portrait).resize((300, 300)).save(path)
-    return path
-
-
 @pytest.fixture
 def points(tmp_path):
     """A folder with 189 points of the photo, 27 of them the made-up face's."""
@@ -37,11 +29,11 @@ def points(tmp_path):
     return folder
 
 
-def test_a_series_comes_out_whole(cli, portrait, points, tmp_path):
+def test_a_series_comes_out_whole(cli, small_png, points, tmp_path):
     out = tmp_path / "out"
     doses = "-5,0,5"
     code, said, err = cli(
-        "experiment", "stimuli", portrait, "--points", points, "-o", out, "--percents", doses,
+        "experiment", "stimuli", small_png, "--points", points, "-o", out, "--percents", doses,
         "--field", "tfm",
     )  # fmt: skip
     assert (code, err) == (0, "")
@@ -63,7 +55,7 @@ def test_a_series_comes_out_whole(cli, portrait, points, tmp_path):
     assert [float(row["asked_percent"]) for row in rows] == [-5.0, 0.0, 5.0]
     widths = [float(row["width_px"]) for row in rows]
     assert widths == sorted(widths, reverse=True)
-    assert cli("experiment", "stimuli", portrait, "--points", points, "-o", out)[0] == 2
+    assert cli("experiment", "stimuli", small_png, "--points", points, "-o", out)[0] == 2
 
 
 @pytest.mark.parametrize(
@@ -76,19 +68,19 @@ def test_a_series_comes_out_whole(cli, portrait, points, tmp_path):
         (("--points", "{empty}", "--landmarks", "aam"), "don't go together"),
     ],
 )
-def test_what_cannot_be_made_is_refused(cli, portrait, tmp_path, options, words):
+def test_what_cannot_be_made_is_refused(cli, small_png, tmp_path, options, words):
     empty = tmp_path / "empty"
     empty.mkdir()
     given = (option.format(empty=empty) for option in options)
-    code, _, err = cli("experiment", "stimuli", portrait, "-o", tmp_path / "out", *given)
+    code, _, err = cli("experiment", "stimuli", small_png, "-o", tmp_path / "out", *given)
     assert code == 2
     assert words in err
     assert not (tmp_path / "out").exists()
 
 
-def test_points_of_ones_own_are_taken_wherever_photos_are(cli, portrait, points, tmp_path):
+def test_points_of_ones_own_are_taken_wherever_photos_are(cli, small_png, points, tmp_path):
     ours = np.round(FACE.outline[0], 1).tolist()
-    code, _, _ = cli("landmarks", "export", portrait, "--points", points, "--format", "json",
+    code, _, _ = cli("landmarks", "export", small_png, "--points", points, "--format", "json",
                      "-o", tmp_path / "json")  # fmt: skip
     assert code == 0
     (face,) = json.loads((tmp_path / "json" / "small.json").read_text(encoding="utf-8"))["faces"]
@@ -96,33 +88,44 @@ def test_points_of_ones_own_are_taken_wherever_photos_are(cli, portrait, points,
     assert np.abs(np.subtract(face["eyes"], FACE.eyes)).max() < 0.002
     assert np.abs(np.subtract(face["outline"][0], ours)).max() < 20.0
     report = tmp_path / "out" / "kogao-batch.jsonl"
-    assert cli("batch", portrait, "--points", points, "-o", tmp_path / "out")[0] == 0
+    assert cli("batch", small_png, "--points", points, "-o", tmp_path / "out")[0] == 0
     assert json.loads(report.read_text(encoding="utf-8"))["status"] == "done"
-    assert cli("experiment", "figures", portrait, "--points", points, "-o", tmp_path / "f")[0] == 0
-    given = ("experiment", "domains", portrait, "--points", points, "--repeats", "1", "--json", "-")
+    drawn = "experiment", "figures", small_png, "--points", points, "--width", "240"
+    assert cli(*drawn, "-o", tmp_path / "f")[0] == 0
+    given = (
+        "experiment",
+        "domains",
+        small_png,
+        "--points",
+        points,
+        "--repeats",
+        "1",
+        "--json",
+        "-",
+    )
     code, said, _ = cli(*given)
     assert code == 0
     assert json.loads(said)["photos"][0]["photo"] == "small.png"
-    code, said, _ = cli("experiment", "study", "make", portrait, "--points", points,
-                        "-o", tmp_path / "study", "--lattices", "1")  # fmt: skip
+    code, said, _ = cli("experiment", "study", "make", small_png, "--points", points,
+                        "-o", tmp_path / "study", "--lattices", "1", "--percents", "4")  # fmt: skip
     assert code == 0
 
 
-def test_points_that_are_not_there_are_named(cli, portrait, tmp_path):
+def test_points_that_are_not_there_are_named(cli, small_png, tmp_path):
     empty = tmp_path / "empty"
     empty.mkdir()
     for command in (("experiment", "figures"), ("batch",)):
-        code, _, err = cli(*command, portrait, "--points", empty, "-o", tmp_path / "out")
+        code, _, err = cli(*command, small_png, "--points", empty, "-o", tmp_path / "out")
         assert code == 3
         assert re.search(r"no points of small\.png in .*empty: small with one of \.json", err)
 
 
-def test_one_persons_photos_are_brought_to_one_result(cli, portrait, tmp_path):
+def test_one_persons_photos_are_brought_to_one_result(cli, small_png, tmp_path):
     other = tmp_path / "other.png"
-    with Image.open(portrait) as photo:
+    with Image.open(small_png) as photo:
         photo.resize((315, 300)).save(other)
     out = tmp_path / "out"
-    code, said, err = cli("experiment", "series", portrait, other, "-o", out, "--percent", "5")
+    code, said, err = cli("experiment", "series", small_png, other, "-o", out, "--percent", "5")
     assert code == 0, err
     assert "One person, one result" in said
     with (out / "series.csv").open(encoding="utf-8") as file:
@@ -132,7 +135,7 @@ def test_one_persons_photos_are_brought_to_one_result(cli, portrait, tmp_path):
     for row in rows:
         assert float(row["percent_least"]) <= float(row["percent"]) <= float(row["percent_largest"])
     assert len(list(out.glob("*.png"))) == 2
-    assert cli("experiment", "series", portrait, other, "-o", out)[0] == 2
-    code, _, err = cli("experiment", "series", portrait, "-o", tmp_path / "alone")
+    assert cli("experiment", "series", small_png, other, "-o", out)[0] == 2
+    code, _, err = cli("experiment", "series", small_png, "-o", tmp_path / "alone")
     assert code == 4
     assert "at least two photos" in err

@@ -43,7 +43,7 @@ class Protected(Overlay):
 
     def wanted(self) -> bool:
         """Show it also while a tool is in hand that changes it, unless everything is hidden."""
-        return super().wanted() or (self.shown.brush.paints and bool(self.shown.visible))
+        return super().wanted() or (self.shown.brush.protects and bool(self.shown.visible))
 
     def draw(self, painter: QPainter, place: Place) -> None:
         """Fill the strokes with one hatch that stays with the photo."""
@@ -73,7 +73,7 @@ class Protected(Overlay):
 
 
 class BrushRing(Overlay):
-    """How large the brush is, round the cursor; a cross in it for the eraser."""
+    """How large the brush is, round the cursor: where its falloff begins, or the eraser's cross."""
 
     height = 170
 
@@ -90,6 +90,10 @@ class BrushRing(Overlay):
                 ring.moveTo(at - arm)
                 ring.lineTo(at + arm)
         glyphs.outlined(painter, ring, glyphs.HALO)
+        if self.shown.brush.moves and self.shown.brush.falloff < 1.0:
+            inner, whole = QPainterPath(), (1.0 - self.shown.brush.falloff) * radius
+            inner.addEllipse(at, whole, whole)
+            glyphs.outlined(painter, inner, glyphs.HALO, 1.0, style=Qt.PenStyle.DotLine)
 
 
 def _shapes(stroke: Stroke) -> tuple[QPainterPath, QPainterPath]:

@@ -17,7 +17,6 @@ from kogao_core.lab.experiments import (
     domains,
     domains_report,
     lens,
-    lens_report,
     timing,
     timing_report,
     trials,
@@ -106,12 +105,7 @@ def _timing(task: ExperimentTask, progress: Progress) -> _Found:
     warm_up, repeats = 1, 5
     subject = timing.with_trial(task.subject, known)
     found, left_out = timing.measure(
-        subject,
-        task.source(),
-        task.recipe,
-        repeats=repeats,
-        warm_up=warm_up,
-        progress=progress,
+        subject, task.source(), task.recipe, repeats=repeats, warm_up=warm_up, progress=progress
     )
     around = timing.measure_around(subject, task.source, task.recipe)
     result = timing.TimingResult(
@@ -138,8 +132,8 @@ def _lens(task: ExperimentTask, progress: Progress) -> _Found:
     found = lens.measure(task.subject, task.source(), task.recipe, progress=progress)
     seen = lens.shown(task.subject, task.recipe)
     result = lens.LensResult(tuple(found), task.recipe, tuple(seen))
-    named = list(zip(map(translated, lens_report.SHOWN), seen, strict=True))
-    return _Found(lens_report.report(result), pictures={tr("At the edge"): named})
+    named = list(zip(map(translated, lens.SHOWN), seen, strict=True))
+    return _Found(lens.report(result), pictures={tr("At the edge"): named})
 
 
 def _methods(task: ExperimentTask, progress: Progress) -> _Found:

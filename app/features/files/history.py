@@ -84,6 +84,7 @@ def project_of(state: State, photo: Photo, sha256: str) -> Project:
         state.sheet("manual") if visited else None,
         state.protection,
         state.loose,
+        state.brushwork,
     )
 
 
@@ -99,6 +100,7 @@ def state_of(project: Project) -> State:
         here.recipe,
         protection=project.protection,
         loose=project.loose,
+        brushwork=project.brushwork,
         mode=mode,
         kept=there,
     )

@@ -73,7 +73,7 @@ class _Blocks(QWidget):
         self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
 
     def show_naturalness(self, found: Naturalness) -> None:
-        self._percent, self._warns = found.percent, found.warns
+        self._percent, self._warns = found.percent if found.whole_face else 0.0, found.warns
         self.update()
 
     def paintEvent(self, event: QPaintEvent) -> None:  # noqa: ARG002
@@ -91,17 +91,23 @@ class _Blocks(QWidget):
 
 def _of_whom(found: Naturalness, words: str) -> str:
     """Return words of the survey, and that they are of another warp where they are."""
-    if found.face_alone or found.percent <= 0.0:
+    if found.face_alone or not _asked(found):
         return words
     return tr("the face alone: {words}", words=words)
 
 
+def _asked(found: Naturalness) -> bool:
+    return found.percent > 0.0 and found.whole_face
+
+
 def _unasked(found: Naturalness) -> str:
+    if found.percent and not found.whole_face:
+        return tr("parts move: nobody was asked")
     return tr("larger: nobody was asked") if found.percent < 0.0 else tr("nothing moves")
 
 
 def _word(found: Naturalness) -> str:
-    if found.percent <= 0.0:
+    if not _asked(found):
         return _unasked(found)
     if found.percent > DISTANCES[-1]:
         return tr("⚠ looks unnatural") if found.warns else tr("looks unnatural")
@@ -112,7 +118,7 @@ def _word(found: Naturalness) -> str:
 
 def _words(found: Naturalness) -> str:
     share = tr("{n:.1f} % found it unnatural", n=found.unnatural)
-    if found.percent <= 0.0:
+    if not _asked(found):
         return _unasked(found)
     if found.percent < DISTANCES[0]:
         return tr("≤ {n:.1f} % found it unnatural", n=found.unnatural)

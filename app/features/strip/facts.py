@@ -121,7 +121,11 @@ def _rendered(picture: QImage, project: Project) -> QImage:
     kind = kinds.Format_RGBA8888 if picture.hasAlphaChannel() else kinds.Format_RGB888
     pixels = _pixels(picture.convertToFormat(kind))
     done = sidecar.apply(project, pixels)
-    rendering = render(pixels, done.faces, done.recipe, protection=done.protection)
+    rendering = render(
+        *(pixels, done.faces, done.recipe),
+        protection=done.protection,
+        brushwork=done.brushwork,
+    )
     # Qt's view of an array doesn't own it.
     made = qt_image(np.ascontiguousarray(rendering.pixels)).copy()
     made.setColorSpace(picture.colorSpace())

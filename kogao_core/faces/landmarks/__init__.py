@@ -1,6 +1,6 @@
 """Where faces come from: networks, the paper's AAM, a user's model, or a mean face set by hand."""
 
-from kogao_core.faces.landmarks.errors import ModelRefused
+from kogao_core.faces.landmarks.locked import ModelRefused
 from kogao_core.faces.landmarks.mesh import MeshSource
 from kogao_core.faces.landmarks.sources import (
     CHOICES,

@@ -20,7 +20,7 @@ from kogao_core.base.wording import system_reason
 from kogao_core.faces.face import OUTLINE_POINTS, Face, OnFace, ignored, in_reading_order
 from kogao_core.faces.landmarks import locked, search
 from kogao_core.faces.landmarks.blazeface import INPUT_PX, BlazeFace, Detection, Square
-from kogao_core.faces.landmarks.errors import ModelRefused
+from kogao_core.faces.landmarks.locked import ModelRefused
 from kogao_core.faces.landmarks.mesh import LEAST_SCORE
 from kogao_core.faces.landmarks.outline import resampled
 from kogao_core.faces.landmarks.pixels import Pyramid

@@ -9,11 +9,14 @@ from typing import Final
 
 from kogao_core.base import assets
 from kogao_core.base.language import Text
-from kogao_core.faces.landmarks.errors import ModelRefused
 
 DETECTOR: Final = "models/face_detection_back.tflite"
 MESH: Final = "models/face_landmarks_detector.tflite"
 PERSON: Final = "models/selfie_segmentation.tflite"
+
+
+class ModelRefused(RuntimeError):
+    """A file is no model of the kind asked for, or a damaged one; the message is one sentence."""
 
 
 def network(name: str) -> Path:

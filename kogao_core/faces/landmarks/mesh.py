@@ -6,7 +6,7 @@ import threading
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Final
+from typing import Final, NamedTuple
 
 import cv2
 import numpy as np
@@ -41,9 +41,9 @@ LEAST_IN_COMPANY: Final = 0.3
 _SURFACE: Final = 468  # the last ten points are the irises
 _CROP: Final = 1.5  # side of the crop, in sides of the face
 # Whose features, enlarged so often, lie within so many half sides of a face's box may be taken for
-# its own; heads that touch are 0.4 to 1 apart.
+# its own: farther away they move it by less than 1 %.
 _AROUND_FEATURES: Final = 1.3
-_BESIDE: Final = 1.2
+_BESIDE: Final = 0.9
 # In outer inter-ocular distances. Two passes of a real face differ by 0.01 (95 % below 0.03), those
 # of a pattern that the detector mistakes for a face by 0.05 to 1.
 _DIFFER: Final = 0.1
@@ -65,11 +65,16 @@ _UPSIDE_DOWN: Final = 0.5  # least probability of the turned view that makes a s
 _ON_ITS_HEAD_SHARE: Final = 0.75
 _CONTRADICTED: Final = 0.8
 
+_AT_CORNER: Final = 0.06  # half the side of the square looked at there, inter-ocular distances
 # Which corners are outer ones of eyes (0), inner ones (1), and the mouth's (2); each kind's weights
 # of `corner_signs`, and its constant.
 KINDS: Final = np.array([0, 1, 1, 0, 2, 2])
 _CORNERS: Final = np.array(
-    [(-2.24, 0.70, -2.54, 4.61), (-1.70, 0.76, -1.58, 4.16), (-2.24, 0.96, 3.43, -0.55)]
+    [
+        (-1.79, 1.03, -1.53, 0.75, 4.76),
+        (-1.17, 1.05, -1.14, 0.56, 3.95),
+        (-2.44, 0.59, 2.54, 0.79, 2.50),
+    ]
 )
 
 
@@ -99,6 +104,15 @@ class MeshInput:
     to_image: Affine  # maps its pixels to the image
 
 
+class Passes(NamedTuple):
+    """What the network makes of a box, each time cropped by the pass before."""
+
+    last: Mesh  # the pass before the final one
+    mesh: Mesh  # the final one
+    mirrored: Mesh  # what it makes of that crop's mirror image
+    crop: MeshInput  # what the final one saw
+
+
 class MeshNetwork:
     """The landmark network; threads may share it."""
 
@@ -113,11 +127,8 @@ class MeshNetwork:
         points, presence = self._points(crop.pixels)
         return _read(crop.to_image(points), presence, mirrored=False), crop
 
-    def settled(self, image: Pyramid, box: Detection) -> tuple[Mesh, Mesh, Mesh] | None:
-        """Return the last two passes over a box, and the last one's mirror image.
-
-        Each is cropped by the one before; None when one collapses or sees no face.
-        """
+    def settled(self, image: Pyramid, box: Detection) -> Passes | None:
+        """Return the last passes over a box; None when one collapses or sees no face."""
         last, (mesh, crop) = None, self.look(image, box)
         for _ in range(_MOST_PASSES - 1):
             if mesh is None:
@@ -130,7 +141,7 @@ class MeshNetwork:
         mirrored = self.look_mirrored(crop)
         if last is None or mesh is None or mirrored is None:
             return None
-        return last, mesh, mirrored
+        return Passes(last, mesh, mirrored, crop)
 
     def look_mirrored(self, crop: MeshInput) -> Mesh | None:
         """Return what the network makes of a crop's mirror image, on the image as it is."""
@@ -189,7 +200,7 @@ def _features(face: Face) -> Array:
 
 
 def _beside(points: Array, box: Detection) -> bool:
-    """Tell whether any of the points lies in the box of a face or close to it."""
+    """Tell whether any of the points lies in the box of a face, but for its rim."""
     upright = Affine.similarity(1.0, -box.degrees, (0.0, 0.0))
     apart = np.abs(upright(points - box.center_px)).max(axis=1)
     return bool(apart.min() < _BESIDE * box.side_px / 2.0)
@@ -305,7 +316,7 @@ class MeshSource:
         passes = self._network.settled(image, box)
         if passes is None:
             return None
-        last, mesh, mirrored = passes
+        last, mesh, mirrored, _ = passes
         trust = _trust(last, mesh, mirrored)
         if trust < least:
             return None
@@ -315,7 +326,7 @@ class MeshSource:
         face = _mean(mesh, mirrored, score, self.name)
         if self._refined:
             outline, seen = self._edges.refined(image, face.eyes, face.outline)
-            confidence = np.concatenate([seen, _sure_corners(mesh, mirrored, seen)])
+            confidence = np.concatenate([seen, _sure_corners(passes, seen)])
             face = replace(face, outline=outline, confidence=confidence)
         rim = joined((mesh.forehead + mirrored.forehead) / 2.0, face.outline)
         return search.Fitted(replace(face, forehead=rim), mesh.box)
@@ -363,26 +374,40 @@ def _trust(last: Mesh, mesh: Mesh, mirrored: Mesh) -> float:
     return float(believed * np.exp(-((differ / _DIFFER) ** 2)))
 
 
-def corner_signs(mesh: Mesh, mirrored: Mesh, seen: Array) -> Array:
-    """Return what tells whether eye and mouth corners are right, shape (6, 3).
+def corner_signs(passes: Passes, seen: Array) -> Array:
+    """Return what tells whether eye and mouth corners are right, shape (6, 4).
 
-    How far a crop and its mirror image put each apart (log), whether the network sees a face at
-    all, and how sure the outline is, which is hidden where the mouth is.
+    How far a crop and its mirror image put the eyes, or the mouth, apart where they differ most
+    (log), whether the network sees a face at all, how sure the outline is, which is hidden where
+    the mouth is, and how little there is to see at one of the eyes' corners, or the mouth's, for a
+    picture of such contrast (log).
     """
+    _, mesh, mirrored, crop = passes
     one, other = (np.vstack([each.eyes, each.mouth]) for each in (mesh, mirrored))
     unit = max(1e-6, float(np.linalg.norm(mesh.eyes[3] - mesh.eyes[0])))
-    apart = np.log1p(50.0 * np.minimum(np.linalg.norm(one - other, axis=1) / unit, 0.3))
+    apart = np.minimum(np.linalg.norm(one - other, axis=1) / unit, 0.3)
+    grey = cv2.cvtColor(crop.pixels, cv2.COLOR_RGB2GRAY).astype(np.float32)
+    size = 2 * max(2, int(_AT_CORNER * unit / crop.to_image.scale)) + 1
+    variance = cv2.blur(grey**2, (size, size)) - cv2.blur(grey, (size, size)) ** 2
+    x, y = np.clip(np.round(crop.to_image.inverse(one)), 0, INPUT_PX - 1).astype(int).T
+    spread = np.sqrt(np.maximum(variance[y, x], 0.0))
+    detail = np.log((2.0 + spread) / (5.0 + grey.std()))
     presence = np.clip(min(mesh.presence, mirrored.presence), -20.0, 20.0) / 10.0
-    return np.column_stack([apart, np.full(6, presence), np.full(6, seen.mean())])
+    parts = slice(0, 4), slice(4, 6)
+    rows = [
+        (np.log1p(50.0 * apart[part].max()), presence, seen.mean(), detail[part].min())
+        for part in parts
+    ]
+    return np.repeat(rows, [4, 2], axis=0)
 
 
-def _sure_corners(mesh: Mesh, mirrored: Mesh, seen: Array) -> Array:
+def _sure_corners(passes: Passes, seen: Array) -> Array:
     """Return the probability that each corner lies within 5 % of the outer inter-ocular distance.
 
-    Learnt by `python -m resources.training.corners` on covered faces.
+    Learnt by `python -m resources.training.corners` on covered and blurred faces.
     """
     weights = _CORNERS[KINDS]
-    odds = (corner_signs(mesh, mirrored, seen) * weights[:, :3]).sum(axis=1) + weights[:, 3]
+    odds = (corner_signs(passes, seen) * weights[:, :-1]).sum(axis=1) + weights[:, -1]
     return np.asarray(1.0 / (1.0 + np.exp(-np.clip(odds, -30.0, 30.0))))
 
 

@@ -17,14 +17,13 @@ from kogao_core.cli import common, ending, options, reading, words
 from kogao_core.cli.progress import ProgressLine
 from kogao_core.faces.face import LandmarkSource
 from kogao_core.faces.landmarks import ModelRefused
-from kogao_core.lab.commands import figures, outputs, series, stimuli, study
+from kogao_core.lab.commands import outputs, pictures, study
 from kogao_core.lab.experiments import (
     distortion,
     distortion_report,
     domains,
     domains_report,
     lens,
-    lens_report,
     timing,
     timing_report,
 )
@@ -226,7 +225,7 @@ def lens_command(**given: Any) -> int:
     for subject in work.subjects():
         shown = shown or lens.shown(subject, recipe)
         found += lens.measure(subject, work.source, recipe, progress=work.progress.step)
-    return work.deliver(lens_report.report(lens.LensResult(tuple(found), recipe, tuple(shown))))
+    return work.deliver(lens.report(lens.LensResult(tuple(found), recipe, tuple(shown))))
 
 
 @command.command("methods")
@@ -251,7 +250,5 @@ def methods_command(repeats: int, **given: Any) -> int:
     return work.deliver(methods_report.report(result))
 
 
-command.add_command(figures.command)
-command.add_command(stimuli.command)
-command.add_command(series.command)
-command.add_command(study.command)
+for one in (pictures.figures, pictures.stimuli, pictures.series, study.command):
+    command.add_command(one)

@@ -60,32 +60,22 @@ class Outputs:
                     ending.USAGE,
                 )
 
-    def keep(self, pictures: Iterable[tuple[str, Image]]) -> None:
-        """Write pictures, grey or RGB with their files' names, where a folder was asked for."""
+    def keep(self, files: Iterable[tuple[str, Image | str]]) -> None:
+        """Write pictures, grey or RGB, and texts by their names, where a folder was asked for."""
         if self._folder is None:
             return
         with _writing(self._folder):
             self._folder.mkdir(parents=True, exist_ok=True)
-            for name, pixels in pictures:
-                atomic.put(png(pixels), self._folder / name)
-
-    def add(self, texts: Mapping[str, str]) -> None:
-        """Write texts by their files' names, where a folder was asked for."""
-        if self._folder is None:
-            return
-        with _writing(self._folder):
-            self._folder.mkdir(parents=True, exist_ok=True)
-            for name, text in texts.items():
-                atomic.put(text.encode(), self._folder / name)
+            for name, one in files:
+                data = one.encode() if isinstance(one, str) else png(one)
+                atomic.put(data, self._folder / name)
 
     def write(self, report: Report, left_out: Sequence[str] = ()) -> None:
         """Write the files, and print the tables unless a file is printed."""
         text_of = files(report, Made.now(click.get_current_context().obj, left_out))
         if STDOUT not in self._files.values():
             ending.print_text(translated_report(report).text())
-        if self._folder is not None:
-            with _writing(self._folder):
-                self._folder.mkdir(parents=True, exist_ok=True)
+        self.keep(())
         for kind, file in self._files.items():
             text = text_of[kind]()
             if file == STDOUT:

@@ -20,10 +20,11 @@ from kogao_core.cli.progress import ProgressLine
 from kogao_core.faces.face import select
 from kogao_core.lab.commands import outputs
 from kogao_core.lab.study import data as answer_tables
-from kogao_core.lab.study import making, pictures, plan, sources, tally
+from kogao_core.lab.study import making, pictures, plan, tally
 from kogao_core.lab.study.conduct import Conduct, Task
 from kogao_core.lab.study.making import Choices
 from kogao_core.lab.study.plan import Key
+from kogao_core.lab.study.report import notes
 from kogao_core.lab.study.report import report as made_report
 from kogao_core.lab.study.server import Server
 from kogao_core.lab.study.variants import variants
@@ -302,8 +303,8 @@ def report(
         counted = tally.tally(list(zip(folders, found, strict=True)), files, exclude)
     for rater in set(exclude) - set(counted.raters):
         raise ending.Stop(Text("there is no rater {rater}", rater=rater), ending.USAGE)
-    for note in sources.notes(counted):
+    for note in notes(counted):
         ending.print_message(note)
     to.write(made_report(counted))
-    to.add(answer_tables.files(counted))
+    to.keep(answer_tables.files(counted).items())
     return ending.SOME_FAILED if counted.refused else 0

@@ -51,17 +51,9 @@ class Measure:
 
 
 MEASURES: Final = (
+    Measure("achieved", Text("achieved, % of D"), Text("Achieved, % of D"), 2),
     Measure(
-        "achieved",
-        Text("achieved, % of D"),
-        Text("Achieved, % of D"),
-        2,
-    ),
-    Measure(
-        "face_area",
-        Text("area of the face, change in %"),
-        Text("Area of the face, change in %"),
-        1,
+        "face_area", Text("area of the face, change in %"), Text("Area of the face, change in %"), 1
     ),
     Measure(
         "local_area",
@@ -228,10 +220,7 @@ def _lattices(result: DistortionResult) -> Table:
     found = [result.of(variant) for variant in sizes]
     rows = [
         (Text("lattice spacing, px"), *(f"{_median(one, 'spacing_px'):.1f}" for one in found)),
-        (
-            Text("lattice spacing / warp distance"),
-            *(_in_warps(one) for one in found),
-        ),
+        (Text("lattice spacing / warp distance"), *(_in_warps(one) for one in found)),
         (
             Text("photos that fold"),
             *(

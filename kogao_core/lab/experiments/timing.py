@@ -19,13 +19,7 @@ from kogao_core.faces.differences import matching
 from kogao_core.faces.face import Face, LandmarkSource
 from kogao_core.lab.experiments.trials import Apart, Trial, apart
 from kogao_core.lab.reports.spread import Spread, in_turns
-from kogao_core.lab.subjects import (
-    Progress,
-    Subject,
-    at_paper_size,
-    no_progress,
-    set_by_hand,
-)
+from kogao_core.lab.subjects import Progress, Subject, at_paper_size, no_progress, set_by_hand
 from kogao_core.photo import read, write
 from kogao_core.photo.formats import READ_ONLY
 from kogao_core.pipeline import render

@@ -23,7 +23,7 @@ from kogao_core.lab.experiments.timing import (
 from kogao_core.lab.experiments.trials import Trial
 from kogao_core.lab.reports.charts import Chart, Series
 from kogao_core.lab.reports.report import NONE, Report, Table, recipe_in_words
-from kogao_core.lab.reports.spread import Spread, rounded
+from kogao_core.lab.reports.spread import Spread, in_columns, rounded
 
 _TITLE: Final = Text("Table 2: setting and computing time")
 _LEAD: Final = Text(
@@ -345,8 +345,6 @@ def _records(result: TimingResult) -> list[dict[str, object]]:
 
 
 def _record(result: TimingResult, timing: Timing, procedure: Procedure) -> dict[str, object]:
-    computing = Spread.of(timing.computing_ms)
-    setting = _setting(result, [timing], procedure)
     stages = {f"{n}_ms": statistics.median(ms) for n, ms in timing.stages_ms.items()}
     return {
         "photo": timing.photo,
@@ -356,12 +354,8 @@ def _record(result: TimingResult, timing: Timing, procedure: Procedure) -> dict[
         "faces": timing.faces,
         "way": timing.procedure,
         "domain_share": timing.domain_share,
-        "setting_median_ms": 1e3 * setting.median if setting else None,
-        "setting_q1_ms": 1e3 * setting.q1 if setting else None,
-        "setting_q3_ms": 1e3 * setting.q3 if setting else None,
-        "computing_median_ms": computing.median,
-        "computing_q1_ms": computing.q1,
-        "computing_q3_ms": computing.q3,
+        **in_columns("setting", _setting(result, [timing], procedure), 1e3),
+        **in_columns("computing", Spread.of(timing.computing_ms)),
         "processor_median_ms": statistics.median(timing.processor_ms),
         **stages,
         "repeats": result.repeats,

@@ -6,9 +6,7 @@ from typing import Final
 
 from kogao_core.base.language import Text
 from kogao_core.lab.methods.base import Method, Warp, WarpTask
-from kogao_core.lab.methods.bsplines import bspline
-from kogao_core.lab.methods.liquify import LIQUIFY
-from kogao_core.lab.methods.moving import MOVING_LEAST_SQUARES
+from kogao_core.lab.methods.own import LIQUIFY, MOVING_LEAST_SQUARES, bspline
 from kogao_core.lab.methods.scattered import PIECEWISE_AFFINE, RADIAL, THIN_PLATE
 from kogao_core.recipe.settings import FITS
 

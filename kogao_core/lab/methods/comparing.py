@@ -72,8 +72,7 @@ class Comparison:
         cut = _round_faces(self.subject)
         seen = tuple(
             dataclasses.replace(
-                one,
-                pictures={k: reduced(p[cut.slices]).copy() for k, p in one.pictures.items()},
+                one, pictures={k: reduced(p[cut.slices]).copy() for k, p in one.pictures.items()}
             )
             for one in self.methods
         )

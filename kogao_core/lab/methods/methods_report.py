@@ -19,7 +19,7 @@ from kogao_core.lab.methods.comparing import (
 )
 from kogao_core.lab.reports.charts import Chart, Series
 from kogao_core.lab.reports.report import NONE, Heading, Part, Picture, Report, Row, Table
-from kogao_core.lab.reports.spread import Spread, rounded
+from kogao_core.lab.reports.spread import Spread, in_columns, rounded
 from kogao_core.recipe.settings import FITS
 
 _TITLE: Final = Text("Methods side by side")
@@ -29,6 +29,10 @@ _LEAD: Final = Text(
     "pixels, and does it fold?"
 )
 _FITS: Final[dict[str, Text]] = {fit.name: fit.word for fit in FITS}
+_FIGURES: Final = (
+    *("quick_psnr_db", "residual_mean_px", "residual_max_px", "landing_mean_px", "min_det"),
+    *("max_det", "folded_share", "moved_share", "largest_px"),
+)
 _KINDS: Final = {
     "result": Text("Results"),
     "difference": Text("Differences to the photo, times {gain}", gain=DIFFERENCE_GAIN),
@@ -177,18 +181,14 @@ def _quick(photos: Sequence[Comparison], method: Method) -> tuple[str, str, str]
 def _effect(photos: Sequence[Comparison], method: Method) -> tuple[str, ...]:
     mine = _of(photos, method)
 
-    def median(of: Callable[[Compared], float]) -> float:
-        return float(statistics.median(of(one) for one in mine))
+    def median(name: str) -> float:
+        return float(statistics.median(getattr(one, name) for one in mine))
 
     return (
         method.title,
-        f"{median(lambda one: one.residual_mean_px):.2f}",
-        f"{median(lambda one: one.residual_max_px):.2f}",
-        f"{median(lambda one: one.landing_mean_px):.2f}",
-        f"{median(lambda one: one.min_det):.2f}",
-        f"{median(lambda one: one.max_det):.2f}",
-        f"{100.0 * median(lambda one: one.folded_share):.3f}",
-        f"{100.0 * median(lambda one: one.moved_share):.1f}",
+        *(f"{median(name):.2f}" for name in _FIGURES[1:6]),
+        f"{100.0 * median('folded_share'):.3f}",
+        f"{100.0 * median('moved_share'):.1f}",
     )
 
 
@@ -222,26 +222,12 @@ def _record(photo: Comparison, one: Compared) -> dict[str, object]:
         "method": one.method.name,
         "reference": one.method.reference,
         "library": one.method.library,
-        "fit_median_ms": one.fit_ms.median,
-        "fit_q1_ms": one.fit_ms.q1,
-        "fit_q3_ms": one.fit_ms.q3,
-        "warp_median_ms": one.warp_ms.median,
-        "warp_q1_ms": one.warp_ms.q1,
-        "warp_q3_ms": one.warp_ms.q3,
+        **in_columns("fit", one.fit_ms),
+        **in_columns("warp", one.warp_ms),
         "processor_median_ms": one.processor_ms.median,
-        "quick_median_ms": one.quick_ms.median if one.quick_ms else None,
-        "quick_processor_median_ms": one.quick_processor_ms.median
-        if one.quick_processor_ms
-        else None,
-        "quick_psnr_db": one.quick_psnr_db,
-        "residual_mean_px": one.residual_mean_px,
-        "residual_max_px": one.residual_max_px,
-        "landing_mean_px": one.landing_mean_px,
-        "min_det": one.min_det,
-        "max_det": one.max_det,
-        "folded_share": one.folded_share,
-        "moved_share": one.moved_share,
-        "largest_px": one.largest_px,
+        "quick_median_ms": one.quick_ms and one.quick_ms.median,
+        "quick_processor_median_ms": one.quick_processor_ms and one.quick_processor_ms.median,
+        **{name: getattr(one, name) for name in _FIGURES},
     }
 
 
@@ -289,10 +275,7 @@ def _photo(photo: Comparison, tables: Sequence[Table]) -> Iterator[Part]:
 
 def _caption(one: Compared, kind: str) -> Text:
     facts = {
-        "result": Text(
-            "landmarks land off by {px:.2f} px on average",
-            px=one.landing_mean_px,
-        ),
+        "result": Text("landmarks land off by {px:.2f} px on average", px=one.landing_mean_px),
         "difference": Text("smallest det J {det:.2f}", det=one.min_det),
         "heat": Text(
             "{share:.0f} % of the image moves, {px:.1f} px most",

@@ -182,11 +182,9 @@ def _mark(x: float, y: float, number: int, look: str) -> Element:
     shape = number % 4
     if shape == 0:
         return element("circle", class_=look, cx=x, cy=y, r=3.5)
-    outline = (
-        "m-3.5 -3.5h7v7h-7z",
-        "m0 -4.5l4.5 8h-9z",
-        "m0 -4.8l4.8 4.8l-4.8 4.8l-4.8 -4.8z",
-    )[shape - 1]
+    outline = ("m-3.5 -3.5h7v7h-7z", "m0 -4.5l4.5 8h-9z", "m0 -4.8l4.8 4.8l-4.8 4.8l-4.8 -4.8z")[
+        shape - 1
+    ]
     return element("path", class_=look, d=f"M{x:.1f} {y:.1f}{outline}")
 
 

@@ -92,10 +92,7 @@ def _table(table: Table) -> Element:
         for row in table.rows
     ]
     whole = element(
-        "table",
-        element("caption", table.caption),
-        element("thead", head),
-        element("tbody", *rows),
+        "table", element("caption", table.caption), element("thead", head), element("tbody", *rows)
     )
     scroll = element(
         "div", whole, class_="scroll", tabindex="0", role="region", aria_label=table.caption

@@ -5,8 +5,6 @@ Text tables, CSV, JSON and the HTML file (`page`) all follow from one `Report`.
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 import os
 import platform
@@ -21,6 +19,7 @@ from typing import Any, Final
 from kogao_core.base.geometry import Image
 from kogao_core.base.language import Text, translated
 from kogao_core.base.wording import columns
+from kogao_core.batch.measures import table_text
 from kogao_core.lab.reports.charts import Chart
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.recipe.settings import SETTINGS
@@ -149,11 +148,7 @@ class Report:
 
     def csv(self) -> str:
         """Return the records as a CSV file."""
-        text = io.StringIO()
-        writer = csv.DictWriter(text, list(self.records[0]), lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(self.records)
-        return text.getvalue()
+        return table_text([self.records[0], *(record.values() for record in self.records)])
 
     def json(self, made: Made) -> str:
         """Return everything as a JSON file."""

@@ -45,6 +45,12 @@ class Spread:
         return f"{rounded(self.median, digits)} ({low}\N{EN DASH}{high})"
 
 
+def in_columns(name: str, spread: Spread | None, unit_ms: float = 1.0) -> dict[str, object]:
+    """Return median and quartiles, ms, as a record has them; None for a spread that isn't there."""
+    ends = ("median", "q1", "q3")
+    return {f"{name}_{end}_ms": spread and unit_ms * getattr(spread, end) for end in ends}
+
+
 def rounded(value: float, digits: int = 3) -> str:
     """Return a number with so many significant digits, never in powers of ten."""
     if value == 0.0 or not math.isfinite(value):

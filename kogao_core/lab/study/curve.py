@@ -104,7 +104,7 @@ def fitted(rows: Sequence[Answered], *, floor: float = 0.0) -> Curves | None:
         row
         for row in rows
         if row.variant.kind in ("table1", "control") and row.record.answer is not None
-        if row.meaning.measured is not None and row.meaning.measured.achieved >= 0.0
+        if row.meaning.measured.achieved >= 0.0
     ]
     cells = _Cells(usable, floor)
     if len(usable) < _LEAST_ANSWERS or min(cells.asked.shape[0], cells.faces) < 2:
@@ -178,7 +178,6 @@ class _Cells:
             place = places[row.key.identity, row.record.picture]
             face = row.key.identity, row.meaning.subject
             face_of[place] = faces.setdefault(face, len(faces))
-            assert row.meaning.measured is not None
             self.achieved[place] = row.meaning.measured.achieved
             # The photo as it is belongs to every group.
             self.group[place] = None if row.variant.kind == "control" else row.variant.group

@@ -6,14 +6,13 @@ empty field where there is nothing. pandas, R, jamovi and JASP take it as it is.
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from importlib import resources
 from typing import Any, Final, Generic, TypeVar
 
 from kogao_core.base.language import Text
+from kogao_core.batch.measures import table_text
 from kogao_core.lab.study.quality import Quality
 from kogao_core.lab.study.session import Display
 from kogao_core.lab.study.tally import Answered, Tally
@@ -42,8 +41,8 @@ def _is_unnatural(_: Tally, row: Answered) -> int | None:
 
 
 def _asked(_: Tally, row: Answered) -> float:
-    found = row.meaning.measured
-    return row.variant.percent if found is None or found.asked is None else found.asked
+    asked = row.meaning.measured.asked
+    return row.variant.percent if asked is None else asked
 
 
 _MEASURED: Final = "achieved: how far landmarks came towards the centre, % of D"
@@ -52,36 +51,21 @@ ANSWERS: Final[Sequence[Column[Answered]]] = (
     Column("rater", "the rater's code", lambda _, row: row.session.rater),
     Column("trial", "place in the rater's order, from 1", lambda _, row: row.place),
     Column("picture", "the picture's file", lambda _, row: row.record.picture),
-    Column(
-        "subject",
-        "the face: its photo's file",
-        lambda _, row: row.key.subjects[row.meaning.subject].name,
-    ),
-    Column(
-        "kind",
-        "table1, figure11, control (the photo as it is), catch (cut in two) or "
-        "satisfaction (of oneself)",
-        lambda _, row: row.variant.kind,
-    ),
-    Column(
-        "percent",
-        "warp distance, % of D, as designed; below 0 larger",
-        lambda _, row: row.variant.percent,
-    ),
+    Column("subject", "the face: its photo's file",
+           lambda _, row: row.key.subjects[row.meaning.subject].name),
+    Column("kind",
+           "table1, figure11, control (the photo as it is), catch (cut in two) or "
+           "satisfaction (of oneself)",
+           lambda _, row: row.variant.kind),
+    Column("percent", "warp distance, % of D, as designed; below 0 larger",
+           lambda _, row: row.variant.percent),
     Column("asked_percent", "the same as the recipe asked for it", _asked),
-    Column(
-        "achieved_percent",
-        _MEASURED,
-        lambda _, row: row.meaning.measured and row.meaning.measured.achieved,
-    ),
+    Column("achieved_percent", _MEASURED, lambda _, row: row.meaning.measured.achieved),
     Column("center", "centre candidate, 1 to 4", lambda _, row: row.variant.center),
     Column("lattice", "lattice spacing R, as the recipe's unit says",
            lambda _, row: row.variant.lattice),
-    Column(
-        "lattice_in_warps",
-        "lattice spacing in mean warp distances",
-        lambda _, row: row.meaning.measured and row.meaning.measured.lattice_in_warps,
-    ),
+    Column("lattice_in_warps", "lattice spacing in mean warp distances",
+           lambda _, row: row.meaning.measured.lattice_in_warps),
     Column("fit", "how the lattice takes up the moves", lambda _, row: row.variant.fit),
     Column("side", "where it lies beside the photo as it is", lambda _, row: row.meaning.side),
     Column("natural_key", "the key that said natural", lambda _, row: row.session.keys[0].upper()),
@@ -90,28 +74,16 @@ ANSWERS: Final[Sequence[Column[Answered]]] = (
     Column("unnatural", "1 where the answer was unnatural; of a pair less natural, or different",
            _is_unnatural),
     Column("grade", "0 to 100", lambda _, row: row.record.grade),
-    Column(
-        "ms",
-        "from the painted picture to the answer, ms; without away_ms where that is given",
-        lambda _, row: row.record.took_ms,
-    ),
-    Column(
-        "away_ms",
-        "ms in another tab or window meanwhile; empty in logs before version 3",
-        lambda _, row: row.record.away_ms,
-    ),
+    Column("ms", "from the painted picture to the answer, ms; without away_ms",
+           lambda _, row: row.record.took_ms),
+    Column("away_ms", "ms in another tab or window meanwhile", lambda _, row: row.record.away_ms),
     Column("shown_width", "width of the picture, CSS px", _display(lambda d: d.shown[0])),
     Column("shown_height", "height of the picture, CSS px", _display(lambda d: d.shown[1])),
     Column("window_width", "width of the viewport, CSS px", _display(lambda d: d.window[0])),
-    Column(
-        "window_height", "height of the viewport, CSS px", _display(lambda d: d.window[1])
-    ),
+    Column("window_height", "height of the viewport, CSS px", _display(lambda d: d.window[1])),
     Column("pixel_ratio", "device px a CSS px", _display(lambda d: d.ratio)),
-    Column(
-        "degrees",
-        "width of the picture, degrees of visual angle; empty where not measured",
-        _display(lambda d: d.degrees),
-    ),
+    Column("degrees", "width of the picture, degrees of visual angle; empty where not measured",
+           _display(lambda d: d.degrees)),
     Column("distance_mm", "distance of the eyes, mm", _display(lambda d: d.distance_mm)),
     Column("counts", "1 where the report counts the answer",
            lambda tally, row: int(not tally.reasons(row))),
@@ -122,11 +94,8 @@ RATERS: Final[Sequence[Column[Quality]]] = (
     Column("answers", "answers that weren't taken back", lambda _, one: one.answers),
     Column("median_ms", "median of ms", lambda _, one: one.median_ms),
     Column("quick", "share of answers before the least time", lambda _, one: one.quick),
-    Column(
-        "unnatural_share",
-        "share of unnatural, without catch pictures",
-        lambda _, one: one.unnatural,
-    ),
+    Column("unnatural_share", "share of unnatural, without catch pictures",
+           lambda _, one: one.unnatural),
     Column("longest_run", "most answers in a row that are the same",
            lambda _, one: one.longest_run),
     Column("twin_pairs", "pairs of pictures that are the same", lambda _, one: one.pairs),
@@ -152,20 +121,14 @@ def files(tally: Tally) -> dict[str, str]:
     return {
         "answers.csv": _filled(ANSWERS, tally, tally.answers),
         "raters.csv": _filled(RATERS, tally, tally.raters.values()),
-        "codebook.csv": _csv([("file", "column", "meaning"), *codebook]),
+        "codebook.csv": table_text([("file", "column", "meaning"), *codebook]),
         "model.R": resources.files(__package__).joinpath("model.R").read_text(encoding="utf-8"),
     }
 
 
 def _filled(columns: Sequence[Column[Any]], tally: Tally, rows: Iterable[Any]) -> str:
     head = [column.name for column in columns]
-    return _csv([head, *([column.value(tally, row) for column in columns] for row in rows)])
-
-
-def _csv(rows: Iterable[Sequence[object]]) -> str:
-    text = io.StringIO()
-    csv.writer(text, lineterminator="\n").writerows(rows)
-    return text.getvalue()
+    return table_text([head, *([column.value(tally, row) for column in columns] for row in rows)])
 
 
 def _joined(reasons: Sequence[Text]) -> str:

@@ -47,10 +47,7 @@ class Choices:
         """Refuse a seed that a key couldn't hold."""
         if self.seed and (len(self.seed) > plan.LONGEST_SEED or printable(self.seed) != self.seed):
             raise ValueError(
-                Text(
-                    "a seed has at most {most} printable letters",
-                    most=plan.LONGEST_SEED,
-                )
+                Text("a seed has at most {most} printable letters", most=plan.LONGEST_SEED)
             )
 
 

@@ -59,12 +59,7 @@ def _srgb(photo: Photo) -> Image:
 
 
 def drawn(
-    shown: Subject,
-    variant: Variant,
-    base: Recipe,
-    *,
-    match: bool = False,
-    side: Side | None = None,
+    shown: Subject, variant: Variant, base: Recipe, *, match: bool = False, side: Side | None = None
 ) -> tuple[bytes, PictureFigures]:
     """Return a picture of the subject, as JPEG without any metadata, and how far it came.
 

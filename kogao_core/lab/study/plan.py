@@ -24,7 +24,7 @@ from kogao_core.lab.study.conduct import CONDUCT, Conduct
 from kogao_core.lab.study.origin import Origin, PhotoRecord, PictureFigures
 from kogao_core.lab.study.quality import RULES, Rules
 from kogao_core.lab.study.variants import Kind, Variant
-from kogao_core.recipe.recipe import PAPER, Recipe
+from kogao_core.recipe.recipe import Recipe
 from kogao_core.recipe.settings import PAPER_CENTERS, Fit
 
 STUDY_FILE: Final = "study.json"
@@ -73,14 +73,11 @@ class Study:
 
 @dataclass(frozen=True, slots=True)
 class Meaning:
-    """What a picture is: whose, which variant, and what that amounts to.
-
-    Keys of version 1 don't hold the last one.
-    """
+    """What a picture is: whose, which variant, and what that amounts to."""
 
     subject: int
     variant: Variant
-    measured: PictureFigures | None = None
+    measured: PictureFigures
     side: Side | None = None  # where it lies beside the photo as it is; None where it is alone
 
 
@@ -94,7 +91,7 @@ class Key:
     recipe: Recipe  # what all pictures share
     subjects: tuple[PhotoRecord, ...]  # the photos; `Meaning.subject` counts them from 0
     pictures: Mapping[str, Meaning]  # by name
-    origin: Origin | None = None  # how the study came to be
+    origin: Origin  # how the study came to be
     rules: Rules = RULES  # whose answers count
 
     def to_dict(self) -> dict[str, Any]:
@@ -103,7 +100,7 @@ class Key:
             name: {
                 "subject": meaning.subject,
                 **dataclasses.asdict(meaning.variant),
-                **(dataclasses.asdict(meaning.measured) if meaning.measured else {}),
+                **dataclasses.asdict(meaning.measured),
                 "side": meaning.side,
             }
             for name, meaning in sorted(self.pictures.items())
@@ -114,7 +111,7 @@ class Key:
             "study": self.identity,
             "seed": self.seed,
             "recipe": self.recipe.to_dict(),
-            "origin": dataclasses.asdict(self.origin) if self.origin else None,
+            "origin": dataclasses.asdict(self.origin),
             "rules": dataclasses.asdict(self.rules),
             "subjects": [dataclasses.asdict(one) for one in self.subjects],
             "pictures": pictures,
@@ -148,15 +145,12 @@ def is_rater(code: str) -> bool:
 def load_study(folder: Path) -> Study:
     """Read the raters' half. Raises BadFile."""
     top = _parsed(folder / STUDY_FILE, Text("{folder} holds no study", folder=folder))
-    version = top.field("version").whole(1, VERSION)
     fields = ("study", "ratings", "satisfaction", "practice", "faces", "twins", "conduct")
-    _check(top, _STUDY_FORMAT, fields if version > 1 else fields[:3], version)
+    _check(top, _STUDY_FORMAT, fields, VERSION)
     identity = top.field("study").text(64)
     ratings, grades = names(top.field("ratings")), names(top.field("satisfaction"))
     if set(ratings) & set(grades):
         top.field("satisfaction").refuse("names pictures that are rated, too")
-    if version == 1:
-        return Study(identity, ratings, grades)
     faces, twins = (
         tuple(names(one) for one in top.field(name).items(_MOST_PICTURES))
         for name in ("faces", "twins")
@@ -168,14 +162,9 @@ def load_study(folder: Path) -> Study:
 def load_key(path: Path) -> Key:
     """Read the maker's half. Raises BadFile."""
     top = _parsed(path, Text("the key {path} can't be read", path=path))
-    version = top.field("version").whole(1, KEY_VERSION)
-    first = version == 1
     fields = ("study", "seed", "recipe", "subjects", "pictures", "origin", "rules")
-    _check(top, _KEY_FORMAT, fields[: 4 + version], version)
-    faces = top.field("subjects").items(_MOST_PICTURES)
-    subjects = tuple(
-        PhotoRecord(node.text(4096)) if first else PhotoRecord.parse(node) for node in faces
-    )
+    _check(top, _KEY_FORMAT, fields, KEY_VERSION)
+    subjects = tuple(map(PhotoRecord.parse, top.field("subjects").items(_MOST_PICTURES)))
     pictures = top.field("pictures")
     if not isinstance(pictures.value, dict) or len(pictures.value) > _MOST_PICTURES:
         pictures.refuse("must be an object of pictures")
@@ -185,7 +174,7 @@ def load_key(path: Path) -> Key:
         top.field("recipe").refuse(f"is no recipe: {str(error)[:200]}")
     meanings = {
         _checked_name(Node(name, pictures.path, pictures.root)): _meaning(
-            Node(value, f"{pictures.path}[{name!r:.30}]", pictures.root), len(subjects), version
+            Node(value, f"{pictures.path}[{name!r:.30}]", pictures.root), len(subjects)
         )
         for name, value in pictures.value.items()
     }
@@ -195,8 +184,8 @@ def load_key(path: Path) -> Key:
         recipe,
         subjects,
         meanings,
-        None if first else Origin.parse(top.field("origin")),
-        RULES if version < 3 else Rules.parse(top.field("rules")),
+        Origin.parse(top.field("origin")),
+        Rules.parse(top.field("rules")),
     )
 
 
@@ -244,13 +233,12 @@ def _checked_name(node: Node) -> str:
     return name
 
 
-def _meaning(node: Node, subjects: int, version: int) -> Meaning:
-    fields = ("achieved", "lattice_in_warps", "asked", "fit", "side")
-    more = fields[: (0, 2, 5)[version - 1]]
-    node.only(("subject", "kind", "percent", "center", "lattice", *more))
+def _meaning(node: Node, subjects: int) -> Meaning:
+    figures = ("achieved", "lattice_in_warps", "asked")
+    node.only(("subject", "kind", "percent", "center", "lattice", "fit", "side", *figures))
     text = node.field("kind").text(20, get_args(Kind))
     kind: Kind = next(kind for kind in get_args(Kind) if kind == text)
-    named = node.field("fit").text(20, get_args(Fit)) if version > 2 else PAPER.fit
+    named = node.field("fit").text(20, get_args(Fit))
     given = None if node.field("side").value is None else node.field("side").text(5, get_args(Side))
     side: Side | None = next((side for side in get_args(Side) if side == given), None)
     fit: Fit = next(fit for fit in get_args(Fit) if fit == named)
@@ -264,6 +252,6 @@ def _meaning(node: Node, subjects: int, version: int) -> Meaning:
     return Meaning(
         node.field("subject").whole(0, max(0, subjects - 1)),
         variant,
-        PictureFigures.parse(node) if more else None,
+        PictureFigures.parse(node),
         side,
     )

@@ -120,7 +120,7 @@ def of_rater(rows: Sequence[Answered], rules: Rules) -> Quality:
         sum(first == second for first, second in twins),
         len(catches),
         sum(bool(row.is_unnatural) for row in catches),
-        sum(row.record.away_ms or 0 for row in rows),
+        sum(row.record.away_ms for row in rows),
         sum(record.back for session in sessions for record in session.records),
         tuple(sorted({one.shown for one in shown}, key=[one.shown for one in shown].count)[::-1]),
         (min(widths), max(widths)) if widths else None,

@@ -1,32 +1,24 @@
-"""The report of a study: tables in the shape of the paper's, its figures beside."""
+"""The report of a study: what people said, who they were, and where the pictures come from."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict
-from statistics import fmean
 from typing import Final
 
-import numpy as np
-
 from kogao_core.base.language import Text
-from kogao_core.faces.naturalness import DISTANCES, STUDENTS, SUBJECTS, UNNATURAL
-from kogao_core.lab.reports.charts import Chart, Series
-from kogao_core.lab.reports.report import NONE, Heading, Part, Report, Row, Table
-from kogao_core.lab.study import curve
+from kogao_core.lab.reports.report import NONE, Heading, Part, Report, Row, Table, recipe_in_words
+from kogao_core.lab.study import curve, tables
 from kogao_core.lab.study.conduct import Task
-from kogao_core.lab.study.curve import Curve, Curves, Estimate
+from kogao_core.lab.study.curve import Curves
 from kogao_core.lab.study.origin import PictureFigures
+from kogao_core.lab.study.plan import Key
 from kogao_core.lab.study.quality import Quality
-from kogao_core.lab.study.sources import document_of, notes, studies
-from kogao_core.lab.study.statistics import Grades, Share
-from kogao_core.lab.study.tally import Tally
-from kogao_core.lab.study.variants import Group, Kind, Variant
-from kogao_core.recipe.settings import SETTINGS
+from kogao_core.lab.study.tables import PUBLISHED_SATISFACTION, Shares, of_kind
+from kogao_core.lab.study.tally import Grades, Share, Tally
+from kogao_core.lab.study.variants import Variant
 
-PUBLISHED_SATISFACTION: Final = 92
-PUBLISHED_USERS: Final = 20
 _TITLE: Final = Text("How natural do the faces look?")
 _LEADS: Final[Mapping[Task, Text]] = {
     "natural": Text(
@@ -42,122 +34,44 @@ _LEADS: Final[Mapping[Task, Text]] = {
         "called unnatural below is what they called different."
     ),
 }
-_ACHIEVED: Final = Text(
-    "Achieved: how far landmarks came towards the centre on average; the paper's "
-    "own figures are those that were asked for."
-)
-_INDEPENDENCE: Final = Text(
-    "Intervals are Wilson's at 95 %. They take every answer as independent; "
-    "answers of one person, or about one face, are not, so the true uncertainty "
-    "is larger; that of the curve below is told with both."
-)
+_SHOWN: Final = 12  # letters of a digest
+_ALIKE: Final = 0.02  # sizes, as angles, that differ by no larger a share are one
 
 
-def published(variant: Variant) -> float | None:
-    """Return table 1's share of "unnatural" for a variant, %; None where the paper prints none."""
-    return _published(variant.percent, variant.center) if variant.kind == "table1" else None
-
-
-Shares = Mapping[Variant, Share]
-
-
-def table_1(tally: Tally, shares: Shares, whose: str, people: int) -> Table:
-    """Return unnaturalness by centre candidate and warp distance; the paper's in its own rows."""
-    rows: list[list[str]] = []
-    distances = _distances(shares)
-    for group in _groups(shares):
-        own = [_share(shares, percent, group) for percent in distances]
-        came = [_achieved(tally, percent, group) for percent in distances]
-        rows.append([_named(group, shares), *map(_percent, own)])
-        rows.append([Text("achieved, % of D"), *came])
-        printed = [_published(percent, group[0]) for percent in distances]
-        if tally.task != "natural" or not any(value is not None for value in printed):
-            continue
-        cells = [NONE if value is None else f"{value:.3f} %" for value in printed]
-        rows.append([Text("the paper"), *cells])
-    return Table(
-        Text("Unnaturalness by centre candidate and warp distance (table 1), {whose}", whose=whose),
-        (
-            Text("asked for"),
-            *(Text("{percent:g} % of D", percent=percent) for percent in distances),
-        ),
-        rows,
-        _note_1(_basis(tally, shares, people), tally.task),
-    )
-
-
-def _note_1(basis: str, task: Task) -> Text:
-    if task != "natural":
-        return Text("{basis} {independence}", basis=basis, independence=_INDEPENDENCE)
-    return Text(
-        "{basis} {achieved} The paper: {subjects} faces, {students} students; "
-        "each of its figures but one, which may be a slip, is a multiple of 1/160, so "
-        "about 160 answers stand behind each. {independence}",
-        basis=basis,
-        achieved=_ACHIEVED,
-        subjects=SUBJECTS,
-        students=STUDENTS,
-        independence=_INDEPENDENCE,
-    )
-
-
-def figure_11(tally: Tally, shares: Shares) -> Table:
-    """Return unnaturalness by lattice size."""
-    rows = [
-        _size_row(tally, f"R = {v.lattice:g}", v, share) for v, share in _of(shares, "figure11")
-    ]
-    control = Text("the photo as it is")
-    rows += [_size_row(tally, control, v, share) for v, share in _of(shares, "control")]
-    return Table(
-        Text("Unnaturalness by lattice size (figure 11)"),
-        (
-            Text("lattice, landmark spacings"), Text("lattice, warp distances"),
-            Text("achieved, % of D"), Text("unnatural"),
-        ),
-        rows,
-        Text(
-            "{basis} R is told in mean landmark spacings. The paper's own figure "
-            "divides by the warp distance: that is the second column. The paper "
-            "prints no figures for its plot; its text says that no face was called "
-            "unnatural once the lattice was larger than the warp distance, above 1 "
-            "in that column. Sizes achieve different distances, so they are compared "
-            "together with these.",
-            basis=_basis(tally, shares, len(tally.careful)),
-        ),
-    )  # fmt: skip
-
-
-def _size_row(tally: Tally, title: str, variant: Variant, share: Share) -> list[str]:
-    found = tally.measured().get(variant)
-    in_warps = None if found is None else found.lattice_in_warps
-    return [
-        title,
-        NONE if in_warps is None else f"{in_warps:.2f}",
-        NONE if found is None else f"{found.achieved:.2f}",
-        _percent(share),
-    ]
-
-
-def satisfaction(tally: Tally) -> Table:
-    """Return the grades; the paper's mean beside them where they are of oneself, as its are."""
-    own, others, skipped = tally.grades()
-    here = [
-        (Text("of themselves"), own, str(skipped)),
-        (Text("of several people, so of others"), others, NONE),
-    ]
-    rows: list[list[str]] = [
-        [name, str(grades.count), _number(grades.mean), _number(grades.deviation), left]
-        for name, grades, left in here
-        if grades.count or grades is own
-    ]
-    if own.count:
-        rows.append([Text("the paper"), str(PUBLISHED_USERS), "92", NONE, NONE])
-    return Table(
-        Text("Satisfaction, 0 to 100 (section 5)"),
-        ("", Text("grades"), Text("mean"), Text("standard deviation"), Text("not graded")),
-        rows,
-        Text("The paper's users graded the picture of themselves; it prints no deviation."),
-    )
+def report(tally: Tally) -> Report:
+    """Return the report of a tally."""
+    shares, everybody = tally.shares(), tally.shares(tally.answers)
+    floor = 0.5 if tally.task == "pair" else 0.0
+    found = curve.fitted(tally.counted, floor=floor) if curve.is_here() else None
+    differs = shares != everybody
+    whose = Text("those who count") if differs else Text("everybody")
+    graded = tally.naturalness()
+    parts: list[Part] = []
+    if any(grades.count for grades in graded.values()):
+        parts += [tables.grades_chart(graded), tables.naturalness(tally, graded)]
+    else:
+        charts = tables.distance_charts(shares)
+        parts.append(Row(charts if tally.task == "natural" else charts[:1], wide=True))
+        parts += [
+            Heading(Text("Warp distance and centre")),
+            tables.table_1(tally, shares, whose, len(tally.careful)),
+        ]
+        if differs:
+            parts.append(tables.table_1(tally, everybody, Text("everybody"), len(tally.raters)))
+        if found is not None:
+            parts += [tables.curve_chart(tally, shares, found), tables.curves(found, shares)]
+        if of_kind(shares, "figure11") or of_kind(shares, "control"):
+            parts += [Heading(Text("Lattice size")), tables.figure_11(tally, shares)]
+        if of_kind(shares, "figure11"):
+            parts.append(tables.lattice_chart(shares))
+    if any(row.variant.kind == "satisfaction" for row in tally.answers):
+        parts += [Heading(Text("Satisfaction")), tables.satisfaction(tally)]
+    parts += [Heading(Text("Raters")), care(tally)] if tally.raters else []
+    parts += [left_out(tally)] if tally.left_out else []
+    parts += [Heading(Text("Where it comes from")), studies(tally)]
+    parts += [Text("Note: {sentence}.", sentence=sentence) for sentence in notes(tally)]
+    records = _records(tally, shares, everybody)
+    return Report(_TITLE, _LEADS[tally.task], parts, records, _document(tally, records, found))
 
 
 def care(tally: Tally) -> Table:
@@ -212,132 +126,78 @@ def left_out(tally: Tally) -> Table:
     return Table(Text("Raters who are left out"), (Text("rater"), Text("left out for")), rows)
 
 
-def curves(found: Curves, shares: Shares) -> Table:
-    """Return where half of the answers are "unnatural", over all and by centre."""
-    rows: list[list[str]] = [[Text("all"), *_curve_cells(found.whole), NONE]]
-    for group, one in found.groups.items():
-        later = found.later.get(group)
-        cells = [*_curve_cells(one), _estimate(later) if later else NONE]
-        rows.append([_named(group, shares), *cells])
-    hint: str = ""
-    if found.p is not None:
-        first = _named(min(found.groups), shares)
-        hint = Text(
-            "If the centre made no difference at the distances asked for, answers would differ as "
-            "much by it with p = {p:.3f} (Cochran's Q). To tell 0.5 % of D between two centres "
-            "in 4 of 5 studies takes {n} raters like these or fewer, with faces in proportion. "
-            "Later is against {first}.",
-            p=found.p, n=found.raters_needed, first=first,
-        )  # fmt: skip
-    return Table(
-        Text(
-            "Where {share:g} % of the answers are “unnatural”, by the distance achieved",
-            share=50.0 * (1.0 + found.whole.floor),
-        ),
-        (
-            Text("centre"), Text("at, % of D"), Text("scale, % of D"), Text("lapses"),
-            Text("answers"), Text("later by, % of D"),
-        ),
-        rows,
-        Text(
-            "A logistic curve with a share of lapses at both ends, by greatest likelihood, over "
-            "pictures of table 1 and the photo as it is. Intervals of 95 % are from {n} draws of "
-            "raters and faces ({raters} and {faces}) with replacement. {hint}",
-            n=curve.RESAMPLES, raters=found.raters, faces=found.faces, hint=hint,
-        ),
-    )  # fmt: skip
-
-
-def _curve_cells(one: Curve) -> list[str]:
-    lapses = f"{100.0 * one.lapse:.0f} %"
-    return [_estimate(one.middle), _estimate(one.scale), lapses, str(one.answers)]
-
-
-def _estimate(one: Estimate) -> str:
-    return Text("{value:.2f} ({low:.2f} to {high:.2f})", **asdict(one))
-
-
-def naturalness(tally: Tally, graded: Mapping[Variant, Grades]) -> Table:
-    """Return mean and deviation of grades by centre candidate and warp distance."""
-    distances = _distances(graded)
-    by_place = {(v.percent, v.group): g for v, g in graded.items() if v.kind == "table1"}
-    rows: list[list[str]] = []
-    for group in _groups(graded):
-        given = [by_place.get((percent, group), Grades.of([])) for percent in distances]
-        cells = [
-            f"{_number(one.mean)} \N{PLUS-MINUS SIGN} {_number(one.deviation)}" for one in given
-        ]
-        rows.append([_named(group, graded), *cells])
-        rows.append([Text("achieved, % of D"), *(_achieved(tally, p, group) for p in distances)])
-    for kind, name in (("figure11", "R = {v.lattice:g}"), ("control", "0 %")):
-        for v, one in graded.items():
-            if v.kind == kind:
-                rows.append([name.format(v=v), _mean(one), *[NONE] * (len(distances) - 1)])
-    return Table(
-        Text("Naturalness, 0 to 100: mean and standard deviation of the grades"),
-        (
-            Text("asked for"),
-            *(Text("{percent:g} % of D", percent=percent) for percent in distances),
-        ),
-        rows,
-        Text("{n} grades of {raters} raters. The paper asked for two answers instead.",
-             n=sum(one.count for one in graded.values()), raters=len(tally.careful)),
-    )  # fmt: skip
-
-
-def _mean(grades: Grades) -> str:
-    return f"{_number(grades.mean)} \N{PLUS-MINUS SIGN} {_number(grades.deviation)}"
-
-
-def _grades_chart(graded: Mapping[Variant, Grades]) -> Chart:
-    distances = _distances(graded)
-    by_place = {(v.percent, v.group): g.mean for v, g in graded.items() if v.kind == "table1"}
-    return Chart(
-        Text("Naturalness by warp distance"), [f"{p:g}" for p in distances],
-        Text("naturalness, 0 to 100"),
+def studies(tally: Tally) -> Table:
+    """Return where the pictures come from, a row for each photo."""
+    rows = [
         [
-            Series(_named(group, graded), [by_place.get((p, group), math.nan) for p in distances])
-            for group in _groups(graded)
-        ],
-        along=Text("warp distance, % of D"), most=100.0,
-        caption=Text("Means of the grades."),
-    )  # fmt: skip
-
-
-def report(tally: Tally) -> Report:
-    """Return the report of a tally."""
-    shares, everybody = tally.shares(), tally.shares(tally.answers)
-    floor = 0.5 if tally.task == "pair" else 0.0
-    found = curve.fitted(tally.counted, floor=floor) if curve.is_here() else None
-    differs = shares != everybody
-    whose = Text("those who count") if differs else Text("everybody")
-    graded = tally.naturalness()
-    parts: list[Part] = []
-    if any(grades.count for grades in graded.values()):
-        parts += [_grades_chart(graded), naturalness(tally, graded)]
-    else:
-        charts = _distance_charts(shares)
-        parts.append(Row(charts if tally.task == "natural" else charts[:1], wide=True))
-        parts += [
-            Heading(Text("Warp distance and centre")),
-            table_1(tally, shares, whose, len(tally.careful)),
+            key.identity, face.name, face.sha256[:_SHOWN] or NONE, key.origin.landmarks or NONE,
+            key.origin.program, key.origin.made, key.seed,
         ]
-        if differs:
-            parts.append(table_1(tally, everybody, Text("everybody"), len(tally.raters)))
-        if found is not None:
-            parts += [_curve_chart(tally, shares, found), curves(found, shares)]
-        if _of(shares, "figure11") or _of(shares, "control"):
-            parts += [Heading(Text("Lattice size")), figure_11(tally, shares)]
-        if _of(shares, "figure11"):
-            parts.append(_lattice_chart(shares))
-    if any(row.variant.kind == "satisfaction" for row in tally.answers):
-        parts += [Heading(Text("Satisfaction")), satisfaction(tally)]
-    parts += [Heading(Text("Raters")), care(tally)] if tally.raters else []
-    parts += [left_out(tally)] if tally.left_out else []
-    parts += [Heading(Text("Where it comes from")), studies(tally)]
-    parts += [Text("Note: {sentence}.", sentence=sentence) for sentence in notes(tally)]
-    records = _records(tally, shares, everybody)
-    return Report(_TITLE, _LEADS[tally.task], parts, records, _document(tally, records, found))
+        for key in tally.keys
+        for face in key.subjects
+    ]  # fmt: skip
+    recipes = dict.fromkeys(recipe_in_words(key.recipe) for key in tally.keys)
+    return Table(
+        Text("Studies"),
+        (
+            Text("study"),
+            Text("photo"),
+            Text("its SHA-256"),
+            Text("landmarks"),
+            "Kogao",
+            Text("made"),
+            Text("seed"),
+        ),
+        rows,
+        Text(
+            "{names}; distance, centre and lattice as the tables say. Keys hold "
+            "whole digests, and the landmarks.",
+            names=Text.joined("; ", list(recipes)),
+        ),
+    )
+
+
+def notes(tally: Tally) -> list[str]:
+    """Return sentences about what isn't counted, or should be known of what is."""
+    sentences: list[str] = [Text("not counted: {why}", why=why) for _, why in tally.refused]
+    sentences += [
+        Text(
+            "the answers of {rater} are left out: {why}",
+            rater=one.rater,
+            why=Text.joined("; ", one.reasons),
+        )
+        for one in tally.left_out
+    ]
+    early = sum(row.is_early for row in tally.answers if row.session.rater in tally.careful)
+    if early:
+        sentences.append(Text("answers that came too early and are left out: {n}", n=early))
+    angles = [angle for one in tally.raters.values() for angle in one.degrees or (0.0,)]
+    sizes = {one.sizes for one in tally.raters.values()}
+    if len(sizes) > 1 and max(angles) - min(angles) > _ALIKE * max(angles):
+        sentences.append(
+            Text(
+                "raters saw pictures at different sizes, which are pooled; see the table of raters"
+            )
+        )
+    if not curve.is_here():
+        sentences.append(
+            Text("the curve and its 50 % point need scipy: pip install 'kogao[experiments]'")
+        )
+    if tally.torn:
+        sentences.append(Text("torn lines of ratings that were left out: {torn}", torn=tally.torn))
+    if tally.unfinished:
+        left = ((one.rater, len(one.answered), len(one.order)) for one in tally.unfinished)
+        some = Text.joined(
+            ", ",
+            [
+                Text("{rater} ({done} of {total})", rater=rater, done=done, total=total)
+                for rater, done, total in left
+            ],
+        )
+        sentences.append(
+            Text("sessions that weren't finished, whose answers count: {some}", some=some)
+        )
+    return sentences
 
 
 def _document(
@@ -366,7 +226,7 @@ def _document(
             for one in tally.unfinished
         ],
         "not_counted": [{"file": str(path), "why": str(why)} for path, why in tally.refused],
-        "studies": [document_of(key) for key in tally.keys],
+        "studies": [_origin_of(key) for key in tally.keys],
         "variants": records,
         "curves": _curves_document(found) if found else None,
         "satisfaction": graded,
@@ -386,22 +246,24 @@ def _curves_document(found: Curves) -> dict[str, object]:
     return {"whole": asdict(found.whole), "groups": groups, **told}
 
 
+def _origin_of(key: Key) -> dict[str, object]:
+    """Return a key without its pictures, as plain JSON values."""
+    whole = key.to_dict()
+    return {name: whole[name] for name in ("study", "seed", "recipe", "origin", "subjects")}
+
+
 def _records(tally: Tally, shares: Shares, everybody: Shares) -> list[dict[str, object]]:
     measured, graded = tally.measured(), tally.naturalness()
     return [
-        _row(variant, share, everybody[variant], measured.get(variant), graded[variant])
+        _row(variant, share, everybody[variant], measured[variant], graded[variant])
         for variant, share in shares.items()
     ]
 
 
 def _row(
-    variant: Variant,
-    share: Share,
-    everybody: Share,
-    found: PictureFigures | None,
-    grades: Grades,
+    variant: Variant, share: Share, everybody: Share, found: PictureFigures, grades: Grades
 ) -> dict[str, object]:
-    printed = published(variant)
+    printed = tables.published(variant)
     low, high = share.interval
     return {
         "kind": variant.kind,
@@ -409,8 +271,8 @@ def _row(
         "center": variant.center,
         "lattice": variant.lattice,
         "fit": variant.fit,
-        "achieved": found.achieved if found else None,
-        "lattice_in_warps": found.lattice_in_warps if found else None,
+        "achieved": found.achieved,
+        "lattice_in_warps": found.lattice_in_warps,
         "unnatural": share.hits,
         "answers": share.answers,
         "share": _or_none(share.value),
@@ -423,138 +285,6 @@ def _row(
         "mean_grade": _or_none(grades.mean),
         "standard_deviation": _or_none(grades.deviation),
     }
-
-
-def _of(shares: Shares, kind: Kind) -> list[tuple[Variant, Share]]:
-    return [(variant, share) for variant, share in shares.items() if variant.kind == kind]
-
-
-def _distances(shares: Mapping[Variant, object]) -> list[float]:
-    return sorted({variant.percent for variant in shares if variant.kind == "table1"})
-
-
-def _groups(shares: Mapping[Variant, object]) -> list[Group]:
-    return sorted({variant.group for variant in shares if variant.kind == "table1"})
-
-
-def _named(group: Group, shares: Mapping[Variant, object]) -> Text:
-    """Return what a group of pictures is called: by its fit, too, where there are several."""
-    center, fit = group
-    candidate = Text("candidate\N{NO-BREAK SPACE}{center}", center=center)
-    if len({fit for _, fit in _groups(shares)}) == 1:
-        return candidate
-    word = SETTINGS["fit"].alternative(fit).word
-    return Text("{candidate}, {fit} fit", candidate=candidate, fit=word)
-
-
-def _share(shares: Shares, percent: float, group: Group) -> Share:
-    found = [s for v, s in _of(shares, "table1") if (v.percent, v.group) == (percent, group)]
-    return Share(sum(s.hits for s in found), sum(s.answers for s in found))
-
-
-def _published(percent: float, center: int) -> float | None:
-    return UNNATURAL[center - 1][DISTANCES.index(percent)] if percent in DISTANCES else None
-
-
-def _achieved(tally: Tally, percent: float, group: Group | None = None) -> str:
-    found = [
-        one.achieved
-        for v, one in tally.measured().items()
-        if (v.kind, v.percent) == ("table1", percent) and group in (None, v.group)
-    ]
-    return f"{fmean(found):.2f}" if found else NONE
-
-
-def _percent(share: Share) -> str:
-    if not share.answers:
-        return NONE
-    low, high = (100.0 * end for end in share.interval)
-    return Text(
-        "{value:.1f} % ({low:.1f} to {high:.1f})", value=100.0 * share.value, low=low, high=high
-    )
-
-
-def _basis(tally: Tally, shares: Shares, people: int) -> str:
-    counts = [share.answers for share in shares.values()]
-    low, high = min(counts), max(counts)
-    answers = (
-        Text.counted(high, "{n} answer", "{n} answers")
-        if low == high
-        else Text.counted(high, "{low} to {n} answer", "{low} to {n} answers", low=low)
-    )
-    faces = Text.counted(tally.subjects, "{n} face", "{n} faces")
-    raters = Text.counted(people, "{n} rater", "{n} raters")
-    return Text(
-        "{faces}, {raters}, {answers} to each kind of picture.",
-        faces=faces,
-        raters=raters,
-        answers=answers,
-    )
-
-
-def _distance_charts(shares: Shares) -> list[Chart]:
-    """Return the study and the paper side by side, all centres."""
-    distances = _distances(shares)
-    here = [
-        _series(_named(group, shares), [_share(shares, percent, group) for percent in distances])
-        for group in _groups(shares)
-    ]
-    there = [
-        Series(Text("centre candidate {center}", center=center), row)
-        for center, row in enumerate(UNNATURAL, start=1)
-    ]
-    most = max([100.0, *(value for row in UNNATURAL for value in row)])
-    return [
-        Chart(
-            Text("Unnaturalness by warp distance, {whose}", whose=whose),
-            [f"{p:g}" for p in places],
-            Text("unnatural, %"), series, along=Text("warp distance, % of D"), caption=caption,
-            most=most,
-        )
-        for whose, places, series, caption in (
-            (Text("this study"), distances, here, Text("This study, with intervals of 95 %.")),
-            (
-                Text("the paper"), DISTANCES, there,
-                Text("The paper's table 1, which prints no intervals."),
-            ),
-        )
-    ]  # fmt: skip
-
-
-def _curve_chart(tally: Tally, shares: Shares, found: Curves) -> Chart:
-    """Return the answers by the distance achieved, and the curve through them."""
-    distances = [percent for percent in _distances(shares) if percent >= 0.0]
-    pooled = []
-    for percent in distances:
-        own = [share for v, share in _of(shares, "table1") if v.percent == percent]
-        pooled.append(Share(sum(s.hits for s in own), sum(s.answers for s in own)))
-    places = [_achieved(tally, percent) for percent in distances]
-    fit = found.whole.at(np.array([float(place) for place in places]))
-    return Chart(
-        Text("Unnaturalness by the distance achieved"), places, Text("unnatural, %"),
-        [_series(Text("answers"), pooled), Series(Text("curve"), [100.0 * y for y in fit])],
-        along=Text("distance achieved, % of D"), most=100.0,
-        caption=Text("All centres together, and the curve at these distances."),
-    )  # fmt: skip
-
-
-def _lattice_chart(shares: Shares) -> Chart:
-    found = _of(shares, "figure11")
-    return Chart(
-        Text("Unnaturalness by lattice size"), [f"{variant.lattice:g}" for variant, _ in found],
-        Text("unnatural, %"), [_series(Text("this study"), [share for _, share in found])],
-        along=Text("lattice spacing R, landmark spacings"), most=100.0,
-        caption=Text("In the shape of figure 11, which has no printed figures to put beside."),
-    )  # fmt: skip
-
-
-def _series(name: str, shares: Sequence[Share]) -> Series:
-    ends = [(100.0 * low, 100.0 * high) for low, high in (share.interval for share in shares)]
-    return Series(name, [100.0 * share.value for share in shares], ends)
-
-
-def _number(value: float) -> str:
-    return NONE if math.isnan(value) else f"{value:.1f}"
 
 
 def _or_none(value: float) -> float | None:

@@ -22,13 +22,7 @@ from kogao_core.base.strict import BadFile, Node, parse, read
 from kogao_core.lab.study import conduct, plan
 from kogao_core.lab.study.conduct import Answer
 from kogao_core.lab.study.plan import Study
-from kogao_core.lab.study.session import (
-    Display,
-    Keys,
-    Record,
-    Session,
-    order_seen,
-)
+from kogao_core.lab.study.session import Display, Keys, Record, Session
 
 SUFFIX: Final = ".jsonl"
 VERSION: Final = 3
@@ -50,16 +44,14 @@ class Ratings:
     # Whose answers to what.
     study: str
     rater: str
-    # In which the pictures are shown; logs of version 1 don't name it.
-    order: tuple[str, ...] | None
+    order: tuple[str, ...]  # in which the pictures are shown
     keys: Keys  # that said natural and unnatural
     records: tuple[Record, ...]  # the lines in their order
     torn: int  # lines that aren't JSON: left by a program killed while it wrote
 
     def session(self, study: Study) -> Session:
         """Return the session that was logged. Raises BadFile."""
-        order = order_seen(study, self.records) if self.order is None else self.order
-        return Session(study, self.rater, order, list(self.records), self.keys)
+        return Session(study, self.rater, self.order, list(self.records), self.keys)
 
 
 class Log:
@@ -130,14 +122,13 @@ def load(path: Path) -> Ratings:
     try:
         top = next(lines)
         top.field("format").text(40, (_FORMAT,))
-        version = top.field("version").whole(1, VERSION)
+        top.field("version").whole(VERSION, VERSION)
         rater = top.field("rater").text(32)
         if not plan.is_rater(rater):
             top.field("rater").refuse("is no code of a rater")
         study = top.field("study").text(64)
-        order = None if version == 1 else plan.names(top.field("order"))
-        keys = "fj" if version < 3 else keys_of(top.field("keys"))
-        records = tuple(record(line, version) for line in lines)
+        order, keys = plan.names(top.field("order")), keys_of(top.field("keys"))
+        records = tuple(map(record, lines))
     except StopIteration:
         raise BadFile(Text("{path} holds no ratings", path=path)) from None
     except BadFile as error:
@@ -165,22 +156,22 @@ def _lines(data: bytes) -> tuple[Iterator[Node], int]:
     return iter(found), len(lines) - len(found)
 
 
-def record(node: Node, version: int = VERSION) -> Record:
+def record(node: Node) -> Record:
     """Read one line. Raises BadFile."""
     number = node.field("n").whole(1, _MOST_RECORDS)
     picture = node.field("picture").text(40)
     if node.field("back").value is not None:
         node.only(("n", "picture", "back")).field("back").flag()
         return Record(number, picture, back=True)
-    viewed = ("shown", "window", "ratio", "away", "degrees", "distance")[: 3 * (version - 1)]
-    took, display = node.field("ms").whole(0, _LONGEST_MS), _display(node) if viewed else None
-    away = node.field("away").whole(0, _LONGEST_MS) if "away" in viewed else None
+    viewed = ("ms", "away", "shown", "window", "ratio", "degrees", "distance")
+    took, away = (node.field(name).whole(0, _LONGEST_MS) for name in viewed[:2])
+    display = _display(node)
     if "answer" in node.value:
-        node.only(("n", "picture", "answer", "ms", *viewed))
+        node.only(("n", "picture", "answer", *viewed))
         text = node.field("answer").text(20, get_args(Answer))
         answer: Answer = next(one for one in get_args(Answer) if one == text)
         return Record(number, picture, answer, took_ms=took, away_ms=away, display=display)
-    node.only(("n", "picture", "grade", "ms", *viewed))
+    node.only(("n", "picture", "grade", *viewed))
     grade = node.field("grade")
     value = None if grade.value is None else grade.whole(0, _LARGEST_GRADE)
     return Record(number, picture, None, value, took_ms=took, away_ms=away, display=display)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
@@ -40,10 +39,10 @@ class Record:
     grade: int | None = None
     back: bool = False  # the last answer, about this picture, is taken back
     # From the picture's appearance to the answer; without `away_ms`, the time in which another
-    # tab or window was in front. Before version 3 the first holds both and the second is None.
+    # tab or window was in front.
     took_ms: int = 0
-    away_ms: int | None = None
-    display: Display | None = None  # how it was displayed. None in logs of version 1.
+    away_ms: int = 0
+    display: Display | None = None  # how it was displayed; None where it is taken back
 
     @property
     def skipped(self) -> bool:
@@ -62,17 +61,6 @@ class Record:
             line |= {"shown": list(seen.shown), "window": list(seen.window), "ratio": seen.ratio}
             line |= {"degrees": seen.degrees, "distance": seen.distance_mm}
         return line
-
-
-def order_seen(study: Study, records: Iterable[Record]) -> tuple[str, ...]:
-    """Return the order of a log of version 1, which doesn't name it: as far as it was seen."""
-    seen = dict.fromkeys(record.picture for record in records)
-    places = {name: place for place, name in enumerate(seen)}
-    return tuple(
-        name
-        for block in (study.ratings, study.satisfaction)
-        for name in sorted(block, key=lambda name: places.get(name, len(places)))
-    )
 
 
 @dataclass(slots=True)

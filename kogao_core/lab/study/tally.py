@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 import statistics
 from collections import Counter, defaultdict
 from collections.abc import Collection, Iterable, Sequence
@@ -19,10 +20,60 @@ from kogao_core.lab.study.plan import Key, Meaning
 from kogao_core.lab.study.quality import Quality
 from kogao_core.lab.study.results import Ratings
 from kogao_core.lab.study.session import Record, Session
-from kogao_core.lab.study.statistics import Grades, Share
 from kogao_core.lab.study.variants import Variant
 
 _MOST_FILES: Final = 10_000
+# The standard normal quantile of 97.5 %.
+_Z: Final = 1.959963984540054
+
+
+@dataclass(frozen=True, slots=True)
+class Share:
+    """A share of answers with its 95 % interval, 0 to 1."""
+
+    # How many of how many.
+    hits: int
+    answers: int
+
+    @property
+    def value(self) -> float:
+        """The share; NaN without answers."""
+        return self.hits / self.answers if self.answers else math.nan
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """Wilson's score interval (J. Amer. Statist. Assoc. 22, 1927, 209-212), without correction.
+
+        With n answers, share p and quantile z its middle is ``(p + z²/2n) / (1 + z²/n)`` and its
+        half width ``z sqrt(p (1 - p) / n + z²/4n²) / (1 + z²/n)``. It never leaves 0 to 1 and,
+        unlike the textbook's, has a width when all answers agree. Without answers it is 0 to 1.
+        """
+        if not self.answers:
+            return 0.0, 1.0
+        share, extra = self.value, _Z * _Z / self.answers
+        middle = (share + extra / 2.0) / (1.0 + extra)
+        spread = share * (1.0 - share) / self.answers + extra / (4.0 * self.answers)
+        half = _Z * math.sqrt(spread) / (1.0 + extra)
+        # Rounding must not take the ends past the shares that they equal exactly.
+        low = 0.0 if self.hits == 0 else max(0.0, middle - half)
+        high = 1.0 if self.hits == self.answers else min(1.0, middle + half)
+        return low, high
+
+
+@dataclass(frozen=True, slots=True)
+class Grades:
+    """Mean and sample standard deviation of grades; NaN where there are too few."""
+
+    count: int
+    mean: float
+    deviation: float
+
+    @staticmethod
+    def of(values: Sequence[float]) -> Grades:
+        """Return what grades amount to."""
+        mean = statistics.fmean(values) if values else math.nan
+        deviation = statistics.stdev(values) if len(values) > 1 else math.nan
+        return Grades(len(values), mean, deviation)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -140,17 +191,12 @@ class Tally:
         return Grades.of(own), Grades.of(others), skipped
 
     def measured(self) -> dict[Variant, PictureFigures]:
-        """Return means over the subjects; without variants that a key doesn't have."""
-        found: defaultdict[Variant, list[PictureFigures | None]] = defaultdict(list)
+        """Return means over the subjects."""
+        found: defaultdict[Variant, list[PictureFigures]] = defaultdict(list)
         for key in self.keys:
             for meaning in key.pictures.values():
                 found[meaning.variant].append(meaning.measured)
-        known = {variant: [one for one in all_ if one] for variant, all_ in found.items()}
-        return {
-            variant: _mean(values)
-            for variant, values in known.items()
-            if len(values) == len(found[variant])
-        }
+        return {variant: _mean(values) for variant, values in found.items()}
 
 
 def _mean(values: Sequence[PictureFigures]) -> PictureFigures:
@@ -232,10 +278,7 @@ def _check(study: plan.Study, key: Key, key_file: Path) -> None:
     named = {*study.ratings, *study.satisfaction, *study.practice}
     if key.identity != study.identity or named != set(key.pictures):
         raise BadFile(
-            Text(
-                "{key_file} is the key of another study; name the right one",
-                key_file=key_file,
-            )
+            Text("{key_file} is the key of another study; name the right one", key_file=key_file)
         )
 
 

@@ -127,7 +127,8 @@ CHANNELS: Final = Kind(
 )
 GAIN_MAP: Final = Kind(
     Text("the HDR gain map"),
-    "a JPEG behind the picture with `hdrgm:`, ISO 21496-1 or Apple's `HDRGainMap:`; HEIC auxiliary",
+    "a JPEG behind the picture with `hdrgm:`, ISO 21496-1 or Apple's `HDRGainMap:`; "
+    "HEIC and AVIF: auxiliary, `tmap`",
     why="warped with the photo; no place in other formats",
 )
 JPEG_HDR: Final = Kind(Text("JPEG-HDR's picture of ratios"), "APP11 `HDR_RI`", why=_OLD_FACE)

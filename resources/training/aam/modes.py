@@ -10,9 +10,8 @@ import numpy as np
 
 from kogao_core.base.geometry import Array
 from kogao_core.faces.landmarks.aam.features import Floats
-from kogao_core.faces.landmarks.aam.model import Packed, Start, box_frame
+from kogao_core.faces.landmarks.aam.model import Packed, ShapeModel, Start, box_frame
 from kogao_core.faces.landmarks.aam.points import EYES, MIRROR, MOUTH, OUTLINE, similarity
-from kogao_core.faces.landmarks.aam.shape import ShapeModel
 
 from .examples import Example
 from .labels import MIRRORED_X, interocular

@@ -12,11 +12,16 @@ import numpy as np
 from kogao_core.base.geometry import Array, Image
 from kogao_core.faces.face import Face
 from kogao_core.faces.landmarks.edges import network, refine
-from kogao_core.faces.landmarks.edges.network import Floats
+from kogao_core.faces.landmarks.edges.network import (
+    LAST,
+    LAYERS,
+    Floats,
+    Layer,
+    neighbours,
+    shifted,
+)
 from kogao_core.faces.landmarks.edges.strips import ACROSS, MOVES, Cut, Lines, lines_of, planes
 from kogao_core.faces.landmarks.pixels import Pyramid
-
-from .backward import backward, forward
 
 _REACH: Final = 38.0  # steps; a label further off belongs to another part of the outline
 _SOFT: Final = 1.2
@@ -29,6 +34,14 @@ _COVERED: Final = 0.6  # share of the examples with something in front of the fa
 # Share of those whose beard, or neck, is drawn out or shortened, and by what factor at most.
 _STRETCHED: Final = 0.5
 _LONGER: Final = 1.8
+
+
+@dataclass(frozen=True, slots=True)
+class LayerPass:
+    """What one layer needs to run backwards: its columns and its output."""
+
+    columns: Floats
+    output: Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -178,3 +191,38 @@ def _relit(strip: Image, rng: np.random.Generator) -> Image:
         light = np.asarray(cv2.GaussianBlur(light, (0, 0), float(rng.uniform(0.5, 1.6))))
     light = light + rng.normal(0.0, rng.uniform(0.0, 0.03), light.shape)
     return np.asarray(np.clip(light, 0.0, 1.0) * 255.0, np.uint8)
+
+
+def forward(parameters: list[Floats], strips: Floats) -> list[LayerPass]:
+    """Run the network as `network.forward` does; the last layer's output is its."""
+    here, passes = strips, []
+    for index in range(len(LAYERS)):
+        columns, here = network.through(parameters, index, here)
+        passes.append(LayerPass(columns, here))
+    return passes
+
+
+def backward(parameters: list[Floats], passes: list[LayerPass], slope: Floats) -> list[Floats]:
+    """Return the gradients of all parameters, given that of the outputs."""
+    gradients: list[Floats] = []
+    for index in reversed(range(len(passes))):
+        passed = passes[index]
+        if index < LAST:
+            slope = slope * (passed.output > 0.0)
+        flat = slope.reshape(len(slope), slope.shape[1], -1)
+        weights = np.einsum("bop,bcp->oc", flat, passed.columns, optimize=True)
+        gradients = [weights, flat.sum(axis=(0, 2))[:, None], *gradients]
+        if index:
+            columns = np.matmul(parameters[2 * index].T, flat)
+            slope = _gathered(columns, LAYERS[index], slope.shape)
+    return gradients
+
+
+def _gathered(columns: Floats, layer: Layer, shape: tuple[int, ...]) -> Floats:
+    inputs, _, reach, taps, step = layer
+    parts = columns.reshape(shape[0], taps, 2 * inputs, *shape[2:])
+    middle = taps // 2
+    both = np.zeros_like(parts[:, 0])
+    for tap in range(taps):
+        both += shifted(parts[:, tap], (middle - tap) * step, axis=3)
+    return np.asarray(both[:, :inputs] + neighbours(both[:, inputs:], reach))

@@ -1,4 +1,4 @@
-"""The learnt model: shape, where to start, and per scale the appearance and its updates."""
+"""The learnt model: shape modes, where to start, per scale the appearance and its updates."""
 
 from __future__ import annotations
 
@@ -10,12 +10,42 @@ import numpy as np
 
 from kogao_core.base.geometry import Affine, Array
 from kogao_core.faces.landmarks.aam.features import Floats
-from kogao_core.faces.landmarks.aam.shape import ShapeModel, carried
+from kogao_core.faces.landmarks.aam.points import similarity
 from kogao_core.faces.landmarks.blazeface import Detection
 
 KEYPOINTS: Final = 6
 _MARGIN: Final = 0.3  # of the outer inter-ocular distance; faces differ from the mean by less
 _NEAR: Final = 0.12
+PLACING: Final = 4  # the first modes of a shape place the face: scale, turn, two shifts
+_MOST_DEVIATIONS: Final = 3.0
+
+
+@dataclass(frozen=True, eq=False)
+class ShapeModel:
+    """Shapes as mean plus modes; lengths in outer inter-ocular distances, origin at the mean."""
+
+    mean: Array  # (V, 2): the mean face
+    # (2 V, 4 + K): orthonormal columns; the first four are scale, turn and shift of the mean.
+    modes: Array
+    deviations: Array  # (K,): standard deviation of each mode after the first four
+
+    def points(self, parameters: Array) -> Array:
+        """Return the shape (V, 2) of parameters (4 + K,)."""
+        return self.mean + (self.modes @ parameters).reshape(-1, 2)
+
+    def parameters(self, points: Array) -> Array:
+        """Return the nearest parameters (4 + K,) of a shape (V, 2), within 3 deviations."""
+        return self.clipped(self.modes.T @ (points - self.mean).ravel())
+
+    def clipped(self, parameters: Array) -> Array:
+        """Return parameters (4 + K,) whose last K are held within 3 standard deviations."""
+        most = _MOST_DEVIATIONS * self.deviations
+        own = np.clip(parameters[PLACING:], -most, most)
+        return np.concatenate([parameters[:PLACING], own])
+
+    def placed(self, points: Array) -> Affine:
+        """Return the similarity that lays the mean on a shape of any frame."""
+        return similarity(self.mean, points)
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,3 +149,24 @@ class Model:
         apart = self.shape.mean[:, None] - self.scales[-1].places
         weights = np.exp(-((np.linalg.norm(apart, axis=-1) / _NEAR) ** 2))
         return np.asarray(weights / weights.sum(axis=1, keepdims=True), np.float32)
+
+
+def carried(mean: Array, positions: Array) -> Array:
+    """Return how places between the landmarks follow them: weights of shape (P, V).
+
+    A biharmonic spline through the landmarks; beyond them it goes on without waves.
+    """
+
+    def kernel(one: Array) -> Array:
+        return np.asarray(np.linalg.norm(one[:, None] - mean, axis=-1))
+
+    def plane(one: Array) -> Array:
+        return np.column_stack([np.ones(len(one)), one])
+
+    count = len(mean)
+    system = np.zeros((count + 3, count + 3))
+    system[:count, :count] = kernel(mean)
+    system[:count, count:] = plane(mean)
+    system[count:, :count] = plane(mean).T
+    inverse = np.linalg.inv(system)[:, :count]
+    return np.asarray(np.column_stack([kernel(positions), plane(positions)]) @ inverse)

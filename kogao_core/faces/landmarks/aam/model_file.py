@@ -14,10 +14,18 @@ import numpy.typing as npt
 
 from kogao_core.base.language import Text
 from kogao_core.faces.landmarks.aam.features import DIRECTIONS
-from kogao_core.faces.landmarks.aam.model import KEYPOINTS, Model, Packed, Scale, Start, Update
+from kogao_core.faces.landmarks.aam.model import (
+    KEYPOINTS,
+    PLACING,
+    Model,
+    Packed,
+    Scale,
+    ShapeModel,
+    Start,
+    Update,
+)
 from kogao_core.faces.landmarks.aam.points import COUNT
-from kogao_core.faces.landmarks.aam.shape import PLACING, ShapeModel
-from kogao_core.faces.landmarks.errors import ModelRefused
+from kogao_core.faces.landmarks.locked import ModelRefused
 
 FORMAT: Final = 1
 MOST_BYTES: Final = 4_000_000

@@ -15,7 +15,7 @@ from kogao_core.base.language import Text
 from kogao_core.faces.landmarks.edges import network
 from kogao_core.faces.landmarks.edges.network import Floats
 from kogao_core.faces.landmarks.edges.strips import ACROSS, ALONG, MOVES, Cut, lines_of, planes
-from kogao_core.faces.landmarks.errors import ModelRefused
+from kogao_core.faces.landmarks.locked import ModelRefused
 from kogao_core.faces.landmarks.outline import resampled
 from kogao_core.faces.landmarks.pixels import Pyramid
 

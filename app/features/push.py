@@ -1,0 +1,224 @@
+"""Push and restore: strokes over the result, each one undo step."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from typing import Final
+
+import numpy as np
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import QPushButton, QWidget
+
+from kogao_core.warp.brush import LEAST_FALLOFF, UNTOUCHED, BrushKind, BrushStroke, Brushwork
+from kogao_core.warp.limits import OutOfBounds, check_brushwork
+
+from ..i18n import reason, tr
+from ..theme import GRID_PX
+from ..view_state import Brush, RenderedFrame
+from ..widgets.controls import Fold, WarningLabel, action_button, column_of, muted_label, row_of
+from ..widgets.sliders import ValueSlider
+from ..widgets.typed import SliderScale
+from .feature import Context, Feature
+from .protect import Protect, sizes
+
+# Corners of a stroke are so far apart, in radii and in px at least.
+_APART: Final = 1 / 8
+_APART_PX: Final = 0.5
+_STEP_PERCENT: Final = 5
+
+
+class Push(Feature):
+    """Pushes what lies under a round brush, and takes displacements back."""
+
+    name = "push"
+
+    def __init__(self, context: Context, protect: Protect) -> None:
+        super().__init__(context)
+        self._protect = protect
+        # Of the stroke in hand: place in px of the photo and a pen's pressure; empty without one.
+        self._path: list[tuple[float, float, float]] = []
+        tools = [
+            protect.add_tool(
+                "push", tr("Push"), "Shift+W", tr("Drag what lies under the brush a little way")
+            ),
+            protect.add_tool(
+                *("restore", tr("Restore"), "Shift+R"),
+                tr("Paint what should be as it was in the photo"),
+            ),
+        ]
+        clear = self.add_action(
+            "clear-strokes",
+            tr("&Clear strokes"),
+            "Shift+X",
+            tr("Take back every push and restore"),
+            self.clear,
+        )
+        self.panel: PushPanel = PushPanel(tools, clear)
+        for slider, name in ((self.panel.strength, "strength"), (self.panel.falloff, "falloff")):
+            slider.edited.connect(lambda value, name=name: protect.set_brush(**{name: value}))
+            slider.refused.connect(self.say)
+            slider.reset.connect(
+                lambda name=name: protect.set_brush(**{name: getattr(Brush(), name)})
+            )
+        self.panel.size_px.edited.connect(protect.set_radius)
+        self.panel.size_px.reset.connect(protect.fit_brush)
+        self.panel.size_px.refused.connect(self.say)
+        canvas = self.window.canvas
+        canvas.stroke_begun.connect(self.begin)
+        canvas.stroked.connect(self.extend)
+        canvas.stroke_ended.connect(self.end)
+        protect.changed.connect(self._show_tool)
+        self.live.drawn.connect(self._show_held)
+        self.document.opened.connect(self._drop)
+        self.document.aborted.connect(self._drop)
+        self.watch(lambda: self.document.state.brushwork.strokes, self._show_count)
+        self.enable_with_photo(self.panel.size_px.setEnabled)
+
+    def begin(self, x: float, y: float) -> None:
+        """Begin a stroke at (x, y), px of the photo."""
+        if self.view.brush.moves:
+            self.document.commit()
+            self._path = [(x, y, self.window.canvas.pressure)]
+            self._show()
+
+    def extend(self, x: float, y: float) -> None:
+        """Go on to (x, y)."""
+        if self._path:
+            self.view.cursor = np.array([x, y])
+            at = (x, y, self.window.canvas.pressure)
+            apart = max(_APART_PX, _APART * self.view.brush.radius_px)
+            # The last corner follows the cursor until it is far enough from the one before.
+            if len(self._path) > 1 and math.dist(*(p[:2] for p in self._path[-2:])) < apart:
+                self._path[-1] = at
+            else:
+                self._path.append(at)
+            self._show()
+
+    def end(self) -> None:
+        """Let go: the stroke is one undo step."""
+        if self._path:
+            self._drop()
+            self.document.commit()
+
+    def clear(self) -> None:
+        """Take all strokes back."""
+        if self.document.state.brushwork.strokes:
+            state = dataclasses.replace(self.document.state, brushwork=UNTOUCHED)
+            self.document.step(state, tr("Clear strokes"))
+
+    def _show(self) -> None:
+        brush, before = self.view.brush, self.document.committed.brushwork
+        kind: BrushKind = "push" if brush.tool == "push" else "restore"
+        if kind == "push" and len(self._path) == 1:
+            return
+        path = np.array(self._path)
+        stroke = BrushStroke(
+            *(kind, path[:, :2], brush.radius_px, brush.strength, brush.falloff),
+            None if path[:, 2].min() == 1.0 else path[:, 2],
+        )
+        brushwork = Brushwork((*before.strokes, stroke))
+        try:
+            check_brushwork(brushwork, self.document.image)
+        except OutOfBounds as problem:
+            self.end()
+            self.say(reason(problem))
+            return
+        text = tr("Push") if kind == "push" else tr("Restore")
+        state = dataclasses.replace(self.document.committed, brushwork=brushwork)
+        self.document.preview(state, text)
+
+    def _drop(self) -> None:
+        self._path = []
+
+    def _show_tool(self) -> None:
+        self.panel.show_brush(self.view.brush)
+        self._show_need()
+
+    def _show_count(self) -> None:
+        self.panel.show_count(len(self.document.state.brushwork.strokes))
+
+    def _show_held(self, frame: RenderedFrame) -> None:
+        shares = frame.rendering.brush_shares
+        words = ""
+        if min(shares, default=1.0) < 1.0:
+            words = tr(
+                "⚠ Held back: {n} of {count} strokes, the last one to {percent:.0f} %; more would "
+                "fold the picture.",
+                n=sum(share < 1.0 for share in shares),
+                count=len(shares),
+                percent=100 * shares[-1],
+            )
+        self.panel.show_held(words)
+        self._show_need()
+
+    def _show_need(self) -> None:
+        self.window.need(self.name, self.view.brush.moves or bool(self.panel.held.text()))
+
+
+class PushPanel(QWidget):
+    """Tools, size, strength, falloff, and a way to take all strokes back."""
+
+    def __init__(self, tools: list[QAction], clear: QAction) -> None:
+        super().__init__()
+        tip = tr("Width of the brush in px of the photo; [ and ] change it")
+        self.size_px = ValueSlider(tr("Size of the brush"), sizes(), tip)
+        self.strength = ValueSlider(
+            tr("Strength"),
+            _percents(_STEP_PERCENT),
+            tr("How much of its way a push drags, and how much a restore takes back; a pen's "
+               "pressure lessens it"),
+        )  # fmt: skip
+        self.falloff = ValueSlider(
+            tr("Softness"),
+            _percents(round(100 * LEAST_FALLOFF)),
+            tr("Over which share of the brush, from its rim inwards, it gets weaker"),
+        )
+        self.count, self.held = muted_label(), WarningLabel(wraps=True)
+        self.clear = QPushButton(tr("Clear strokes"))
+        self.clear.setToolTip(clear.statusTip())
+        self.clear.clicked.connect(clear.trigger)
+        body = QWidget()
+        self.fold = Fold(tr("Push and restore"), body)
+        column_of(self, self.fold)
+        buttons = row_of(*map(action_button, tools), spacing=GRID_PX)
+        for place in range(buttons.count()):
+            buttons.setStretch(place, 1)
+        below = row_of(self.count, None, self.clear)
+        column_of(
+            *(body, buttons, self.size_px, self.strength, self.falloff, self.held, below),
+            spacing=2 * GRID_PX,
+        )
+        self.strength.show_first(Brush().strength)
+        self.falloff.show_first(Brush().falloff)
+        self.held.warn(True)
+        self.show_held("")
+        self.show_brush(Brush())
+
+    def show_brush(self, brush: Brush) -> None:
+        """Show the brush in hand, and unfold for it."""
+        if brush.moves:
+            self.fold.button.setChecked(True)
+        self.size_px.show_value(brush.radius_px)
+        self.strength.show_value(brush.strength)
+        self.falloff.show_value(brush.falloff)
+
+    def show_count(self, strokes: int) -> None:
+        """Show how many strokes there are."""
+        self.count.setText(tr("Strokes: {n}", n=strokes) if strokes else tr("Nothing is pushed"))
+        self.clear.setEnabled(strokes > 0)
+
+    def show_held(self, words: str) -> None:
+        """Say which strokes would have folded the picture, if any."""
+        self.held.setText(words)
+        self.held.setVisible(bool(words))
+
+
+def _percents(low: int) -> SliderScale:
+    return SliderScale(
+        *(low, 100, 10),
+        lambda n: n / 100,
+        lambda v: round(100 * v),
+        lambda v: tr("{v} %", v=round(100 * v)),
+        lambda percent: round(percent) / 100,
+    )

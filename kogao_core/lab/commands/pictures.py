@@ -1,0 +1,255 @@
+"""``kogao-cli experiment figures``, ``stimuli``, ``series``: pictures of any photo, in a folder."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Final
+
+import click
+
+from kogao_core.base.atomic import put
+from kogao_core.base.language import Text, tr
+from kogao_core.base.wording import shown
+from kogao_core.cli import common, ending, options, reading, words
+from kogao_core.cli.progress import ProgressLine
+from kogao_core.lab import series as one_person
+from kogao_core.lab.experiments.figures import figures as drawings_of
+from kogao_core.lab.reports.report import translated_report
+from kogao_core.lab.stimuli import (
+    STIMULI,
+    Posed,
+    Stimulus,
+    Wanted,
+    doses,
+    files_of,
+    finish,
+    written,
+)
+from kogao_core.lab.subjects import Subject
+from kogao_core.photo import CannotWrite
+from kogao_core.recipe.recipe import Recipe
+
+_KINDS: Final = ("png", "svg")
+_writes_pictures = words.option(
+    "-o", "--output", "folder", required=True, type=common.FOLDER, metavar="DIR",
+    help="A folder for the pictures, which are called after the photos; made if need be.",
+)  # fmt: skip
+
+
+def _check_names(photos: Sequence[Path]) -> None:
+    """Stop where pictures of two photos would have one name."""
+    stems = [photo.stem for photo in photos]
+    twice = [stem for stem in stems if stems.count(stem) > 1]
+    if twice:
+        raise ending.Stop(
+            Text("several photos are called {twice}; give those their own folder", twice=twice[0]),
+            ending.USAGE,
+        )
+
+
+@words.command("figures")
+@reading.takes_photos
+@_writes_pictures
+@words.option("--format", "kinds", type=click.Choice((*_KINDS, "both")), default="png",
+              show_default=True)  # fmt: skip
+@words.option(
+    "--width", "width_px", type=click.IntRange(240, 8000), default=960, show_default=True,
+    metavar="PX", help="Width of each figure.",
+)  # fmt: skip
+@options.chooses_percent
+@options.chooses_as_the_paper
+@common.forces
+def figures(
+    inputs: Sequence[Path],
+    sample: bool,
+    folder: Path,
+    kinds: str,
+    width_px: int,
+    percent: float | None,
+    recipe_file: Path | None,
+    which: str,
+    force: bool,
+    landmarks: str | None,
+    max_megapixels: float,
+) -> int:
+    """Draw the paper's figures of photos.
+
+    Landmarks and targets (4, 5), directions (6), centre candidates (7), lattice (2), one point (1),
+    control points of two (3), small, large and four lattices (8 to 10), domains (12 to 15), before
+    and after (16), cut to the paper's 4 : 3 round the faces.
+    """
+    recipe = options.paper_recipe_of(recipe_file, percent)
+    photos = reading.input_paths(inputs, sample)
+    _check_names(photos)
+
+    def draw(photo: Path) -> None:
+        read = reading.read_photo(photo, max_megapixels)
+        faces = reading.selected(reading.find_faces(read, landmarks), which)
+        drawings = drawings_of(Subject(photo.name, read.pixels, tuple(faces)), recipe, width_px)
+        targets = {
+            folder / f"{photo.stem}-{drawing.name}.{kind}": (drawing, kind)
+            for drawing in drawings
+            for kind in (_KINDS if kinds == "both" else (kinds,))
+        }
+        for path in targets:
+            common.check_free(path, force)
+        with ending.writing(folder):
+            folder.mkdir(parents=True, exist_ok=True)
+            for path, (drawing, kind) in targets.items():
+                put(drawing.png() if kind == "png" else drawing.svg(), path)
+        ending.print_text(f"{photo}: {', '.join(path.name for path in targets)}")
+
+    return common.each(photos, draw)
+
+
+def _percents(_: click.Context, __: click.Parameter, value: str) -> tuple[float, ...]:
+    try:
+        return doses(value)
+    except ValueError as error:
+        raise words.bad_value(error.args[0]) from None
+
+
+def _size(_: click.Context, __: click.Parameter, value: str | None) -> tuple[int, int] | None:
+    if value is None:
+        return None
+    width, height = (*value.split("x"), "")[:2]
+    if not (width.isdecimal() and height.isdecimal() and 64 <= int(width) <= 8000
+            and 64 <= int(height) <= 8000):  # fmt: skip
+        raise words.bad_value(
+            Text("{value} is no size such as 900x1200, of 64 to 8000 px.", value=shown(value))
+        )
+    return int(width), int(height)
+
+
+@words.command("stimuli")
+@reading.takes_photos
+@_writes_pictures
+@words.option(
+    "--percents", callback=_percents, default="-8,-4,0,4,8", show_default=True,
+    metavar="P,P,...", help="Doses, in % of D; below 0 faces get larger.",
+)  # fmt: skip
+@words.option(
+    "--align", "size", callback=_size, metavar="WxH",
+    help="Turn, scale and shift each photo so that its first face's eyes lie at one place.",
+)  # fmt: skip
+@words.option(
+    "--mask", type=click.Choice(["oval", "outline"]),
+    help="Leave transparent what lies outside an oval round each face, or its outline.",
+)  # fmt: skip
+@words.option(
+    "--field", "exports", type=click.Choice(["tfm", "npz", "maps"]), multiple=True,
+    help="Write the displacement, too: ITK's B-spline transform, a dense array, or the maps of "
+    "OpenCV's remap; repeatable.",
+)  # fmt: skip
+@words.option(
+    "--format", "form", type=click.Choice(["tem", "pts", "csv"]), default="tem",
+    show_default=True, help="Of the points of each picture.",
+)  # fmt: skip
+@options.chooses_as_the_paper
+@common.forces
+def stimuli(
+    inputs: Sequence[Path],
+    sample: bool,
+    folder: Path,
+    percents: tuple[float, ...],
+    size: tuple[int, int] | None,
+    mask: str | None,
+    exports: tuple[str, ...],
+    form: str,
+    recipe_file: Path | None,
+    which: str,
+    force: bool,
+    landmarks: str | None,
+    max_megapixels: float,
+) -> int:
+    """Make each photo's faces smaller and larger, by exactly the doses asked for.
+
+    Beside each picture lie its points: those of --points, all of them moved, or the 27 found.
+    measures.csv tells what each face asked for, achieved and measures; contact.png shows all.
+    """
+    recipe = options.recipe_of(recipe_file, {}, STIMULI)
+    wanted = Wanted(percents, recipe, size, mask, exports)  # type: ignore[arg-type]  # click's
+    photos = reading.input_paths(inputs, sample)
+    _check_names(photos)
+    for photo in photos:
+        for file in files_of(photo, percents, folder):
+            common.check_free(file, force)
+    rows: list[list[Stimulus]] = []
+
+    def make(path: Path) -> None:
+        posed = _posed(path, landmarks, max_megapixels, which)
+        with ending.writing(folder):
+            rows.append(written(posed, wanted, folder, form))
+        ending.print_text(f"{path}: {', '.join(f'{one.name}.png' for one in rows[-1])}")
+
+    code = common.each(photos, make)
+    if rows:
+        with ending.writing(folder):
+            finish(rows, folder)
+        ending.print_text(tr("{folder}: measures.csv, contact.png", folder=folder))
+    return code
+
+
+def _posed(path: Path, landmarks: str | None, max_megapixels: float, which: str) -> Posed:
+    photo = reading.read_photo(path, max_megapixels)
+    known = reading.points_of(photo)
+    if known is None:
+        faces = reading.selected(reading.find_faces(photo, landmarks), which)
+        return Posed(photo, tuple(faces))
+    chosen = reading.selected([face for face, _ in known], which)
+    points = tuple(points for face, points in known if any(face is one for one in chosen))
+    return Posed(photo, tuple(chosen), points)
+
+
+@words.command("series")
+@reading.takes_photos
+@_writes_pictures
+@options.chooses_percent
+@words.option(
+    "--recipe", "recipe_file", type=click.Path(path_type=Path), metavar="FILE",
+    help="A saved recipe (JSON).",
+)  # fmt: skip
+@common.forces
+def series(
+    inputs: Sequence[Path],
+    sample: bool,
+    folder: Path,
+    percent: float | None,
+    recipe_file: Path | None,
+    force: bool,
+    landmarks: str | None,
+    max_megapixels: float,
+) -> int:
+    """Bring photos of one person, as you say, to one result.
+
+    Each gets the amount at which its jaw, in shares of the distance between the eyes, is as wide as
+    in the median photo after --percent. Heads that are turned too far are left out. series.csv
+    tells what each photo gets.
+    """
+    recipe = options.recipe_of(recipe_file, {"percent": percent}, Recipe())
+    photos = reading.input_paths(inputs, sample)
+    if folder.is_dir() and any(folder.iterdir()) and not force:
+        raise ending.Stop(
+            Text("{folder} isn't empty; choose another, or --force to replace files in it",
+                 folder=folder), ending.USAGE,
+        )  # fmt: skip
+    source = reading.landmark_source(landmarks)
+    given = reading.point_files()[0] is not None
+    progress = ProgressLine()
+    progress.begin(str(folder))
+    with (
+        ending.stopping(CannotWrite, ending.UNREADABLE),
+        ending.writing(folder),
+        ending.stopping(ValueError, ending.NO_FACE),
+    ):
+        brought, left_out = one_person.one_result(
+            photos, folder, recipe, source, force=force, progress=progress.step,
+            max_megapixels=max_megapixels,
+            find=(lambda photo: reading.find_faces(photo, landmarks)) if given else None,
+        )  # fmt: skip
+    progress.end()
+    for sentence in left_out:
+        ending.print_message(sentence)
+    ending.print_text(translated_report(one_person.report(brought, recipe)).text())
+    return ending.SOME_FAILED if left_out else 0

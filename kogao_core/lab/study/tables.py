@@ -1,0 +1,363 @@
+"""Tables and charts of a study's answers, in the shape of the paper's, its figures beside."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from statistics import fmean
+from typing import Final
+
+import numpy as np
+
+from kogao_core.base.language import Text
+from kogao_core.faces.naturalness import DISTANCES, STUDENTS, SUBJECTS, UNNATURAL
+from kogao_core.lab.reports.charts import Chart, Series
+from kogao_core.lab.reports.report import NONE, Table
+from kogao_core.lab.study import curve
+from kogao_core.lab.study.conduct import Task
+from kogao_core.lab.study.curve import Curve, Curves, Estimate
+from kogao_core.lab.study.tally import Grades, Share, Tally
+from kogao_core.lab.study.variants import Group, Kind, Variant
+from kogao_core.recipe.settings import SETTINGS
+
+PUBLISHED_SATISFACTION: Final = 92
+PUBLISHED_USERS: Final = 20
+_ACHIEVED: Final = Text(
+    "Achieved: how far landmarks came towards the centre on average; the paper's "
+    "own figures are those that were asked for."
+)
+_INDEPENDENCE: Final = Text(
+    "Intervals are Wilson's at 95 %. They take every answer as independent; "
+    "answers of one person, or about one face, are not, so the true uncertainty "
+    "is larger; that of the curve below is told with both."
+)
+Shares = Mapping[Variant, Share]
+
+
+def published(variant: Variant) -> float | None:
+    """Return table 1's share of "unnatural" for a variant, %; None where the paper prints none."""
+    return _published(variant.percent, variant.center) if variant.kind == "table1" else None
+
+
+def table_1(tally: Tally, shares: Shares, whose: str, people: int) -> Table:
+    """Return unnaturalness by centre candidate and warp distance; the paper's in its own rows."""
+    rows: list[list[str]] = []
+    distances = _distances(shares)
+    for group in _groups(shares):
+        own = [_share(shares, percent, group) for percent in distances]
+        came = [_achieved(tally, percent, group) for percent in distances]
+        rows.append([_named(group, shares), *map(_percent, own)])
+        rows.append([Text("achieved, % of D"), *came])
+        printed = [_published(percent, group[0]) for percent in distances]
+        if tally.task != "natural" or not any(value is not None for value in printed):
+            continue
+        cells = [NONE if value is None else f"{value:.3f} %" for value in printed]
+        rows.append([Text("the paper"), *cells])
+    return Table(
+        Text("Unnaturalness by centre candidate and warp distance (table 1), {whose}", whose=whose),
+        _asked_for(distances),
+        rows,
+        _note_1(_basis(tally, shares, people), tally.task),
+    )
+
+
+def _asked_for(distances: Sequence[float]) -> list[str]:
+    return [Text("asked for"), *(Text("{percent:g} % of D", percent=p) for p in distances)]
+
+
+def _note_1(basis: str, task: Task) -> Text:
+    if task != "natural":
+        return Text("{basis} {independence}", basis=basis, independence=_INDEPENDENCE)
+    return Text(
+        "{basis} {achieved} The paper: {subjects} faces, {students} students; "
+        "each of its figures but one, which may be a slip, is a multiple of 1/160, so "
+        "about 160 answers stand behind each. {independence}",
+        basis=basis,
+        achieved=_ACHIEVED,
+        subjects=SUBJECTS,
+        students=STUDENTS,
+        independence=_INDEPENDENCE,
+    )
+
+
+def figure_11(tally: Tally, shares: Shares) -> Table:
+    """Return unnaturalness by lattice size."""
+    rows = [
+        _size_row(tally, f"R = {v.lattice:g}", v, share) for v, share in of_kind(shares, "figure11")
+    ]
+    control = Text("the photo as it is")
+    rows += [_size_row(tally, control, v, share) for v, share in of_kind(shares, "control")]
+    return Table(
+        Text("Unnaturalness by lattice size (figure 11)"),
+        (
+            Text("lattice, landmark spacings"), Text("lattice, warp distances"),
+            Text("achieved, % of D"), Text("unnatural"),
+        ),
+        rows,
+        Text(
+            "{basis} R is told in mean landmark spacings. The paper's own figure "
+            "divides by the warp distance: that is the second column. The paper "
+            "prints no figures for its plot; its text says that no face was called "
+            "unnatural once the lattice was larger than the warp distance, above 1 "
+            "in that column. Sizes achieve different distances, so they are compared "
+            "together with these.",
+            basis=_basis(tally, shares, len(tally.careful)),
+        ),
+    )  # fmt: skip
+
+
+def _size_row(tally: Tally, title: str, variant: Variant, share: Share) -> list[str]:
+    found = tally.measured()[variant]
+    in_warps = found.lattice_in_warps
+    return [
+        title,
+        NONE if in_warps is None else f"{in_warps:.2f}",
+        f"{found.achieved:.2f}",
+        _percent(share),
+    ]
+
+
+def satisfaction(tally: Tally) -> Table:
+    """Return the grades; the paper's mean beside them where they are of oneself, as its are."""
+    own, others, skipped = tally.grades()
+    here = [
+        (Text("of themselves"), own, str(skipped)),
+        (Text("of several people, so of others"), others, NONE),
+    ]
+    rows: list[list[str]] = [
+        [name, str(grades.count), _number(grades.mean), _number(grades.deviation), left]
+        for name, grades, left in here
+        if grades.count or grades is own
+    ]
+    if own.count:
+        rows.append([Text("the paper"), str(PUBLISHED_USERS), "92", NONE, NONE])
+    return Table(
+        Text("Satisfaction, 0 to 100 (section 5)"),
+        ("", Text("grades"), Text("mean"), Text("standard deviation"), Text("not graded")),
+        rows,
+        Text("The paper's users graded the picture of themselves; it prints no deviation."),
+    )
+
+
+def curves(found: Curves, shares: Shares) -> Table:
+    """Return where half of the answers are "unnatural", over all and by centre."""
+    rows: list[list[str]] = [[Text("all"), *_curve_cells(found.whole), NONE]]
+    for group, one in found.groups.items():
+        later = found.later.get(group)
+        cells = [*_curve_cells(one), _estimate(later) if later else NONE]
+        rows.append([_named(group, shares), *cells])
+    hint: str = ""
+    if found.p is not None:
+        first = _named(min(found.groups), shares)
+        hint = Text(
+            "If the centre made no difference at the distances asked for, answers would differ as "
+            "much by it with p = {p:.3f} (Cochran's Q). To tell 0.5 % of D between two centres "
+            "in 4 of 5 studies takes {n} raters like these or fewer, with faces in proportion. "
+            "Later is against {first}.",
+            p=found.p, n=found.raters_needed, first=first,
+        )  # fmt: skip
+    return Table(
+        Text(
+            "Where {share:g} % of the answers are “unnatural”, by the distance achieved",
+            share=50.0 * (1.0 + found.whole.floor),
+        ),
+        (
+            Text("centre"), Text("at, % of D"), Text("scale, % of D"), Text("lapses"),
+            Text("answers"), Text("later by, % of D"),
+        ),
+        rows,
+        Text(
+            "A logistic curve with a share of lapses at both ends, by greatest likelihood, over "
+            "pictures of table 1 and the photo as it is. Intervals of 95 % are from {n} draws of "
+            "raters and faces ({raters} and {faces}) with replacement. {hint}",
+            n=curve.RESAMPLES, raters=found.raters, faces=found.faces, hint=hint,
+        ),
+    )  # fmt: skip
+
+
+def _curve_cells(one: Curve) -> list[str]:
+    lapses = f"{100.0 * one.lapse:.0f} %"
+    return [_estimate(one.middle), _estimate(one.scale), lapses, str(one.answers)]
+
+
+def _estimate(one: Estimate) -> str:
+    return Text("{value:.2f} ({low:.2f} to {high:.2f})", **asdict(one))
+
+
+def naturalness(tally: Tally, graded: Mapping[Variant, Grades]) -> Table:
+    """Return mean and deviation of grades by centre candidate and warp distance."""
+    distances = _distances(graded)
+    rows: list[list[str]] = []
+    for group in _groups(graded):
+        rows.append([_named(group, graded), *map(_mean, _grades_of(graded, group))])
+        rows.append([Text("achieved, % of D"), *(_achieved(tally, p, group) for p in distances)])
+    for kind, name in (("figure11", "R = {v.lattice:g}"), ("control", "0 %")):
+        for v, one in graded.items():
+            if v.kind == kind:
+                rows.append([name.format(v=v), _mean(one), *[NONE] * (len(distances) - 1)])
+    return Table(
+        Text("Naturalness, 0 to 100: mean and standard deviation of the grades"),
+        _asked_for(distances),
+        rows,
+        Text("{n} grades of {raters} raters. The paper asked for two answers instead.",
+             n=sum(one.count for one in graded.values()), raters=len(tally.careful)),
+    )  # fmt: skip
+
+
+def _grades_of(graded: Mapping[Variant, Grades], group: Group) -> list[Grades]:
+    """Return the grades of a centre's pictures of table 1, by distance."""
+    given = {v.percent: one for v, one in graded.items() if (v.kind, v.group) == ("table1", group)}
+    return [given.get(percent, Grades.of([])) for percent in _distances(graded)]
+
+
+def _mean(grades: Grades) -> str:
+    return f"{_number(grades.mean)} \N{PLUS-MINUS SIGN} {_number(grades.deviation)}"
+
+
+def grades_chart(graded: Mapping[Variant, Grades]) -> Chart:
+    """Return the means of the grades by warp distance, a line for each centre."""
+    return Chart(
+        Text("Naturalness by warp distance"), [f"{p:g}" for p in _distances(graded)],
+        Text("naturalness, 0 to 100"),
+        [
+            Series(_named(group, graded), [one.mean for one in _grades_of(graded, group)])
+            for group in _groups(graded)
+        ],
+        along=Text("warp distance, % of D"), most=100.0,
+        caption=Text("Means of the grades."),
+    )  # fmt: skip
+
+
+def distance_charts(shares: Shares) -> list[Chart]:
+    """Return the study and the paper side by side, all centres."""
+    distances = _distances(shares)
+    here = [
+        _series(_named(group, shares), [_share(shares, percent, group) for percent in distances])
+        for group in _groups(shares)
+    ]
+    there = [
+        Series(Text("centre candidate {center}", center=center), row)
+        for center, row in enumerate(UNNATURAL, start=1)
+    ]
+    most = max([100.0, *(value for row in UNNATURAL for value in row)])
+    return [
+        Chart(
+            Text("Unnaturalness by warp distance, {whose}", whose=whose),
+            [f"{p:g}" for p in places],
+            Text("unnatural, %"), series, along=Text("warp distance, % of D"), caption=caption,
+            most=most,
+        )
+        for whose, places, series, caption in (
+            (Text("this study"), distances, here, Text("This study, with intervals of 95 %.")),
+            (
+                Text("the paper"), DISTANCES, there,
+                Text("The paper's table 1, which prints no intervals."),
+            ),
+        )
+    ]  # fmt: skip
+
+
+def curve_chart(tally: Tally, shares: Shares, found: Curves) -> Chart:
+    """Return the answers by the distance achieved, and the curve through them."""
+    distances = [percent for percent in _distances(shares) if percent >= 0.0]
+    pooled = []
+    for percent in distances:
+        own = [share for v, share in of_kind(shares, "table1") if v.percent == percent]
+        pooled.append(Share(sum(s.hits for s in own), sum(s.answers for s in own)))
+    places = [_achieved(tally, percent) for percent in distances]
+    fit = found.whole.at(np.array([float(place) for place in places]))
+    return Chart(
+        Text("Unnaturalness by the distance achieved"), places, Text("unnatural, %"),
+        [_series(Text("answers"), pooled), Series(Text("curve"), [100.0 * y for y in fit])],
+        along=Text("distance achieved, % of D"), most=100.0,
+        caption=Text("All centres together, and the curve at these distances."),
+    )  # fmt: skip
+
+
+def lattice_chart(shares: Shares) -> Chart:
+    """Return unnaturalness by lattice size."""
+    found = of_kind(shares, "figure11")
+    return Chart(
+        Text("Unnaturalness by lattice size"), [f"{variant.lattice:g}" for variant, _ in found],
+        Text("unnatural, %"), [_series(Text("this study"), [share for _, share in found])],
+        along=Text("lattice spacing R, landmark spacings"), most=100.0,
+        caption=Text("In the shape of figure 11, which has no printed figures to put beside."),
+    )  # fmt: skip
+
+
+def _series(name: str, shares: Sequence[Share]) -> Series:
+    ends = [(100.0 * low, 100.0 * high) for low, high in (share.interval for share in shares)]
+    return Series(name, [100.0 * share.value for share in shares], ends)
+
+
+def of_kind(shares: Shares, kind: Kind) -> list[tuple[Variant, Share]]:
+    """Return the shares of the pictures that are there for one thing."""
+    return [(variant, share) for variant, share in shares.items() if variant.kind == kind]
+
+
+def _distances(shares: Mapping[Variant, object]) -> list[float]:
+    return sorted({variant.percent for variant in shares if variant.kind == "table1"})
+
+
+def _groups(shares: Mapping[Variant, object]) -> list[Group]:
+    return sorted({variant.group for variant in shares if variant.kind == "table1"})
+
+
+def _named(group: Group, shares: Mapping[Variant, object]) -> Text:
+    """Return what a group of pictures is called: by its fit, too, where there are several."""
+    center, fit = group
+    candidate = Text("candidate\N{NO-BREAK SPACE}{center}", center=center)
+    if len({fit for _, fit in _groups(shares)}) == 1:
+        return candidate
+    word = SETTINGS["fit"].alternative(fit).word
+    return Text("{candidate}, {fit} fit", candidate=candidate, fit=word)
+
+
+def _share(shares: Shares, percent: float, group: Group) -> Share:
+    found = [s for v, s in of_kind(shares, "table1") if (v.percent, v.group) == (percent, group)]
+    return Share(sum(s.hits for s in found), sum(s.answers for s in found))
+
+
+def _published(percent: float, center: int) -> float | None:
+    return UNNATURAL[center - 1][DISTANCES.index(percent)] if percent in DISTANCES else None
+
+
+def _achieved(tally: Tally, percent: float, group: Group | None = None) -> str:
+    found = [
+        one.achieved
+        for v, one in tally.measured().items()
+        if (v.kind, v.percent) == ("table1", percent) and group in (None, v.group)
+    ]
+    return f"{fmean(found):.2f}" if found else NONE
+
+
+def _percent(share: Share) -> str:
+    if not share.answers:
+        return NONE
+    low, high = (100.0 * end for end in share.interval)
+    return Text(
+        "{value:.1f} % ({low:.1f} to {high:.1f})", value=100.0 * share.value, low=low, high=high
+    )
+
+
+def _number(value: float) -> str:
+    return NONE if math.isnan(value) else f"{value:.1f}"
+
+
+def _basis(tally: Tally, shares: Shares, people: int) -> str:
+    counts = [share.answers for share in shares.values()]
+    low, high = min(counts), max(counts)
+    answers = (
+        Text.counted(high, "{n} answer", "{n} answers")
+        if low == high
+        else Text.counted(high, "{low} to {n} answer", "{low} to {n} answers", low=low)
+    )
+    faces = Text.counted(tally.subjects, "{n} face", "{n} faces")
+    raters = Text.counted(people, "{n} rater", "{n} raters")
+    return Text(
+        "{faces}, {raters}, {answers} to each kind of picture.",
+        faces=faces,
+        raters=raters,
+        answers=answers,
+    )

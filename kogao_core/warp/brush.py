@@ -1,0 +1,322 @@
+"""Push and restore by a round brush: more control points of the same field, finer than a face's.
+
+A push adds the displacement that drags along what lies under the brush; a restore takes away a
+share of all displacements there are before it. Both stay sums of cubic B-splines, so there is one
+field, one resampling and one proof.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import math
+from collections import OrderedDict
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from threading import Lock
+from typing import Final, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from kogao_core.base.geometry import Affine, Array, Box, frozen, ramp, smoothstep
+from kogao_core.base.language import Text
+from kogao_core.warp.field import Field
+from kogao_core.warp.fit import MIN_SPACING_PX
+from kogao_core.warp.frame import kept_inside
+from kogao_core.warp.guard import share_let_in
+from kogao_core.warp.lattice import Grid, Lattice, meet
+from kogao_core.warp.one_to_one import fade_is_safe
+from kogao_core.warp.protection import Protection
+
+BrushKind = Literal["push", "restore"]
+_SPACINGS: Final = 4.0  # of the lattice in a brush's radius
+# Places along its way in a radius.
+_STEPS: Final = 8.0
+# Spacings from a place to the farthest node that moves it.
+_REACH: Final = 2.0 * np.sqrt(2.0)
+_COARSEST: Final = 1.5  # spacings, of what a restore takes its share of
+LEAST_FALLOFF: Final = 0.4  # sharper ones fall between control points
+# Lattices are joined while that takes no more than so many times their own control points.
+_JOINED: Final = 1.5
+# Lattices and shares after some strokes. While one is drawn, those before it stay as they are.
+_Drawn = tuple[tuple[Lattice, ...], tuple[float, ...]]
+_KEPT: OrderedDict[bytes, _Drawn] = OrderedDict()
+_MOST_KEPT: Final = 32
+_LOCK: Final = Lock()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BrushStroke:
+    """One stroke of a round brush over the result."""
+
+    kind: BrushKind
+    points_px: Array  # (N, 2): corners of its way
+    radius_px: float
+    strength: float = 0.5  # share of its way that a push drags, or of the move that a restore takes
+    # Over this share of the radius, from the edge inwards, the strength fades to nothing.
+    falloff: float = 1.0
+    pressure: Array | None = None  # (N,): 0 to 1, of a pen at the corners; none is 1
+
+    def __post_init__(self) -> None:
+        """Freeze the points and refuse broken strokes."""
+        try:
+            object.__setattr__(self, "points_px", frozen(self.points_px, (None, 2)))
+            if self.pressure is not None:
+                pressure = frozen(self.pressure, (len(self.points_px),))
+                object.__setattr__(self, "pressure", pressure)
+        except ValueError as error:
+            raise ValueError(Text("a stroke can't be used: {error}", error=error)) from None
+        if not len(self.points_px):
+            raise ValueError(Text("a stroke needs at least one point"))
+        for name, value, low, high in (
+            ("radius_px", self.radius_px, MIN_SPACING_PX, np.inf),
+            ("strength", self.strength, 0.0, 1.0),
+            ("falloff", self.falloff, LEAST_FALLOFF, 1.0),
+        ):
+            if not low <= value <= high or value == np.inf:
+                raise ValueError(
+                    Text("{name} must be {low:g} to {high:g}, got {value!r}", name=name, low=low,
+                         high=high, value=value)
+                )  # fmt: skip
+
+    @property
+    def spacing_px(self) -> float:
+        """The spacing of the lattice that it needs."""
+        return max(MIN_SPACING_PX, self.radius_px / _SPACINGS)
+
+    @property
+    def steps(self) -> npt.NDArray[np.int64]:
+        """In how many steps it goes from each corner to the next."""
+        points = self.points_px if len(self.points_px) > 1 else np.repeat(self.points_px, 2, axis=0)
+        lengths = np.linalg.norm(np.diff(points, axis=0), axis=1)
+        return np.asarray(np.ceil(_STEPS * lengths / self.radius_px).clip(1.0), np.int64)
+
+    def mapped(self, transform: Affine) -> BrushStroke:
+        """Return the stroke carried along by a similarity transform of its image."""
+        radius = max(MIN_SPACING_PX, self.radius_px * transform.scale)
+        return dataclasses.replace(self, points_px=transform(self.points_px), radius_px=radius)
+
+    def weight(self, rho: Array) -> Array:
+        """Return the brush's share at distances in radii, 0 to 1, in their shape."""
+        return 1.0 - smoothstep(np.clip(1.0 - (1.0 - rho) / self.falloff, 0.0, 1.0))
+
+    def dabs(self) -> Array:
+        """Return each step's middle (x, y), the way it goes there (x, y), px, and the pressure.
+
+        Result (M, 5); a single corner is a step that goes nowhere.
+        """
+        pressure = np.ones(len(self.points_px)) if self.pressure is None else self.pressure
+        corners = np.column_stack([self.points_px, pressure])
+        if len(corners) == 1:
+            corners = np.vstack([corners, corners])
+        steps = self.steps
+        corner = np.repeat(np.arange(len(steps)), steps)
+        number = np.arange(len(corner)) - (np.cumsum(steps) - steps)[corner]
+        ways = np.diff(corners, axis=0)[corner] / steps[corner, None]
+        middles = corners[corner] + (number[:, None] + 0.5) * ways
+        return np.column_stack([middles[:, :2], ways[:, :2], middles[:, 2]])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Brushwork:
+    """All strokes of push and restore over a photo's result.
+
+    Parameters
+    ----------
+    strokes : tuple of BrushStroke
+        In the order they were drawn; each works on what those before it left.
+
+    Examples
+    --------
+    >>> import kogao_core as kogao
+    >>> photo = kogao.read(kogao.sample())
+    >>> work = kogao.Brushwork().with_stroke("push", [(300, 600), (320, 590)], radius_px=60)
+    >>> rendering = kogao.render(photo.pixels, [], kogao.Recipe(), brushwork=work)
+    >>> rendering.one_to_one.certified, rendering.brush_shares
+    (True, (1.0,))
+    """
+
+    strokes: tuple[BrushStroke, ...] = ()
+
+    def mapped(self, transform: Affine) -> Brushwork:
+        """Return the strokes carried along by a transform of their image.
+
+        Parameters
+        ----------
+        transform : Affine
+            A similarity: turn, scale, mirror and shift.
+
+        Returns
+        -------
+        Brushwork
+            px of the new image.
+        """
+        return Brushwork(tuple(stroke.mapped(transform) for stroke in self.strokes))
+
+    def with_stroke(
+        self,
+        kind: BrushKind,
+        points_px: npt.ArrayLike,
+        radius_px: float,
+        strength: float = 0.5,
+        falloff: float = 1.0,
+    ) -> Brushwork:
+        """Return the brushwork with one more stroke.
+
+        Parameters
+        ----------
+        kind : {"push", "restore"}
+            What it does.
+        points_px : array of shape (N, 2)
+            Corners of its way (x, y).
+        radius_px : float
+            Half the brush's width, at least 1.
+        strength : float
+            0 to 1: the share of its way that a push drags, or of all displacement that a restore
+            takes away.
+        falloff : float
+            0.4 to 1: the share of the radius over which the strength fades to nothing.
+
+        Returns
+        -------
+        Brushwork
+            Of all strokes.
+        """
+        points = np.asarray(points_px, np.float64)
+        stroke = BrushStroke(kind, points, radius_px, strength, falloff)
+        return Brushwork((*self.strokes, stroke))
+
+
+UNTOUCHED = Brushwork()
+
+
+def brushed(
+    field: Field, brushwork: Brushwork, protection: Protection, photo: Box, *, guarded: bool
+) -> tuple[Field, tuple[float, ...]]:
+    """Return a field after the strokes of a brush, and how much of each stroke was let through.
+
+    Its own lattices stay as they are, and first; a stroke that would fold is held back alone.
+    """
+    own, strokes = len(field.lattices), brushwork.strokes
+    keys = _keys(field, brushwork, protection, (photo, guarded))
+    lattices, shares = _known(keys) or (field.lattices, ())
+    field = dataclasses.replace(field, lattices=lattices)
+    for stroke, key in [*zip(strokes, keys, strict=True)][len(shares) :]:
+        grid = Grid((photo.left - 0.5, photo.top - 0.5), stroke.spacing_px)
+        if stroke.kind == "push":
+            changes = [_push(stroke, grid, protection)]
+        else:
+            changes = _restore(stroke, grid, field.lattices)
+        changes = [kept_inside(one, photo) for one in changes if one.phi.any()]
+        after = partial(_joined, field, own, changes)
+        share = share_let_in(field, changes, after) if guarded and changes else 1.0
+        field, shares = after(share), (*shares, share)
+        _keep(key, (field.lattices, shares))
+    if not fade_is_safe(field):
+        field = dataclasses.replace(field, fade_px=0.0)
+    return field, shares
+
+
+def _keys(field: Field, work: Brushwork, protection: Protection, other: object) -> list[bytes]:
+    """Return what tells the results of the first stroke, of the first two, … from all others."""
+    known, keys = hashlib.blake2b(repr(other).encode()), []
+    for lattice in field.lattices:
+        known.update(repr((lattice.grid, lattice.first, lattice.shape)).encode())
+        known.update(lattice.phi.tobytes())
+    for still in protection.strokes:
+        known.update(repr((still.radius_px, still.feather_px)).encode())
+        known.update(still.points_px.tobytes())
+    for one in work.strokes:
+        known.update(repr((one.kind, one.radius_px, one.strength, one.falloff)).encode())
+        known.update(one.dabs().tobytes())
+        keys.append(known.digest())
+    return keys
+
+
+def _known(keys: Sequence[bytes]) -> _Drawn | None:
+    """Return the result of as many strokes as possible, of those kept."""
+    with _LOCK:
+        key = next((key for key in reversed(keys) if key in _KEPT), None)
+        if key is None:
+            return None
+        _KEPT.move_to_end(key)
+        return _KEPT[key]
+
+
+def _keep(key: bytes, drawn: _Drawn) -> None:
+    with _LOCK:
+        _KEPT[key] = drawn
+        while len(_KEPT) > _MOST_KEPT:
+            _KEPT.popitem(last=False)
+
+
+def _push(stroke: BrushStroke, grid: Grid, protection: Protection) -> Lattice:
+    """Return what drags along what lies under a brush; protected places stay to the bit."""
+    dabs = stroke.dabs()
+    at, first, shape, weights = _nodes(stroke, grid, dabs[:, :2])
+    moves = -stroke.strength * (dabs[:, 2:4] * dabs[:, 4:])
+    phi: Array = np.empty((*shape, 2))
+    for axis in (0, 1):
+        summed = np.bincount(at.ravel(), (weights * moves[:, axis, None]).ravel(), phi[..., 0].size)
+        phi[..., axis] = summed.reshape(shape)
+    if protection.strokes:
+        rows, columns = np.nonzero(phi.any(axis=2))
+        x, y = grid.node_px(columns + first[0], 0), grid.node_px(rows + first[1], 1)
+        away = protection.away_px(np.column_stack([x, y])) - _REACH * grid.spacing_px
+        phi[rows, columns] *= ramp(away / stroke.radius_px)[:, None]
+    return Lattice(grid, first, phi)
+
+
+def _restore(stroke: BrushStroke, grid: Grid, lattices: Sequence[Lattice]) -> list[Lattice]:
+    """Return what takes away the share of lattices that lies under a brush."""
+    dabs = stroke.dabs()
+    at, first, shape, weights = _nodes(stroke, grid, dabs[:, :2])
+    most = np.zeros(shape[0] * shape[1])
+    np.maximum.at(most, at.ravel(), (stroke.strength * weights * dabs[:, 4:]).ravel())
+    mask = Lattice(grid, first, np.repeat(most.reshape(*shape, 1), 2, axis=2))
+    found = []
+    for part in (lattice for lattice in lattices if meet(lattice, mask)):
+        part = part.within(mask.box)
+        while part.grid.spacing_px > _COARSEST * grid.spacing_px:
+            part = part.refined().within(mask.box)
+        x, y = (part.grid.nodes_px(part.first[k], part.shape[1 - k], k) for k in (0, 1))
+        taken = np.moveaxis(mask.on_grid(x, y), 0, -1) * part.phi
+        found.append(Lattice(part.grid, part.first, -taken))
+    return found
+
+
+def _nodes(
+    stroke: BrushStroke, grid: Grid, middles: Array
+) -> tuple[npt.NDArray[np.int64], tuple[int, int], tuple[int, int], Array]:
+    """Return the nodes under a brush in each of its places, numbered within a block of them.
+
+    Result: numbers and the brush's weights there, (M, K); the block's first column and row; how
+    many rows and columns it has.
+    """
+    reach = math.ceil(stroke.radius_px / grid.spacing_px)
+    offsets = np.arange(-reach, reach + 2)
+    (i, s), (j, t) = (grid.locate(middles[:, axis], axis) for axis in (0, 1))
+    first = int(i.min()) - reach, int(j.min()) - reach
+    shape = int(np.ptp(j)) + len(offsets), int(np.ptp(i)) + len(offsets)
+    across, down = offsets - s[:, None], offsets - t[:, None]
+    rho = np.hypot(across[:, None, :], down[:, :, None]) * (grid.spacing_px / stroke.radius_px)
+    columns, rows = (i - first[0])[:, None] + offsets, (j - first[1])[:, None] + offsets
+    at = rows[:, :, None] * shape[1] + columns[:, None, :]
+    return at.reshape(len(at), -1), first, shape, stroke.weight(rho).reshape(len(at), -1)
+
+
+def _joined(field: Field, own: int, changes: Sequence[Lattice], share: float) -> Field:
+    """Return a field with a share of further displacements; its first lattices stay its own."""
+    lattices = [*field.lattices]
+    for one in (change.scaled(share) for change in changes if share > 0.0):
+        for k, other in enumerate(lattices[own:], start=own):
+            if other.grid == one.grid and meet(other, one):
+                joined = other.plus(one)
+                if joined.phi.size <= _JOINED * (other.phi.size + one.phi.size):
+                    lattices[k] = joined
+                    break
+        else:
+            lattices.append(one)
+    return dataclasses.replace(field, lattices=tuple(lattices))

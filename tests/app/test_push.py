@@ -1,0 +1,213 @@
+"""Push and restore with mouse, keys and pen on the window."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
+from PySide6.QtGui import QInputDevice, QPointingDevice, QTabletEvent
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QToolButton
+from test_files import CONTROL
+from test_view import picture
+
+from kogao_core.photo import read
+from kogao_core.pipeline import render
+
+KEYS = Qt.Key
+SHIFT = Qt.KeyboardModifier.ShiftModifier
+INWARDS = QPoint(-24, 6)
+
+
+def strokes(driver):
+    return driver.state.brushwork.strokes
+
+
+def jaw(driver) -> QPoint:
+    return driver.canvas.to_screen(driver.state.faces[0].outline[4]).toPoint()
+
+
+def draw(driver, key=KEYS.Key_W, by=INWARDS):
+    driver.key(key, SHIFT)
+    driver.drag(jaw(driver), by)
+    driver.settle()
+
+
+def expected(driver, pixels):
+    done = driver.state.done
+    return render(pixels, done.faces, done.recipe, brushwork=done.brushwork).pixels
+
+
+@pytest.mark.parametrize(
+    ("key", "kind", "word"), [(KEYS.Key_W, "push", "Push"), (KEYS.Key_R, "restore", "Restore")]
+)
+def test_a_stroke_is_what_the_core_makes_of_it_and_one_undo_step(opened, pixels, key, kind, word):
+    free = opened.shown.copy()
+    draw(opened, key)
+    (stroke,) = strokes(opened)
+    brush = opened.editor.view.brush
+    assert (stroke.kind, stroke.radius_px, stroke.strength, stroke.falloff, stroke.pressure) == (
+        kind, brush.radius_px, brush.strength, brush.falloff, None,
+    )  # fmt: skip
+    start = opened.canvas.to_photo(jaw(opened).toPointF())
+    np.testing.assert_allclose(stroke.points_px[0], start, atol=1e-3)
+    end = opened.canvas.to_photo((jaw(opened) + INWARDS).toPointF())
+    np.testing.assert_allclose(stroke.points_px[-1], end, atol=1e-3)
+    assert (opened.shown != free).any()
+    np.testing.assert_array_equal(opened.shown, expected(opened, pixels))
+    assert opened.editor.document.undo.undoText() == word
+    opened.key(KEYS.Key_Z, CONTROL)
+    opened.settle()
+    assert not strokes(opened)
+    np.testing.assert_array_equal(opened.shown, free)
+
+
+def test_a_push_is_seen_while_it_is_drawn(opened):
+    opened.pause_never()
+    opened.key(KEYS.Key_W, SHIFT)
+    before = picture(opened)
+    at = jaw(opened)
+    opened.press(at)
+    opened.move(at + INWARDS / 2)
+    opened.move(at + INWARDS)
+    opened.qtbot.waitUntil(lambda: opened.editor.view.frame.rendering.brush_shares == (1.0,))
+    assert (picture(opened) != before).any()
+    assert opened.editor.document.in_gesture
+    opened.key(KEYS.Key_Escape)
+    opened.release(at + INWARDS)
+    assert not strokes(opened)
+    assert not opened.editor.document.undo.count()
+
+
+def test_size_strength_and_falloff_are_set_in_the_panel(opened):
+    panel = opened.panel("push")
+    opened.key(KEYS.Key_W, SHIFT)
+    assert panel.isVisible()
+    assert panel.fold.button.isChecked()
+    radius = opened.editor.view.brush.radius_px
+    opened.key(KEYS.Key_BracketRight)
+    assert opened.editor.view.brush.radius_px > radius
+    assert panel.size_px.slider.amount() == pytest.approx(
+        opened.editor.view.brush.radius_px, rel=0.1
+    )
+    opened.press_key(panel.strength.slider, KEYS.Key_End)
+    opened.press_key(panel.falloff.slider, KEYS.Key_Home)
+    draw(opened)
+    (stroke,) = strokes(opened)
+    assert (stroke.strength, stroke.falloff) == (1.0, 0.4)
+    panel.strength.reset.emit()
+    assert opened.editor.view.brush.strength == 0.5
+
+
+def test_protecting_and_moving_brushes_have_a_size_each(opened):
+    opened.key(KEYS.Key_B)
+    opened.key(KEYS.Key_BracketRight)
+    protecting = opened.editor.view.brush.radius_px
+    opened.key(KEYS.Key_W, SHIFT)
+    moving = opened.editor.view.brush.radius_px
+    assert moving > 2 * protecting
+    opened.key(KEYS.Key_R, SHIFT)
+    assert opened.editor.view.brush.radius_px == moving
+    opened.key(KEYS.Key_B)
+    assert opened.editor.view.brush.radius_px == protecting
+
+
+def test_buttons_and_keys_take_the_tools(opened):
+    buttons = [b for b in opened.panel("push").findChildren(QToolButton) if b.defaultAction()]
+    assert [b.accessibleName() for b in buttons] == ["Push", "Restore"]
+    for button, name in zip(buttons, ("push", "restore"), strict=True):
+        button.defaultAction().trigger()
+        assert opened.editor.view.brush.tool == name
+        assert button.isChecked()
+    opened.key(KEYS.Key_A)
+    assert opened.editor.view.brush.tool == "points"
+    assert not any(button.isChecked() for button in buttons)
+
+
+def test_without_a_mouse(opened):
+    opened.key(KEYS.Key_W, SHIFT)
+    opened.canvas.setFocus()
+    QTest.keyClick(opened.canvas, KEYS.Key_Return)
+    for _ in range(4):
+        QTest.keyClick(opened.canvas, KEYS.Key_Left)
+    QTest.keyClick(opened.canvas, KEYS.Key_Return)
+    opened.settle()
+    (stroke,) = strokes(opened)
+    along = stroke.points_px[-1] - stroke.points_px[0]
+    assert along[0] < 0.0
+    assert along[1] == pytest.approx(0.0, abs=1e-6)
+
+
+def test_clear_strokes_is_one_step(opened):
+    draw(opened)
+    draw(opened, KEYS.Key_R)
+    panel = opened.panel("push")
+    assert "2" in panel.count.text()
+    panel.clear.click()
+    assert not strokes(opened)
+    assert not panel.clear.isEnabled()
+    opened.key(KEYS.Key_Z, CONTROL)
+    assert len(strokes(opened)) == 2
+
+
+def test_what_would_fold_is_held_back_and_said(opened):
+    opened.key(KEYS.Key_W, SHIFT)
+    opened.editor.protect.set_brush(strength=1.0)
+    for _ in range(4):
+        opened.drag(jaw(opened), QPoint(60, 0))
+    opened.settle()
+    rendering = opened.editor.view.frame.rendering
+    assert min(rendering.brush_shares) < 1.0
+    assert not rendering.one_to_one.folds
+    assert "Held back" in opened.panel("push").held.text()
+    opened.key(KEYS.Key_X, SHIFT)
+    opened.settle()
+    assert not opened.panel("push").held.text()
+
+
+def pen(driver, kind, at, pressure):
+    """What a pen does at a place of the canvas, and the mouse that Qt makes of it."""
+    device = QPointingDevice.primaryPointingDevice()
+    place = QPointF(at)
+    event = QTabletEvent(
+        kind, device, place, driver.canvas.viewport().mapToGlobal(place), pressure, 0, 0, 0, 0, 0,
+        Qt.KeyboardModifier.NoModifier, Qt.MouseButton.LeftButton, Qt.MouseButton.LeftButton,
+    )  # fmt: skip
+    assert device.type() in QInputDevice.DeviceType
+    QApplication.sendEvent(driver.canvas.viewport(), event)
+    assert not event.isAccepted()
+
+
+def test_a_pens_pressure_is_kept_with_the_stroke(opened):
+    opened.key(KEYS.Key_W, SHIFT)
+    at = jaw(opened)
+    pen(opened, QEvent.Type.TabletPress, at, 0.25)
+    opened.press(at)
+    pen(opened, QEvent.Type.TabletMove, at + INWARDS, 0.75)
+    opened.move(at + INWARDS)
+    pen(opened, QEvent.Type.TabletRelease, at + INWARDS, 0.0)
+    opened.release(at + INWARDS)
+    opened.settle()
+    (stroke,) = strokes(opened)
+    np.testing.assert_allclose(stroke.pressure, [0.25, 0.75], atol=1e-3)
+    assert opened.canvas.pressure == 1.0
+
+
+def test_strokes_are_kept_and_come_back_with_the_photo(opened, photo):
+    draw(opened)
+    draw(opened, KEYS.Key_R, QPoint(10, 20))
+    shown = opened.shown.copy()
+    opened.editor.files.open(photo)
+    opened.settle()
+    assert len(strokes(opened)) == 2
+    np.testing.assert_array_equal(opened.shown, shown)
+
+
+def test_a_saved_copy_has_the_strokes(opened, tmp_path, pixels):
+    draw(opened)
+    opened.key(KEYS.Key_S, CONTROL)
+    copy = tmp_path / "pushed.png"
+    opened.choose_path(copy)
+    opened.qtbot.waitUntil(copy.is_file)
+    opened.settle()
+    np.testing.assert_array_equal(read(copy).pixels, expected(opened, pixels))
