@@ -130,10 +130,14 @@ class Protect(Feature):
     def fit_brush(self) -> None:
         """Make the brush as large as suits the photo."""
         self._drop()
-        longer = max(self.document.image.width, self.document.image.height)
-        self._radii = {False: _OF_PHOTO * longer, True: min(_OF_PHOTO_MOVING * longer, _LARGEST_PX)}
+        self._radii = {moves: self.fitting_px(moves=moves) for moves in (False, True)}
         self.set_radius(self._radii[self.view.brush.moves])
-        self.panel.size_px.show_first(self.view.brush.radius_px)
+        self.panel.size_px.show_first(self._radii[False])
+
+    def fitting_px(self, *, moves: bool) -> float:
+        """Return how large a brush that moves, or one that protects, suits the photo, px."""
+        longer = max(self.document.image.width, self.document.image.height)
+        return min((_OF_PHOTO_MOVING if moves else _OF_PHOTO) * longer, _LARGEST_PX)
 
     def resize(self, steps: int) -> None:
         """Make the brush larger or smaller by so many presses of a key."""

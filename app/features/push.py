@@ -71,6 +71,9 @@ class Push(Feature):
         protect.changed.connect(self._show_tool)
         self.live.drawn.connect(self._show_held)
         self.document.opened.connect(self._drop)
+        self.document.opened.connect(
+            lambda: self.panel.size_px.show_first(protect.fitting_px(moves=True))
+        )
         self.document.aborted.connect(self._drop)
         self.watch(lambda: self.document.state.brushwork.strokes, self._show_count)
         self.enable_with_photo(self.panel.size_px.setEnabled)
@@ -122,7 +125,8 @@ class Push(Feature):
             check_brushwork(brushwork, self.document.image)
         except OutOfBounds as problem:
             self.end()
-            self.say(reason(problem))
+            drawn = self.document.committed
+            self.say(reason(problem), applies=lambda: self.document.committed is drawn)
             return
         text = tr("Push") if kind == "push" else tr("Restore")
         state = dataclasses.replace(self.document.committed, brushwork=brushwork)

@@ -177,7 +177,7 @@ def test_buttons_keys_and_the_held_original_agree(bare):
     bare.key(KEYS.Key_X)
     assert bare.editor.view.compare == "off"
     assert not bare.window.original.isVisible()
-    bare.qtbot.waitUntil(lambda: bare.canvas.width() > 600)
+    bare.qtbot.waitUntil(lambda: bare.canvas.width() > 500)
     np.testing.assert_array_equal(pixels_of(bare), after)
     bare.key(KEYS.Key_W)
     np.testing.assert_array_equal(original_of(bare), before)

@@ -145,7 +145,7 @@ def test_every_slider_has_a_field_whose_longest_value_is_seen_whole(opened):
     opened.key(KEYS.Key_B)
     sliders = opened.window.findChildren(QSlider)
     fields_ = [one.field for one in opened.window.findChildren(ValueSlider)]
-    assert len(fields_) == len(sliders) == 12 + len(SHAPE)
+    assert len(fields_) == len(sliders) == 15 + len(SHAPE)
     for field in fields_:
         for text in field._scale.ends:
             field.show_text(text)

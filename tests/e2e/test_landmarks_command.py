@@ -86,4 +86,4 @@ def test_figures_are_drawn_and_not_over_others(cli, works, portrait, tmp_path):
     assert "--force" in err
     code, _, err = cli("experiment", "figures", portrait, portrait, "-o", tmp_path / "x")
     assert (code, (tmp_path / "x").exists()) == (2, False)
-    assert "draw them apart" in err
+    assert "give those their own folder" in err

@@ -5,13 +5,13 @@ Stars that are set are written into a sidecar, never into the photo: decision 51
 
 from __future__ import annotations
 
+import html
 import os
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
-from xml.sax.saxutils import escape, quoteattr, unescape
 
 from kogao_core.base.atomic import put
 from kogao_core.base.language import Text
@@ -30,7 +30,6 @@ _RATING, _LABEL = "Rating", "Label"
 _VALUE: Final = rb"""(?:xmp|xap):%s(?:\s*=\s*(?:"([^"<]*)"|'([^'<]*)')|\s*>([^<]*)<|\s*/>)"""
 _FOUND: Final = {name: re.compile(_VALUE % name.encode()) for name in (_RATING, _LABEL)}
 _QUOTED: Final = re.compile(rb"""=\s*(?:"[^"]*"|'[^']*')$""")
-_ENTITIES: Final = {"&quot;": '"', "&apos;": "'"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,7 +101,7 @@ def _first(name: str, read: list[tuple[bytes, bytes]]) -> str | None:
     for part in (part for ends in read for part in ends):
         if found := _FOUND[name].search(part):
             text = next((one for one in found.groups() if one is not None), b"")
-            return unescape(text.decode("utf-8", "replace"), _ENTITIES)
+            return html.unescape(text.decode("utf-8", "replace"))
     return None
 
 
@@ -142,7 +141,7 @@ def _changed(packet: bytes, new: Mapping[str, str]) -> bytes:
     edits = {span: _written(packet, span, new[name]) for span, name in known.items()}
     added = {name: value for name, value in new.items() if name not in known.values()}
     if added:
-        values = " ".join(f"xmp:{name}={quoteattr(value)}" for name, value in added.items())
+        values = " ".join(f'xmp:{name}="{html.escape(value)}"' for name, value in added.items())
         attributes = f'xmlns:rdf="{xmp.RDF}" rdf:about="" xmlns:xmp="{_NAMESPACE}" {values}'
         start, end, content = xmp.appended(packet, there.top, f"<rdf:Description {attributes}/>\n")
         edits[start, end] = content
@@ -154,6 +153,6 @@ def _written(packet: bytes, span: xmp.Span, value: str) -> bytes:
     start, end = span
     old = packet[start:end]
     if not old.startswith(b"<"):
-        return _QUOTED.sub(b"", old) + b"=" + quoteattr(value).encode()
+        return _QUOTED.sub(b"", old) + b'="' + html.escape(value).encode() + b'"'
     name = xmp.tag_name(packet, start)
-    return b"<" + name + b">" + escape(value).encode() + b"</" + name + b">"
+    return b"<" + name + b">" + html.escape(value).encode() + b"</" + name + b">"
