@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import sys
 import tempfile
 import time
@@ -35,8 +36,7 @@ def main(photo: str, rounds: str, out: str) -> None:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         editor = shown(app, source(), folder)
-        editor.files.open(Path(photo))
-        settle(app, editor)
+        open_copy(app, editor, photo, folder)
         pixels = cv2.imread(photo)
         copy, bare = folder / "copy.jpg", str(folder / "bare.jpg")
 
@@ -58,6 +58,12 @@ def shown(app: QApplication, source: LandmarkSource, folder: Path) -> Editor:
     editor.window.resize(1280, 800)
     editor.window.show()
     return editor
+
+
+def open_copy(app: QApplication, editor: Editor, photo: str, folder: Path) -> None:
+    """Open a copy of a photo: edits are kept beside what is edited."""
+    editor.files.open(Path(shutil.copy(photo, folder)))
+    settle(app, editor)
 
 
 def settle(app: QApplication, editor: Editor) -> None:

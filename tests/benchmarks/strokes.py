@@ -21,7 +21,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 import numpy as np
-from editing import settle, shown
+from editing import open_copy, settle, shown
 from PySide6.QtCore import QEvent, QEventLoop, QObject, QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
@@ -52,8 +52,7 @@ def main(photo: str, out: str) -> None:
     found: dict[str, list[tuple[float, float]]] = {}
     with tempfile.TemporaryDirectory() as name:
         editor = shown(app, source(), Path(name))
-        editor.files.open(Path(photo))
-        settle(app, editor)
+        open_copy(app, editor, photo, Path(name))
         canvas, live, view = editor.window.canvas, editor.live, editor.view
         live._rest.setInterval(60_000)  # a gesture that goes on: no whole photo beside its previews
         paints = Paints()
