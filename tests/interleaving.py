@@ -219,7 +219,7 @@ class Interleaving:
             self._leave("the window was closed")
             self._raise_problem()
             self.counts["closed"] += 1
-            self._gesture = False
+            self._opened = self._gesture = False
             editor.window.deleteLater()
             self._start(self._storage.data)
             return
