@@ -219,7 +219,10 @@ class Interleaving:
             self._leave("the window was closed")
             self._raise_problem()
             self.counts["closed"] += 1
-            self._opened = self._gesture = False
+            self._gesture = False
+            # A program that is closed reads no further photo.
+            editor.document.opened.disconnect(self._note_opened)
+            editor.document.undo.indexChanged.disconnect(self._note_step)
             editor.window.deleteLater()
             self._start(self._storage.data)
             return
