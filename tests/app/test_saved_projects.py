@@ -416,7 +416,8 @@ def test_a_copy_is_not_the_edit_and_the_edit_is_there_again(opened, start, photo
     assert start(photo).state.recipe.percent == 7.0
 
 
-def test_a_photo_left_while_its_faces_were_sought_has_them_when_it_comes_back(start, photo, source):
+def edited_while_sought(start, photo, source):
+    """Return a window with an edit, and what lets the search for its photo's faces end."""
     gate, find = threading.Event(), source.find
 
     def slow(*asked):
@@ -428,6 +429,11 @@ def test_a_photo_left_while_its_faces_were_sought_has_them_when_it_comes_back(st
     driver.editor.files.read(photo)
     driver.qtbot.waitUntil(lambda: driver.editor.document.photo is not None)
     step(driver, 7.0)
+    return driver, gate
+
+
+def test_a_photo_left_while_its_faces_were_sought_has_them_when_it_comes_back(start, photo, source):
+    driver, gate = edited_while_sought(start, photo, source)
     driver.window.close()
     gate.set()
     driver.qtbot.waitUntil(lambda: not driver.window.isVisible())
@@ -437,17 +443,7 @@ def test_a_photo_left_while_its_faces_were_sought_has_them_when_it_comes_back(st
 
 
 def test_faces_found_after_an_edit_are_kept_with_it(start, photo, source):
-    gate, find = threading.Event(), source.find
-
-    def slow(*asked):
-        assert gate.wait(LONGEST_S)
-        return find(*asked)
-
-    source.find = slow
-    driver = start()
-    driver.editor.files.read(photo)
-    driver.qtbot.waitUntil(lambda: driver.editor.document.photo is not None)
-    step(driver, 7.0)
+    driver, gate = edited_while_sought(start, photo, source)
     step(driver, 8.0)
     gate.set()
     driver.settle()
