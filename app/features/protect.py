@@ -37,7 +37,46 @@ _LARGEST_PX: Final = 512.0
 _PRESSES_PER_OCTAVE: Final = 4
 
 
-class Protect(Feature):
+class StrokeFeature(Feature):
+    """Draws strokes of a brush over the photo; each is one undo step."""
+
+    panel: BrushPanel
+
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
+        # Of the stroke in hand: places in px of the photo first; empty without one.
+        self._path: list[tuple[float, ...]] = []
+
+    def _draw(self, brushes: Protect) -> None:
+        """Follow the mouse, and let the panel's slider size the brush."""
+        self.panel.size_px.edited.connect(brushes.set_radius)
+        self.panel.size_px.reset.connect(brushes.fit_brush)
+        self.panel.size_px.refused.connect(self.say)
+        canvas = self.window.canvas
+        canvas.stroke_begun.connect(self.begin)
+        canvas.stroked.connect(self.extend)
+        canvas.stroke_ended.connect(self.end)
+        self.document.aborted.connect(self._drop)
+
+    def begin(self, x: float, y: float) -> None:
+        """Begin a stroke at (x, y), px of the photo."""
+        raise NotImplementedError
+
+    def extend(self, x: float, y: float, straight: bool) -> None:
+        """Go on to (x, y); a `straight` line is level or upright."""
+        raise NotImplementedError
+
+    def end(self) -> None:
+        """Let go: the stroke is one undo step."""
+        if self._path:
+            self._drop()
+            self.document.commit()
+
+    def _drop(self) -> None:
+        self._path = []
+
+
+class Protect(StrokeFeature):
     """Paints and erases."""
 
     name = "protect"
@@ -45,8 +84,6 @@ class Protect(Feature):
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        # Of the stroke in hand, px of the photo; empty without one.
-        self._path: list[tuple[float, float]] = []
         self._tools = QActionGroup(self)
         self._radii: dict[bool, float] = {}  # of the brush put away, by whether it moves
         self.add_tool("points", tr("Points"), "A", tr("Drag landmarks and targets"))
@@ -88,18 +125,11 @@ class Protect(Feature):
         self.panel: ProtectPanel = ProtectPanel(
             self._tools.actions(), self.actions["hard"], self.actions["unprotect"]
         )
-        self.panel.size_px.edited.connect(self.set_radius)
-        self.panel.size_px.reset.connect(self.fit_brush)
-        self.panel.size_px.refused.connect(self.say)
-        canvas = self.window.canvas
-        canvas.stroke_begun.connect(self.begin)
-        canvas.stroked.connect(self.extend)
-        canvas.stroke_ended.connect(self.end)
-        self.changed.connect(canvas.take_tool)
-        self.changed.connect(canvas.redraw)
+        self._draw(self)
+        self.changed.connect(self.window.canvas.take_tool)
+        self.changed.connect(self.window.canvas.redraw)
         self.changed.connect(self._show_tool)
         self.document.opened.connect(self.fit_brush)
-        self.document.aborted.connect(self._drop)
         self.watch(lambda: len(self.document.state.protection.strokes), self._show_count)
         # Each photo begins with a brush that suits it.
         self.enable_with_photo(self.panel.size_px.setEnabled)
@@ -169,12 +199,6 @@ class Protect(Feature):
             self._path.append((x, y))
         self._show()
 
-    def end(self) -> None:
-        """Let go: the stroke is one undo step."""
-        if self._path:
-            self._drop()
-            self.document.commit()
-
     def clear(self) -> None:
         """Take all protection away."""
         if self.document.state.protection.strokes:
@@ -203,9 +227,6 @@ class Protect(Feature):
         self.view.brush = dataclasses.replace(self.view.brush, **changes)  # type: ignore[arg-type]
         self.changed.emit()
 
-    def _drop(self) -> None:
-        self._path = []
-
     def _show_tool(self) -> None:
         self.panel.show_brush(self.view.brush)
         self._show_need()
@@ -219,55 +240,71 @@ class Protect(Feature):
         self.window.need(self.name, there or self.view.brush.protects)
 
 
-def _smoothed(path: list[tuple[float, float]], loose_px: float) -> Array:
+def _smoothed(path: list[tuple[float, ...]], loose_px: float) -> Array:
     points = np.array(path, np.float32)[:, None]
     if len(points) < 3:
         return np.asarray(points[:, 0], np.float64)
     return np.asarray(cv2.approxPolyDP(points, loose_px, closed=False)[:, 0], np.float64)
 
 
-def _squared(start: tuple[float, float], end: tuple[float, float]) -> tuple[float, float]:
+def _squared(start: tuple[float, ...], end: tuple[float, float]) -> tuple[float, float]:
     """Return `end` moved so that the line to it is level or upright, whichever is nearer."""
     level = abs(end[0] - start[0]) >= abs(end[1] - start[1])
     return (end[0], start[1]) if level else (start[0], end[1])
 
 
-class ProtectPanel(QWidget):
-    """Tools, size, edge, and a way to remove everything."""
+class BrushPanel(QWidget):
+    """A fold of tools, what the brush is like, and a way to take all strokes back."""
 
-    def __init__(self, tools: Iterable[QAction], hard: QAction, clear: QAction) -> None:
+    def __init__(
+        self,
+        title: str,
+        tools: Iterable[QAction],
+        size_px: ValueSlider,
+        controls: Iterable[QWidget],
+        clear: tuple[QPushButton, QAction],
+        nothing: str,
+    ) -> None:
         super().__init__()
-        tip = tr("Width of brush, line and eraser in px of the photo; [ and ] change it")
-        self.size_px = ValueSlider(tr("Brush si&ze"), sizes(), tip, 0)
-        self.hard = QCheckBox(tr("Hard edge: not a pixel of it moves"))
-        self.hard.setToolTip(tr("The move fades out beside the stroke and is nothing on it"))
-        self.hard.toggled.connect(hard.setChecked)
-        hard.toggled.connect(self.hard.setChecked)
-        self.count = muted_label()
-        self.clear = QPushButton(tr("Remove all"))
-        self.clear.setAccessibleName(tr("Remove all protection"))
-        self.clear.setToolTip(tr("Let everything that was painted or drawn move again"))
-        self.clear.clicked.connect(clear.trigger)
+        self.size_px, self.count, self._nothing = size_px, muted_label(), nothing
+        self.clear, action = clear
+        self.clear.clicked.connect(action.trigger)
         body = QWidget()
-        self.fold = Fold(tr("Protect"), body)
+        self.fold = Fold(title, body)
         column_of(self, self.fold)
         buttons = row_of(*map(action_button, tools), spacing=GRID_PX)
         for place in range(buttons.count()):
             buttons.setStretch(place, 1)
         below = row_of(self.count, None, self.clear)
-        column_of(body, buttons, self.size_px, self.hard, below, spacing=2 * GRID_PX)
+        column_of(body, buttons, size_px, *controls, below, spacing=2 * GRID_PX)
+
+    def show_count(self, strokes: int) -> None:
+        """Show how many strokes there are."""
+        self.count.setText(tr("Strokes: {n}", n=strokes) if strokes else self._nothing)
+        self.clear.setEnabled(strokes > 0)
+
+
+class ProtectPanel(BrushPanel):
+    """Tools, size, edge, and a way to remove everything."""
+
+    def __init__(self, tools: Iterable[QAction], hard: QAction, clear: QAction) -> None:
+        tip = tr("Width of brush, line and eraser in px of the photo; [ and ] change it")
+        size_px = ValueSlider(tr("Brush si&ze"), sizes(), tip, 0)
+        self.hard = QCheckBox(tr("Hard edge: not a pixel of it moves"))
+        self.hard.setToolTip(tr("The move fades out beside the stroke and is nothing on it"))
+        self.hard.toggled.connect(hard.setChecked)
+        hard.toggled.connect(self.hard.setChecked)
+        remove = QPushButton(tr("Remove all"))
+        remove.setAccessibleName(tr("Remove all protection"))
+        remove.setToolTip(tr("Let everything that was painted or drawn move again"))
+        nothing = tr("Nothing is protected")
+        super().__init__(tr("Protect"), tools, size_px, [self.hard], (remove, clear), nothing)
 
     def show_brush(self, brush: Brush) -> None:
         """Show how large the tool in hand is, and unfold for one that paints."""
         if brush.protects:
             self.fold.button.setChecked(True)
         self.size_px.show_value(brush.radius_px)
-
-    def show_count(self, strokes: int) -> None:
-        """Show how many strokes there are."""
-        words = tr("Strokes: {n}", n=strokes) if strokes else tr("Nothing is protected")
-        self.count.setText(words)
-        self.clear.setEnabled(strokes > 0)
 
 
 def sizes() -> SliderScale:

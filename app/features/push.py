@@ -8,19 +8,18 @@ from typing import Final
 
 import numpy as np
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QPushButton, QWidget
+from PySide6.QtWidgets import QPushButton
 
 from kogao_core.warp.brush import LEAST_FALLOFF, UNTOUCHED, BrushKind, BrushStroke, Brushwork
 from kogao_core.warp.limits import OutOfBounds, check_brushwork
 
 from ..i18n import reason, tr
-from ..theme import GRID_PX
 from ..view_state import Brush, RenderedFrame
-from ..widgets.controls import Fold, WarningLabel, action_button, column_of, muted_label, row_of
+from ..widgets.controls import WarningLabel
 from ..widgets.sliders import ValueSlider
 from ..widgets.typed import SliderScale
-from .feature import Context, Feature
-from .protect import Protect, sizes
+from .feature import Context
+from .protect import BrushPanel, Protect, StrokeFeature, sizes
 
 # Corners of a stroke are so far apart, in radii and in px at least.
 _APART: Final = 1 / 8
@@ -28,16 +27,13 @@ _APART_PX: Final = 0.5
 _STEP_PERCENT: Final = 5
 
 
-class Push(Feature):
+class Push(StrokeFeature):
     """Pushes what lies under a round brush, and takes displacements back."""
 
     name = "push"
 
     def __init__(self, context: Context, protect: Protect) -> None:
         super().__init__(context)
-        self._protect = protect
-        # Of the stroke in hand: place in px of the photo and a pen's pressure; empty without one.
-        self._path: list[tuple[float, float, float]] = []
         tools = [
             protect.add_tool(
                 "push", tr("Push"), "Shift+W", tr("Drag what lies under the brush a little way")
@@ -61,20 +57,13 @@ class Push(Feature):
             slider.reset.connect(
                 lambda name=name: protect.set_brush(**{name: getattr(Brush(), name)})
             )
-        self.panel.size_px.edited.connect(protect.set_radius)
-        self.panel.size_px.reset.connect(protect.fit_brush)
-        self.panel.size_px.refused.connect(self.say)
-        canvas = self.window.canvas
-        canvas.stroke_begun.connect(self.begin)
-        canvas.stroked.connect(self.extend)
-        canvas.stroke_ended.connect(self.end)
+        self._draw(protect)
         protect.changed.connect(self._show_tool)
         self.live.drawn.connect(self._show_held)
         self.document.opened.connect(self._drop)
         self.document.opened.connect(
             lambda: self.panel.size_px.show_first(protect.fitting_px(moves=True))
         )
-        self.document.aborted.connect(self._drop)
         self.watch(lambda: self.document.state.brushwork.strokes, self._show_count)
         self.enable_with_photo(self.panel.size_px.setEnabled)
 
@@ -85,8 +74,8 @@ class Push(Feature):
             self._path = [(x, y, self.window.canvas.pressure)]
             self._show()
 
-    def extend(self, x: float, y: float) -> None:
-        """Go on to (x, y)."""
+    def extend(self, x: float, y: float, straight: bool = False) -> None:  # noqa: ARG002
+        """Go on to (x, y), with the pen's pressure."""
         if self._path:
             self.view.cursor = np.array([x, y])
             at = (x, y, self.window.canvas.pressure)
@@ -97,12 +86,6 @@ class Push(Feature):
             else:
                 self._path.append(at)
             self._show()
-
-    def end(self) -> None:
-        """Let go: the stroke is one undo step."""
-        if self._path:
-            self._drop()
-            self.document.commit()
 
     def clear(self) -> None:
         """Take all strokes back."""
@@ -132,9 +115,6 @@ class Push(Feature):
         state = dataclasses.replace(self.document.committed, brushwork=brushwork)
         self.document.preview(state, text)
 
-    def _drop(self) -> None:
-        self._path = []
-
     def _show_tool(self) -> None:
         self.panel.show_brush(self.view.brush)
         self._show_need()
@@ -160,13 +140,12 @@ class Push(Feature):
         self.window.need(self.name, self.view.brush.moves or bool(self.panel.held.text()))
 
 
-class PushPanel(QWidget):
+class PushPanel(BrushPanel):
     """Tools, size, strength, falloff, and a way to take all strokes back."""
 
     def __init__(self, tools: list[QAction], clear: QAction) -> None:
-        super().__init__()
         tip = tr("Width of the brush in px of the photo; [ and ] change it")
-        self.size_px = ValueSlider(tr("Size of the brush"), sizes(), tip)
+        size_px = ValueSlider(tr("Size of the brush"), sizes(), tip)
         self.strength = ValueSlider(
             tr("Strength"),
             _percents(_STEP_PERCENT),
@@ -178,21 +157,12 @@ class PushPanel(QWidget):
             _percents(round(100 * LEAST_FALLOFF)),
             tr("Over which share of the brush, from its rim inwards, it gets weaker"),
         )
-        self.count, self.held = muted_label(), WarningLabel(wraps=True)
-        self.clear = QPushButton(tr("Clear strokes"))
-        self.clear.setToolTip(clear.statusTip())
-        self.clear.clicked.connect(clear.trigger)
-        body = QWidget()
-        self.fold = Fold(tr("Push and restore"), body)
-        column_of(self, self.fold)
-        buttons = row_of(*map(action_button, tools), spacing=GRID_PX)
-        for place in range(buttons.count()):
-            buttons.setStretch(place, 1)
-        below = row_of(self.count, None, self.clear)
-        column_of(
-            *(body, buttons, self.size_px, self.strength, self.falloff, self.held, below),
-            spacing=2 * GRID_PX,
-        )
+        self.held = WarningLabel(wraps=True)
+        remove = QPushButton(tr("Clear strokes"))
+        remove.setToolTip(clear.statusTip())
+        controls = self.strength, self.falloff, self.held
+        title, nothing = tr("Push and restore"), tr("Nothing is pushed")
+        super().__init__(title, tools, size_px, controls, (remove, clear), nothing)
         self.strength.show_first(Brush().strength)
         self.falloff.show_first(Brush().falloff)
         self.held.warn(True)
@@ -206,11 +176,6 @@ class PushPanel(QWidget):
         self.size_px.show_value(brush.radius_px)
         self.strength.show_value(brush.strength)
         self.falloff.show_value(brush.falloff)
-
-    def show_count(self, strokes: int) -> None:
-        """Show how many strokes there are."""
-        self.count.setText(tr("Strokes: {n}", n=strokes) if strokes else tr("Nothing is pushed"))
-        self.clear.setEnabled(strokes > 0)
 
     def show_held(self, words: str) -> None:
         """Say which strokes would have folded the picture, if any."""
