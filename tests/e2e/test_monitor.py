@@ -75,6 +75,7 @@ def set_property(display: str, name: str, value: bytes) -> None:
     x.xcb_get_input_focus_reply(connection, x.xcb_get_input_focus(connection), None)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("space", ["Display P3", "Adobe RGB", None])
 def test_what_x_shows_is_the_photo_in_the_screens_colours(screen, tmp_path, space):
     photo, out = tmp_path / "patches.png", tmp_path / "screen.png"
