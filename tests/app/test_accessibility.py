@@ -19,6 +19,8 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QToolButton
 from scenes import oval_face
 
+pytestmark = pytest.mark.usefixtures("one_window")
+
 KEYS, CONTROL = Qt.Key, Qt.KeyboardModifier.ControlModifier
 TEXT = QAccessible.Text
 

@@ -16,6 +16,8 @@ from kogao_core.base.display import rgba8
 from kogao_core.photo import read
 from kogao_core.pipeline import render
 
+pytestmark = pytest.mark.usefixtures("one_window")
+
 SQUARE_PX = 8
 
 

@@ -13,6 +13,8 @@ from scenes import oval_face
 from kogao_core.pipeline import render
 from kogao_core.recipe.recipe import Recipe
 
+pytestmark = pytest.mark.usefixtures("one_window")
+
 CONTROL, SHIFT = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.ShiftModifier
 KEYS = Qt.Key
 

@@ -18,6 +18,7 @@ from kogao_core.pipeline import render
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.warp.limits import check_faces
 
+pytestmark = pytest.mark.usefixtures("one_window")
 LEFT, CHIN = Handle("outline", 0, 3), Handle("outline", 0, 10)
 KEYS = Qt.Key
 

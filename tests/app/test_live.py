@@ -21,6 +21,8 @@ from kogao_core.pipeline import render
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.warp import resample
 
+pytestmark = pytest.mark.usefixtures("one_window")
+
 
 def test_whatever_else_is_under_way_the_picture_comes(opened, pixels):
     """Every other lane is busy, as with an experiment, a copy being saved and a full strip."""

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pyqtgraph as pg
+import pytest
 from kogao_app.canvas import overlays
 from kogao_app.canvas.overlays import glyphs, unlisted
 from kogao_app.canvas.overlays.listed import LISTED
@@ -23,6 +24,8 @@ from scenes import oval_face
 from test_view import picture
 
 from kogao_core.background.lines import SEEN_PX
+
+pytestmark = pytest.mark.usefixtures("one_window")
 
 ROOT = Path(__file__).parents[2]
 KEYS = Qt.Key

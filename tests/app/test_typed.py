@@ -18,6 +18,8 @@ from PySide6.QtWidgets import (
 
 from kogao_core.recipe.settings import SHAPE
 
+pytestmark = pytest.mark.usefixtures("one_window")
+
 KEYS, LEFT = Qt.Key, Qt.MouseButton.LeftButton
 
 

@@ -23,6 +23,8 @@ from scenes import ALONE
 from kogao_core.recipe.recipe import LOSSLESS_PX
 from kogao_core.warp.counts import pixel_counts
 
+pytestmark = pytest.mark.usefixtures("one_window")
+
 
 def picture(driver) -> np.ndarray:
     """What the canvas looks like."""

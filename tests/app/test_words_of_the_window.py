@@ -25,6 +25,8 @@ from test_nothing_is_cut import LEAST, nothing_is_cut, told
 
 from kogao_core.projects.sidecar import sidecar_of
 
+pytestmark = pytest.mark.usefixtures("one_window")
+
 WORD = re.compile(r"[A-Za-z]{2,}")
 TAG = re.compile(r"<[^<>]*>")
 # Behind what an action does, or alone beside the name of an overlay.
