@@ -373,7 +373,8 @@ def start(
     with nullcontext() if lasts else _collected():
         yield make
         for driver in drivers:
-            if driver in LASTING and driver.window.isVisible():
+            # What two windows did to one photo would have to be asked about.
+            if driver in LASTING and driver.window.isVisible() and len(drivers) == 1:
                 driver.editor.live._rest.setInterval(REST_MS)
                 driver.settle()
             else:
