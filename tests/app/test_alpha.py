@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 from kogao_app import theme
-from kogao_app.render.pyramid import PicturePyramid
+from kogao_app.render.pictures import PicturePyramid
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication
 from scenes import textured_photo

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from kogao_app.document import State
 from kogao_app.render.live import Surface
-from kogao_app.render.pyramid import PicturePyramid
+from kogao_app.render.pictures import PicturePyramid
 from kogao_app.view_state import Handle, VisiblePart
 from kogao_app.workers import Lane
 from PySide6.QtCore import QPoint

@@ -131,7 +131,7 @@ def test_a_picture_that_cannot_be_written_ends_with_3(source, photo, tmp_path, c
             "portrait.png can't be rendered: there is not enough memory",
         ),
         ("kogao_app.render.live._counted", "portrait.png can't be rendered: there is not"),
-        ("kogao_app.features.surroundings.measure", "The background can't be measured"),
+        ("kogao_app.features.overlays.measure", "The background can't be measured"),
         ("kogao_app.screenshot.Screenshot._edit", "something went wrong in the program itself"),
     ],
 )

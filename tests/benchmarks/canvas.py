@@ -25,7 +25,7 @@ from kogao_app.canvas.photo_canvas import PhotoCanvas
 from kogao_app.document import Document, State
 from kogao_app.render.colour import screen_colours
 from kogao_app.render.live import Surface
-from kogao_app.render.pyramid import PicturePyramid
+from kogao_app.render.pictures import PicturePyramid
 from kogao_app.view_state import ViewState
 from PySide6.QtCore import QPointF
 from PySide6.QtGui import QImage, QPainter
