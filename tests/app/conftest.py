@@ -362,6 +362,10 @@ def start(
         if lasts and photo is not None and not drivers:
             driver = take(workspace)
         else:
+            if not drivers and LASTING:
+                # A window is built faster while none wears the style sheet.
+                _closed(LASTING.pop())
+                qapp.setStyleSheet("")
             driver = _shown(Driver(Editor(qapp, source, storage, workspace=workspace), qtbot))
         drivers.append(driver)
         # Elsewhere than where the last test left the mouse: Qt tells of no move to the same place.

@@ -290,12 +290,6 @@ def test_readings_show_the_pipelines_own_numbers(opened, pixels):
     assert warp == f"{rendering.timings_ms['warp']:.1f} ms"
 
 
-def test_keys_are_given_once(opened):
-    keys = [a.shortcut().toString() for a in opened.window.actions_by_name.values()]
-    keys = [key for key in keys if key]
-    assert len(keys) == len(set(keys))
-
-
 def test_the_side_panel_is_never_wider_than_its_place(opened):
     panel = opened.panel("recipe")
     area = next(one for one in opened.window.findChildren(ColumnArea) if one.isAncestorOf(panel))
