@@ -220,7 +220,7 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _names(text: str) -> frozenset[str]:
-    from .screenshot import names  # loads Qt
+    from .start import names  # loads Qt
 
     asked = frozenset(text.split(","))
     unknown = sorted(asked - names())

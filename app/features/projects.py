@@ -14,11 +14,11 @@ from kogao_core.photo.model import Stamp
 from kogao_core.projects import sidecar
 from kogao_core.projects.project import load, save
 
-from .. import preferences
 from ..document import State, UndoSteps
 from ..i18n import reason, sentence, tr
 from ..widgets.dialogs import ask_path
 from ..widgets.messages import BarAction
+from . import preferences
 from .faces import Faces
 from .feature import Context, Feature
 from .files import Files, history

@@ -209,7 +209,7 @@ def _at_the_edge(photo: Image) -> Image:
 def edit_window(path: Path) -> None:
     """Take a picture of the window as another program sees it that has asked for a photo."""
     from kogao_app.editor import Editor
-    from kogao_app.screenshot import Screenshot
+    from kogao_app.start import Screenshot
     from kogao_app.storage import Storage
     from PySide6.QtWidgets import QApplication
 

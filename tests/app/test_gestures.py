@@ -6,8 +6,8 @@ import dataclasses
 
 import numpy as np
 import pytest
-from kogao_app import preferences
 from kogao_app.canvas.handles import corners, position
+from kogao_app.features import preferences
 from kogao_app.view_state import Handle
 from kogao_app.widgets.sliders import ValueSlider
 from PySide6.QtCore import QPoint, QPointF, Qt, QTimer

@@ -15,7 +15,7 @@ from kogao_app.canvas.overlays import glyphs, unlisted
 from kogao_app.canvas.overlays.listed import LISTED
 from kogao_app.canvas.overlays.overlay import Overlay
 from kogao_app.i18n import translated
-from kogao_app.screenshot import names
+from kogao_app.start import names
 from kogao_app.view_state import ViewState
 from kogao_app.workspaces import INSPECT
 from PySide6.QtCore import QPoint, Qt

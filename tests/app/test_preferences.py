@@ -6,9 +6,9 @@ import os
 from unittest.mock import Mock
 
 import pytest
-from kogao_app import i18n, preferences, theme
+from kogao_app import i18n, theme
 from kogao_app.__main__ import main
-from kogao_app.features import presets
+from kogao_app.features import preferences, presets
 from kogao_app.features.preferences import PreferencesDialog
 from kogao_app.start import _application
 from PySide6.QtCore import QLocale, QSettings, Qt

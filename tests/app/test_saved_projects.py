@@ -9,8 +9,8 @@ import threading
 import cv2
 import numpy as np
 import pytest
-from kogao_app import preferences
 from kogao_app.__main__ import main
+from kogao_app.features import preferences
 from kogao_app.features.files import history, opening
 from kogao_app.view_state import Handle
 from PySide6.QtCore import QPoint, Qt

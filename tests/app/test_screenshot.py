@@ -9,7 +9,7 @@ import cv2
 import pytest
 from kogao_app.__main__ import main
 from kogao_app.editor import Editor
-from kogao_app.screenshot import Screenshot
+from kogao_app.start import Screenshot
 from timeouts import LONGEST_S
 
 pytestmark = pytest.mark.usefixtures("qapp")
@@ -52,7 +52,7 @@ def test_a_photo_that_is_named_is_read_and_searched_ahead_of_the_window_and_only
             super().__init__(*given)
 
     monkeypatch.setattr(source, "find", find)
-    monkeypatch.setattr("kogao_app.editor.Editor", Late)
+    monkeypatch.setattr("kogao_app.start.Editor", Late)
     assert run(source, photo, "--screenshot", shot) == 0
     assert shot.is_file()
     assert len(searched) == 1
@@ -132,7 +132,7 @@ def test_a_picture_that_cannot_be_written_ends_with_3(source, photo, tmp_path, c
         ),
         ("kogao_app.render.live._counted", "portrait.png can't be rendered: there is not"),
         ("kogao_app.features.overlays.measure", "The background can't be measured"),
-        ("kogao_app.screenshot.Screenshot._edit", "something went wrong in the program itself"),
+        ("kogao_app.start.Screenshot._edit", "something went wrong in the program itself"),
     ],
 )
 def test_what_cannot_be_drawn_ends_with_1_and_a_sentence(

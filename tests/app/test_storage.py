@@ -3,8 +3,7 @@
 from pathlib import Path
 
 import pytest
-from kogao_app import preferences
-from kogao_app.features import recent
+from kogao_app.features import preferences, recent
 from kogao_app.features.files.options import Told
 from kogao_app.storage import Storage
 from PySide6.QtCore import QByteArray, QSettings

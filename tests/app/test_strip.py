@@ -12,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from kogao_app.features.preferences import EDITS, prefer
 from kogao_app.features.strip.facts import thumbnail
-from kogao_app.preferences import EDITS, prefer
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from scenes import oval_face

@@ -17,9 +17,8 @@ from ...view_state import Kind
 from . import glyphs
 from .background import BentLines, People
 from .field import Displacement, DomainRegions, Folds, HeatMap, JacobianMap, LatticeLines
-from .marks import Centre, Landmarks, LensStretch, Targets
+from .marks import Centre, Landmarks, LensStretch, Protected, Targets
 from .overlay import Overlay, Place
-from .protection import Protected
 
 Swatch = Callable[[QPainter, QRectF], object]
 _MARGIN_PX: Final = 16.0

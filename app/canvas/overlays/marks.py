@@ -1,4 +1,4 @@
-"""Overlays that follow the state at once: landmarks, targets, the centre line, placement."""
+"""Overlays that follow the state at once: points, the centre line, protected places, brush."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from typing import Final
 
 import numpy as np
-from PySide6.QtCore import QLineF, QPointF, QRectF
-from PySide6.QtGui import QPainter, QPainterPath
+from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
+from PySide6.QtGui import QPainter, QPainterPath, QPainterPathStroker, QPen, QTransform
 
 from kogao_core.base.geometry import Array
 from kogao_core.base.language import Text
@@ -16,6 +16,7 @@ from kogao_core.faces.face import Face
 from kogao_core.faces.targets import center_candidates
 from kogao_core.warp.frame import edges_px
 from kogao_core.warp.lens import stretch_percent
+from kogao_core.warp.protection import NOTHING, Protection, Stroke
 from kogao_core.warp.surround import forehead_pairs
 
 from ...i18n import tr
@@ -31,6 +32,8 @@ _TURNS: Final = np.linspace(0.0, 2.0 * np.pi, 73)
 _ROUND: Final = np.column_stack([np.cos(_TURNS), np.sin(_TURNS)])
 _BALL: Final = 6.0  # in landmark spacings: the radius of a ball that a head is
 _FOLLOWER: Final = 0.5  # of a target's mark: the size of one that follows
+_THINNEST_PX: Final = 3.0
+_ROUNDNESS: Final = 0.05  # of the radius, the largest error of an outline
 
 
 class Landmarks(Overlay):
@@ -189,3 +192,105 @@ class LensStretch(Overlay):
             text = tr("{n:.1f} %", n=percent)
             plate = glyphs.outward_plate(painter.font(), end, middle, text, place.viewport)
             glyphs.on_plate(painter, plate, text)
+
+
+class Protected(Overlay):
+    """A hatch over every stroke; hard ones have a firm edge and show their feather, dashed."""
+
+    name = "protection"
+    title = Text("Protected places")
+    height = 50
+    key = "P"
+
+    @classmethod
+    def swatch(cls, painter: QPainter, box: QRectF) -> None:
+        """Draw its mark."""
+        painter.setPen(QPen(glyphs.HALO, 1.4))
+        painter.setBrush(glyphs.protected())
+        painter.drawRoundedRect(box.adjusted(2, 4, -2, -4), 5, 5)
+
+    @classmethod
+    def is_there(cls, view: ViewState) -> bool:
+        """Return whether anything is protected."""
+        return bool(view.state.protection.strokes)
+
+    _drawn: Protection = NOTHING
+    _shapes: tuple[tuple[Stroke, QPainterPath, QPainterPath], ...] = ()
+
+    def wanted(self) -> bool:
+        """Show it also while a tool is in hand that changes it, unless everything is hidden."""
+        return super().wanted() or (self.shown.brush.protects and bool(self.shown.visible))
+
+    def draw(self, painter: QPainter, place: Place) -> None:
+        """Fill the strokes with one hatch that stays with the photo."""
+        self._trace(self.shown.state.protection)
+        matrix, (dx, dy) = place.to_screen.matrix, place.to_screen.shift
+        to_screen = QTransform(matrix[0, 0], matrix[1, 0], matrix[0, 1], matrix[1, 1], dx, dy)
+        painter.setBrushOrigin(QPointF(dx, dy))
+        for stroke, core, feathered in self._shapes:
+            shape = to_screen.map(core)
+            if stroke.radius_px * place.zoom < _THINNEST_PX / 2:
+                shape = _outline(place.points(stroke.points_px), _THINNEST_PX / 2)
+            painter.fillPath(shape, glyphs.protected())
+            hard = stroke.feather_px > 0.0
+            style = Qt.PenStyle.SolidLine if hard else Qt.PenStyle.DotLine
+            glyphs.outlined(painter, shape, glyphs.HALO, style=style)
+            if hard:
+                edge = to_screen.map(feathered)
+                glyphs.outlined(painter, edge, glyphs.HALO, 1.0, style=Qt.PenStyle.DashLine)
+
+    def _trace(self, protection: Protection) -> None:
+        # Outlining a brush stroke takes longer than filling it: once per change, not per paint.
+        if protection is self._drawn:
+            return
+        known = {id(shape[0]): shape for shape in self._shapes}
+        self._shapes = tuple(known.get(id(s)) or (s, *_shapes(s)) for s in protection.strokes)
+        self._drawn = protection
+
+
+class BrushRing(Overlay):
+    """How large the brush is, round the cursor: where its falloff begins, or the eraser's cross."""
+
+    height = 170
+
+    def draw(self, painter: QPainter, place: Place) -> None:
+        """Draw the ring while a painting tool is over the photo, seen on any ground."""
+        if not self.shown.brush.paints or self.shown.cursor is None:
+            return
+        (at,) = place.points(self.shown.cursor)
+        radius = max(2.0, self.shown.brush.radius_px * place.zoom)
+        ring = QPainterPath()
+        ring.addEllipse(at, radius, radius)
+        if self.shown.brush.tool == "eraser":
+            for arm in (QPointF(3.0, 3.0), QPointF(3.0, -3.0)):
+                ring.moveTo(at - arm)
+                ring.lineTo(at + arm)
+        glyphs.outlined(painter, ring, glyphs.HALO)
+        if self.shown.brush.moves and self.shown.brush.falloff < 1.0:
+            inner, whole = QPainterPath(), (1.0 - self.shown.brush.falloff) * radius
+            inner.addEllipse(at, whole, whole)
+            glyphs.outlined(painter, inner, glyphs.HALO, 1.0, style=Qt.PenStyle.DotLine)
+
+
+def _shapes(stroke: Stroke) -> tuple[QPainterPath, QPainterPath]:
+    line = [QPointF(x, y) for x, y in stroke.points_px.tolist()]
+    core = _outline(line, stroke.radius_px)
+    return core, _outline(line, stroke.radius_px + stroke.feather_px)
+
+
+def _outline(line: list[QPointF], radius: float) -> QPainterPath:
+    path = QPainterPath()
+    if radius <= 0.0:
+        return path
+    if len(line) == 1:
+        path.addEllipse(line[0], radius, radius)
+        return path
+    path.moveTo(line[0])
+    for point in line[1:]:
+        path.lineTo(point)
+    stroker = QPainterPathStroker()
+    stroker.setWidth(2.0 * radius)
+    stroker.setCapStyle(Qt.PenCapStyle.RoundCap)
+    stroker.setJoinStyle(Qt.PenJoinStyle.RoundJoin)
+    stroker.setCurveThreshold(_ROUNDNESS * radius)
+    return stroker.createStroke(path).simplified()

@@ -20,8 +20,8 @@ from ...view_state import GAIN, Handle, ViewState
 from .. import handles
 from . import glyphs
 from .listed import LISTED, kinds
+from .marks import BrushRing
 from .overlay import Overlay, Place
-from .protection import BrushRing
 
 if TYPE_CHECKING:
     from ..photo_layer import PhotoItem

@@ -23,13 +23,13 @@ from kogao_core.projects.sidecar import SUFFIX
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.retouch import over_itself, retouch, to_file
 
-from ... import preferences
 from ...actions import call
 from ...ahead import Ahead, FaceSearch
 from ...document import State
 from ...i18n import reason, sentence, tr, translated
 from ...widgets.dialogs import ask_path, photo_filter
 from ...widgets.messages import BarAction
+from .. import preferences
 from ..faces import Faces
 from ..feature import Context, Feature
 from .opening import EarlierWork, Opened, PhotoNotBeside, is_sample, open_photo, to_keep_beside
