@@ -11,8 +11,8 @@ import numpy.typing as npt
 
 from kogao_core.base.geometry import Array, smoothstep
 from kogao_core.faces.targets import Pairs
-from kogao_core.warp.falloff import NO_FALLOFF, Falloff
 from kogao_core.warp.lattice import Lattice, basis, basis_slope, matrices
+from kogao_core.warp.protection import NO_FALLOFF, Falloff
 
 _INVERSION_STEPS: Final = 64
 _INVERTED_PX: Final = 1e-4

@@ -10,17 +10,18 @@ import numpy as np
 import numpy.typing as npt
 
 from kogao_core.base.geometry import Array
-from kogao_core.warp.falloff import NO_FALLOFF
 from kogao_core.warp.field import Field
 from kogao_core.warp.lattice import Lattice, groups, meet
 from kogao_core.warp.one_to_one import (
     LEAST_MEASURED_DET,
+    Shrinking,
     certify,
     edges_are_safe,
     falloff_slope,
     least_det,
+    least_dets,
 )
-from kogao_core.warp.samples import Shrinking, least_dets
+from kogao_core.warp.protection import NO_FALLOFF
 
 _BISECTIONS: Final = 10
 _BELOW_ONE: Final = 1.0 - 1e-6

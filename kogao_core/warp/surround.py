@@ -27,9 +27,8 @@ import numpy.typing as npt
 from kogao_core.base.geometry import Array, Box, ramp, smoothstep
 from kogao_core.faces.face import FOREHEAD_POINTS, Face
 from kogao_core.faces.reshape import across
-from kogao_core.faces.shape import Shape
 from kogao_core.faces.targets import Pairs
-from kogao_core.faces.zones import directions
+from kogao_core.faces.zones import Shape, directions
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.warp.frame import edges_px
 from kogao_core.warp.protection import Protection

@@ -15,7 +15,7 @@ from scenes import apart_percent, mirrored, resized, turned
 from kogao_core.base import assets
 from kogao_core.faces.landmarks import MeshSource
 from kogao_core.faces.landmarks.aam import AamSource, ModelRefused
-from kogao_core.faces.landmarks.aam.model_file import MOST_BYTES, read
+from kogao_core.faces.landmarks.aam.model import MOST_BYTES, read
 from kogao_core.faces.landmarks.aam.points import MIRROR
 from kogao_core.faces.landmarks.aam.source import MODEL
 

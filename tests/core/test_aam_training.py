@@ -18,8 +18,7 @@ from kogao_core.base import assets
 from kogao_core.base.geometry import Affine
 from kogao_core.faces.landmarks import search
 from kogao_core.faces.landmarks.aam.fitting import Crop, fit
-from kogao_core.faces.landmarks.aam.model import Model
-from kogao_core.faces.landmarks.aam.model_file import read
+from kogao_core.faces.landmarks.aam.model import Model, read
 from kogao_core.faces.landmarks.aam.points import EYES, MIRROR, MOUTH, similarity
 from kogao_core.faces.landmarks.aam.source import MODEL
 from kogao_core.faces.landmarks.blazeface import Detection

@@ -10,8 +10,14 @@ from kogao_core.base.geometry import Box
 from kogao_core.faces.targets import aim
 from kogao_core.pipeline import render
 from kogao_core.recipe.recipe import LOSSLESS_PX, Recipe
-from kogao_core.warp.counts import pixel_counts
-from kogao_core.warp.domain import cells_beyond, fade_of, reduce, threshold_mask, threshold_of
+from kogao_core.warp.domain import (
+    cells_beyond,
+    fade_of,
+    pixel_counts,
+    reduce,
+    threshold_mask,
+    threshold_of,
+)
 from kogao_core.warp.field import Field
 from kogao_core.warp.lattice import groups
 

@@ -10,7 +10,7 @@ from scipy.optimize import fsolve
 from kogao_core.faces.targets import aim
 from kogao_core.pipeline import render
 from kogao_core.recipe.recipe import PAPER
-from kogao_core.warp.dose import achieved_percent, asked_percent, toward_center_percent
+from kogao_core.warp.measures import achieved_percent, asked_percent, toward_center_percent
 
 PHOTO = textured_photo()
 

@@ -12,12 +12,11 @@ from kogao_core.faces.face import Face
 from kogao_core.pipeline import render
 from kogao_core.recipe.recipe import LOSSLESS_PX, Recipe
 from kogao_core.recipe.settings import SETTINGS
-from kogao_core.warp.falloff import Falloff
 from kogao_core.warp.field import Field
 from kogao_core.warp.guard import hold_back
 from kogao_core.warp.lattice import groups
-from kogao_core.warp.protection import Stroke
-from kogao_core.warp.samples import Shrinking, least_dets
+from kogao_core.warp.one_to_one import Shrinking, least_dets
+from kogao_core.warp.protection import Falloff, Stroke
 
 # The field of a face that moves alone is the steepest.
 FOLDING = replace(ALONE, percent=12, lattice=0.25)

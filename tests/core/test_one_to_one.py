@@ -8,7 +8,6 @@ from scenes import field_of, oval_face
 from kogao_core.faces.landmarks import template_face
 from kogao_core.pipeline import render
 from kogao_core.recipe.recipe import Recipe
-from kogao_core.warp.bezier import cells_along, halves
 from kogao_core.warp.field import Field
 from kogao_core.warp.lattice import Grid, Lattice
 from kogao_core.warp.one_to_one import (
@@ -143,17 +142,6 @@ def test_a_fold_between_the_samples_is_never_called_settled(seed):
     assert dense_det(Lattice(Grid((0.0, 0.0), 10.0), (0, 0), low * phi), 0.004).min() < 0.0
     assert not report.folds
     assert not report.settled
-
-
-def test_a_curve_is_cut_in_its_middle():
-    left, right = halves(3)
-    points = np.array([0.0, 1.0, 0.0])
-    assert (left @ points).tolist() == [0.0, 0.5, 0.5]
-    assert (right @ points).tolist() == [0.5, 0.5, 0.0]
-
-
-def test_control_points_reach_the_cells_on_both_sides():
-    assert cells_along(np.ones(5)).shape == (4, 8)
 
 
 def test_a_falloff_that_is_wide_enough_is_harmless():

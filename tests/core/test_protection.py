@@ -12,8 +12,7 @@ from kogao_core.recipe.recipe import LOSSLESS_PX, Recipe
 from kogao_core.recipe.settings import SETTINGS
 from kogao_core.warp.canvas import Canvas
 from kogao_core.warp.domain import reduce
-from kogao_core.warp.falloff import Falloff, falloff_of
-from kogao_core.warp.protection import NOTHING, Protection, Stroke
+from kogao_core.warp.protection import NOTHING, Falloff, Protection, Stroke, falloff_of
 
 WIDTH, HEIGHT = 960, 720
 RECIPE = Recipe(percent=8)

@@ -19,8 +19,7 @@ from kogao_core.pipeline import render
 from kogao_core.recipe import settings
 from kogao_core.recipe.recipe import PAPER, Recipe
 from kogao_core.recipe.settings import CENTERS, DOMAINS, FITS, PAPER_CENTERS, SETTINGS
-from kogao_core.warp.counts import pixel_counts
-from kogao_core.warp.domain import mask_of
+from kogao_core.warp.domain import mask_of, pixel_counts
 
 EXPERIMENTS = Path(__file__).parents[2] / "docs" / "experiments.md"
 WHERE = re.compile(r"(sections? \d\.\d(, \d\.\d)*|figure \d+[ab]?)?")

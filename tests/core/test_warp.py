@@ -18,8 +18,8 @@ from kogao_core.recipe.recipe import LOSSLESS_PX, Recipe
 from kogao_core.recipe.settings import SETTINGS
 from kogao_core.warp import resample
 from kogao_core.warp.canvas import Canvas
-from kogao_core.warp.maps import SPANS_PX
 from kogao_core.warp.protection import Protection
+from kogao_core.warp.resample import SPANS_PX
 
 INTERPOLATIONS = SETTINGS["interpolation"].choices
 

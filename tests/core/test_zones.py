@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scenes import mirrored, oval_face, textured_photo
 
-from kogao_core.faces.landmarks.template import template_face
+from kogao_core.faces.landmarks.sources import template_face
 from kogao_core.faces.targets import aim
 from kogao_core.faces.zones import evened, gains, turn
 from kogao_core.pipeline import render

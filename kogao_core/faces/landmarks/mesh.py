@@ -27,7 +27,7 @@ from kogao_core.faces.landmarks.blazeface import (
     Square,
     are_opposite,
 )
-from kogao_core.faces.landmarks.edges import EdgeNetwork, refine
+from kogao_core.faces.landmarks.edges import MODEL, EdgeNetwork
 from kogao_core.faces.landmarks.outline import forehead, joined, silhouette
 from kogao_core.faces.landmarks.pixels import Pyramid, planes, sharpened
 
@@ -230,7 +230,7 @@ class MeshSource:
 
     @cached_property
     def _edges(self) -> EdgeNetwork:
-        return EdgeNetwork.read(assets.path(refine.MODEL), beards=self._beards)
+        return EdgeNetwork.read(assets.path(MODEL), beards=self._beards)
 
     @cached_property
     def _network(self) -> MeshNetwork:

@@ -19,8 +19,7 @@ from kogao_core.faces.face import Face, OnFace, ignored, in_reading_order
 from kogao_core.faces.landmarks import locked, search
 from kogao_core.faces.landmarks.aam import points
 from kogao_core.faces.landmarks.aam.fitting import Fit, fit_both_ways
-from kogao_core.faces.landmarks.aam.model import Model
-from kogao_core.faces.landmarks.aam.model_file import read
+from kogao_core.faces.landmarks.aam.model import Model, read
 from kogao_core.faces.landmarks.blazeface import CLOSE, INPUT_PX, SURE, BlazeFace, Detection, Square
 from kogao_core.faces.landmarks.mesh import LEAST_IN_COMPANY, LEAST_SCORE
 from kogao_core.faces.landmarks.pixels import Pyramid
