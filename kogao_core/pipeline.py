@@ -19,7 +19,7 @@ from kogao_core.recipe.recipe import Recipe
 from kogao_core.recipe.settings import DomainName
 from kogao_core.warp import domain as domains
 from kogao_core.warp.brush import UNTOUCHED, Brushwork, brushed
-from kogao_core.warp.canvas import Canvas, flag_of, reduced, size_of, warp_alike
+from kogao_core.warp.canvas import FLAGS, Canvas, reduced, size_of, warp_alike
 from kogao_core.warp.domain import pixel_counts
 from kogao_core.warp.field import Field, Residual, residual
 from kogao_core.warp.fit import problems_of, solve
@@ -257,7 +257,7 @@ def render(
         size = size_of(Box.of(photo), longest_px)
         if size != (photo.shape[1], photo.shape[0]):
             with watch.lap("warp"):
-                flag = flag_of(recipe.interpolation)
+                flag = FLAGS[recipe.interpolation]
                 pixels, changed = reduced(photo, field, area.bounds, size, flag, threads), []
         else:
             with watch.lap("copy"):

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from itertools import product
 from math import ceil
-from typing import Final, assert_never
+from typing import Final
 
 import cv2
 import numpy as np
@@ -21,9 +21,13 @@ from kogao_core.base.threads import default_threads, share_out
 from kogao_core.recipe.settings import Interpolation
 from kogao_core.warp.domain import Cells, Domain, Mask, cells_beyond
 from kogao_core.warp.field import Field
-from kogao_core.warp.lattice import Lattice
 from kogao_core.warp.resample import CALL_PX, Job, block_height_px, spread
 
+FLAGS: Final[dict[Interpolation, int]] = {
+    "bilinear": cv2.INTER_LINEAR,
+    "cubic": cv2.INTER_CUBIC,
+    "lanczos4": cv2.INTER_LANCZOS4,
+}
 BLOCK_WIDTH_PX: Final = 16  # what is worked on or left alone
 # Where the displacement changes by less, few pixels are read elsewhere, and only those are
 # resampled. To find them costs as much as to resample all of them bilinearly.
@@ -58,11 +62,12 @@ class Canvas:
     ) -> list[Box]:
         """Resample the blocks of `domain` from the source; return the boxes that may differ now."""
         active = self._blocks(domain)
-        before, flag = self._job, flag_of(interpolation)
+        before, flag = self._job, FLAGS[interpolation]
         job = Job(self.source, self.pixels, field, flag, before)
         todo, faint, stale = active, np.zeros_like(active), self._warped & ~active
         if before is not None and job.resembles(before):
-            known, changes = active & self._warped, _changes(before.field, field)
+            known, lattices = active & self._warped, (before.field.lattices, field.lattices)
+            changes = [now.minus(was) for was, now in zip(*lattices, strict=True)]
             touched = known & self._touched(Cells(change, change.reached) for change in changes)
             if _FAINT_PX[flag]:
                 strong = (cells_beyond(one, self.image, _FAINT_PX[flag]) for one in changes)
@@ -140,7 +145,7 @@ def warp_alike(picture: Image, field: Field, domain: Domain, kind: Interpolation
             picture,
             (along_x + columns).astype(np.float32),
             (along_y + rows[:, None]).astype(np.float32),
-            flag_of(kind),
+            FLAGS[kind],
             borderMode=cv2.BORDER_REPLICATE,
         )
     return warped
@@ -156,24 +161,6 @@ def _copied(source: Image) -> Image:
 
     share_out(range(0, len(source), rows), lambda: fill, default_threads())
     return copy
-
-
-def flag_of(interpolation: Interpolation) -> int:
-    """Return OpenCV's name of an interpolation."""
-    match interpolation:
-        case "bilinear":
-            return cv2.INTER_LINEAR
-        case "cubic":
-            return cv2.INTER_CUBIC
-        case "lanczos4":
-            return cv2.INTER_LANCZOS4
-        case unknown:
-            assert_never(unknown)
-
-
-def _changes(before: Field, after: Field) -> list[Lattice]:
-    """Return the difference of each face's displacement; the fields' grids are equal."""
-    return [b.minus(a) for a, b in zip(before.lattices, after.lattices, strict=True)]
 
 
 def _check(source: Image) -> None:

@@ -39,10 +39,6 @@ class Cells:
         edges = self.lattice.grid.nodes_px(self.lattice.first_cell[axis], count, axis)
         return np.ceil(edges).astype(np.int64)
 
-    def mask(self, box: Box) -> Mask:
-        """Return which pixels of `box` lie in an active cell, shape (height, width)."""
-        return self.at(np.arange(box.left, box.right), np.arange(box.top, box.bottom))
-
     def at(self, xs: npt.NDArray[np.int64], ys: npt.NDArray[np.int64]) -> Mask:
         """Return which pixels ``ys x xs`` lie in an active cell, shape (len(ys), len(xs))."""
         column = np.searchsorted(self.edges_px(0), xs, "right")
@@ -67,7 +63,7 @@ class Domain:
             return np.ones((box.height, box.width), bool)
         mask = np.zeros((box.height, box.width), bool)
         for cells in self.cells:
-            mask |= cells.mask(box)
+            mask |= cells.at(np.arange(box.left, box.right), np.arange(box.top, box.bottom))
         return mask
 
     @property
@@ -163,9 +159,7 @@ def threshold_mask(field: Field, box: Box, threshold_px: float = LOSSLESS_PX) ->
 def mask_of(field: Field, box: Box, name: DomainName, threshold_px: float = LOSSLESS_PX) -> Mask:
     """Return which pixels of `box` belong to a domain of section 4. Result bool (height, width)."""
     match name:
-        case "image":
-            return np.ones((box.height, box.width), bool)
-        case "control-points":
+        case "image" | "control-points":
             return reduce(field, box, name).mask(box)
         case "threshold":
             return threshold_mask(field, box, threshold_px)

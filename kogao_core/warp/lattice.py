@@ -276,10 +276,7 @@ class Lattice:
     @cached_property
     def steepest(self) -> Array:
         """Upper bound of the slope of each cell's displacement, (J + 3, I + 3), px per px."""
-        per_px = (ORDER - 1) / self.grid.spacing_px
-        along_x, along_y = (
-            per_px * np.abs(np.diff(self.bezier, axis=axis)).max(axis=(3, 4)) for axis in (4, 3)
-        )
+        along_x, along_y = (np.abs(slope).max(axis=(3, 4)) for slope in self.slopes)
         return np.asarray(np.sqrt((along_x**2 + along_y**2).sum(axis=2)))
 
     @cached_property

@@ -227,12 +227,12 @@ def least_det(field: Field, most: float = 1.0) -> float:
 
 
 def certify(field: Field) -> bool:
-    """Return True when the control points prove that no determinant is 0 or less.
+    """Return True when the control points prove that no determinant is 0 or less, falloff aside.
 
     Where faces' lattices reach into each other there is a proof only while all slopes together stay
     below 1. Result: false says that there is no proof, not that it folds.
     """
-    return edges_are_safe(field) and not any(_unproven(field))
+    return fade_is_safe(field) and not any(_unproven(field))
 
 
 def _unproven(field: Field) -> Iterator[list[int]]:

@@ -291,6 +291,15 @@ class Protection:
 NOTHING = Protection()
 
 
+def away_px(points: Array, protection: Protection, others_px: Array) -> Array:
+    """Return how far points (N, 2) are from what is protected, and from others (M, 2); (N,), px."""
+    away = protection.away_px(points)
+    if not len(others_px):
+        return away
+    apart = points[:, None] - others_px
+    return np.asarray(np.minimum(away, np.hypot(apart[..., 0], apart[..., 1]).min(axis=1)))
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Falloff:
     """Everything that has a feather: 0 on the strokes, 1 from a feather's width beside them."""

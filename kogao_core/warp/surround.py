@@ -30,8 +30,9 @@ from kogao_core.faces.reshape import across
 from kogao_core.faces.targets import Pairs
 from kogao_core.faces.zones import Shape, directions
 from kogao_core.recipe.recipe import Recipe
+from kogao_core.warp.field import shown_by
 from kogao_core.warp.frame import edges_px
-from kogao_core.warp.protection import Protection
+from kogao_core.warp.protection import Protection, away_px
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,10 +159,7 @@ class Surround:
 
     def _shown(self, points: Array) -> Array:
         """Return where points of shape (N, 2) are shown, px: ``x + d(x) = point``."""
-        shown = points
-        for _ in range(_STEPS):
-            shown = points - self.at(shown)
-        return shown
+        return shown_by(self.at, points, _STEPS)
 
     @cached_property
     def _reach(self) -> Reach:
@@ -217,12 +215,9 @@ class Surround:
 
     def _free(self, points: Array) -> Array:
         """Return 0 near what must not move, 1 far from it."""
-        away = self.protection.away_px(points)
+        away = away_px(points, self.protection, self.neighbours_px)
         for hull in self.hulls:
             away = np.minimum(away, _beyond(points, hull))
-        if len(self.neighbours_px):
-            apart = points[:, None] - self.neighbours_px
-            away = np.minimum(away, np.hypot(apart[..., 0], apart[..., 1]).min(axis=1))
         return smoothstep((away / self.face.anchor.spacing_px - _APART) / _ALL)
 
 

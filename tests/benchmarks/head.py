@@ -35,6 +35,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 import cv2
 import numpy as np
 from photographs import SHARED
+from scenes import read_outside_px
 
 import kogao_core as kogao
 from kogao_core.background.find import BackgroundFinder, held_of
@@ -43,7 +44,6 @@ from kogao_core.faces.face import Face
 from kogao_core.pipeline import Rendering
 from kogao_core.projects.sidecar import Applied
 from kogao_core.warp.field import Field, shown_at
-from kogao_core.warp.frame import read_outside_px
 from kogao_core.warp.one_to_one import least_det
 from kogao_core.warp.protection import NOTHING
 

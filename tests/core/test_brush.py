@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from scenes import oval_face, textured_photo
+from scenes import oval_face, read_outside_px, textured_photo
 
 from kogao_core.base.geometry import Affine, Box
 from kogao_core.base.strict import BadFile, Node
@@ -13,7 +13,6 @@ from kogao_core.projects import json as project_json
 from kogao_core.recipe.recipe import LOSSLESS_PX, PAPER, Recipe
 from kogao_core.warp.brush import UNTOUCHED, BrushStroke, Brushwork
 from kogao_core.warp.canvas import Canvas
-from kogao_core.warp.frame import read_outside_px
 from kogao_core.warp.limits import OutOfBounds, check_brushwork
 from kogao_core.warp.one_to_one import LEAST_MEASURED_DET
 from kogao_core.warp.protection import Protection

@@ -6,7 +6,7 @@ from itertools import pairwise
 import cv2
 import numpy as np
 import pytest
-from scenes import textured_photo
+from scenes import read_outside_px, textured_photo
 
 import kogao_core as kogao
 from kogao_core.background import holding
@@ -16,7 +16,6 @@ from kogao_core.faces.face import Face
 from kogao_core.pipeline import render
 from kogao_core.recipe.recipe import PAPER, Recipe
 from kogao_core.warp.field import shown_at
-from kogao_core.warp.frame import read_outside_px
 from kogao_core.warp.lens import distance_m, distance_note, nose_percent, stretch_percent
 from kogao_core.warp.protection import Protection
 

@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from scenes import mirrored, oval_face, textured_photo
+from scenes import mirrored, oval_face, read_outside_px, textured_photo
 
 from kogao_core.background import holding
 from kogao_core.background.holding import Held
@@ -19,7 +19,6 @@ from kogao_core.recipe.recipe import PAPER, Recipe
 from kogao_core.recipe.settings import SETTINGS
 from kogao_core.warp.field import shown_at
 from kogao_core.warp.fit import fit, problems_of
-from kogao_core.warp.frame import read_outside_px
 from kogao_core.warp.protection import Protection
 from kogao_core.warp.surround import forehead_pairs, surrounds_of
 
