@@ -58,7 +58,7 @@ class Reach:
         return Reach(*(a + share * (b - a) for a, b in ends))
 
 
-# Chosen by looking at faces at 4 to 10 %, and by tests/benchmarks/head.py.
+# Chosen by looking at faces at 4 to 10 %, and by what `docs/decisions/43` measures.
 NATURAL: Final = Reach(1.2, 1.0, 1.08, 0.8, 1.05, 0.8, top=0.5)
 WHOLE: Final = Reach(1.6, 1.5, 1.5, 1.2, 1.05, 1.2, top=1.0)
 # In mean radii of the face: a fade's width where nothing moves, and more for each share of it that
