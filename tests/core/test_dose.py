@@ -30,8 +30,7 @@ def solved(field, pairs):
     return np.mean(shares)
 
 
-@pytest.mark.parametrize("lattice", [0.25, 0.5, 1.0, 2.0])
-@pytest.mark.parametrize("percent", [4.0, 10.0])
+@pytest.mark.parametrize(("lattice", "percent"), [(0.25, 4.0), (1.0, 10.0), (2.0, 4.0)])
 def test_achieved_is_what_a_root_finder_says(lattice, percent):
     found = rendering(lattice=lattice, percent=percent)
     (pairs,) = found.pairs

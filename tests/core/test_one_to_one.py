@@ -117,13 +117,6 @@ def oval_at(place):
     return oval_face(center=place, size=0.6)
 
 
-def test_identity_reports_one():
-    report = check_one_to_one(field_of(Recipe(percent=0)))
-    assert report.min_det == 1.0
-    assert report.certified
-    assert check_one_to_one(Field(())).min_det == 1.0
-
-
 @pytest.mark.parametrize("seed", few_of(range(6), 3))
 def test_a_fold_between_the_samples_is_never_called_settled(seed):
     phi = np.random.default_rng(seed).normal(0.0, 40.0, (6, 6, 2))

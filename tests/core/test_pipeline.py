@@ -38,12 +38,6 @@ def test_no_face_returns_the_same_bytes():
     assert rendering.residual.max_px == 0.0
 
 
-def test_same_inputs_same_bits():
-    photo, face = scene()
-    first, second = (render(photo, [face], Recipe(percent=9)).pixels for _ in range(2))
-    assert first.tobytes() == second.tobytes()
-
-
 def test_the_face_gets_smaller():
     """The silhouette, drawn as an edge, moves inwards by the warp distance."""
     face = oval_face(WIDTH, HEIGHT)
