@@ -161,12 +161,8 @@ class _Rows:
     def both_ways(cls, places: Array, wanted: Array, weight: Array | float) -> _Rows:
         """Return rows for x and for y; `wanted` is of shape (N, 2)."""
         weights = np.broadcast_to(np.asarray(weight, np.float64), (len(places),))
-        ways = (np.array([(1.0, 0.0)]), np.array([(0.0, 1.0)]))
-        parts = [
-            cls.of(places, np.repeat(way, len(places), axis=0), wanted[:, axis], weights)
-            for axis, way in enumerate(ways)
-        ]
-        return cls.joined(parts)
+        ways = np.repeat(np.eye(2), len(places), axis=0)
+        return cls.of(np.tile(places, (2, 1)), ways, wanted.T.ravel(), np.tile(weights, 2))
 
     @classmethod
     def joined(cls, parts: Sequence[_Rows]) -> _Rows:

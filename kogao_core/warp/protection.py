@@ -15,7 +15,7 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
-from kogao_core.base.geometry import Affine, Array, frozen, smoothstep
+from kogao_core.base.geometry import Affine, Array, arc_lengths, frozen, smoothstep
 from kogao_core.base.language import Text
 from kogao_core.warp.limits import MOST_SAMPLES, OutOfBounds
 
@@ -89,7 +89,7 @@ def _disc(steps: Array, radius: float, low: Array, high: Array) -> Array:
 def _along(points: Array, step_px: float) -> Array:
     if len(points) == 1:
         return points
-    length = float(_lengths(points)[-1])
+    length = float(arc_lengths(points)[-1])
     _check_count(length / step_px)
     count = max(2, int(np.ceil(length / step_px)) + 1)
     return _at(points, np.linspace(0.0, length, count))
@@ -110,7 +110,7 @@ def _check_count(samples: float) -> None:
 def _without(stroke: Stroke, eraser: Stroke) -> list[Stroke]:
     reach = stroke.radius_px + eraser.radius_px
     step = max(_LEAST_STEP_PX, reach / 8.0)
-    length = _lengths(stroke.points_px)
+    length = arc_lengths(stroke.points_px)
     at = np.linspace(0.0, length[-1], int(np.ceil(length[-1] / step)) + 1)
     kept = _distance(_at(stroke.points_px, at), eraser.points_px) > reach
     if kept.all():
@@ -134,19 +134,15 @@ def _distance(points: Array, line: Array) -> Array:
     return nearest
 
 
-def _lengths(line: Array) -> Array:
-    return np.append(0.0, np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1)))
-
-
 def _at(line: Array, length: npt.ArrayLike) -> Array:
     """Return the points of a line at lengths along it, shape (N, 2)."""
-    along = _lengths(line)
+    along = arc_lengths(line)
     columns = [np.interp(np.atleast_1d(length), along, line[:, axis]) for axis in (0, 1)]
     return np.column_stack(columns)
 
 
 def _part(line: Array, start: float, end: float) -> Array:
-    along = _lengths(line)
+    along = arc_lengths(line)
     ends = _at(line, [start, end] if end > start else start)
     return np.vstack([ends[:1], line[(along > start) & (along < end)], ends[1:]])
 

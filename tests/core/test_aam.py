@@ -192,26 +192,10 @@ def test_too_large_or_compressed_files_are_refused(
     assert "compressed" in refusal(packed)
 
 
-@pytest.mark.parametrize(
-    ("name", "change"),
-    [
-        ("format", lambda one: one + 1),
-        ("mean", lambda one: one[:-1]),
-        ("mean", lambda one: one * np.nan),
-        ("modes", lambda one: one.astype(np.float64)),
-        ("update_0_0", lambda one: one[:, :-1]),
-        ("units_px", lambda one: one * 1000),
-        ("updates", lambda one: one * 0),
-        ("places_0", lambda one: one * 50),
-        ("start_slopes", lambda _: None),
-    ],
-)
-def test_arrays_that_do_not_fit_together_are_refused(
-    tmp_path: Path, stored: dict[str, np.ndarray], name: str, change
+@pytest.mark.parametrize("name", ["format", "modes", "start_slopes"])
+def test_a_newer_format_or_a_missing_array_is_refused(
+    tmp_path: Path, stored: dict[str, np.ndarray], name: str
 ) -> None:
-    changed = change(stored.pop(name))
-    if changed is not None:
-        stored[name] = changed
-    file = tmp_path / "wrong.npz"
-    np.savez(file, **stored)
+    array, file = stored.pop(name), tmp_path / "wrong.npz"
+    np.savez(file, **stored, **({name: array + 1} if name == "format" else {}))
     refusal(file)

@@ -74,20 +74,18 @@ class AamSource:
         """
         with self._lock, one_blas_thread():
             photo = _Photo(Pyramid(rgb), self._model)
-            if self._detector is None:
+            detector = self._detector
+            if detector is None:
                 faces = self._by_haar(photo, on_face)
             else:
-                faces = self._by_blazeface(photo, self._detector, on_face)
+                faces = search.faces(
+                    photo.picture,
+                    detector,
+                    lambda box: photo.face_at(detector, box, LEAST_SCORE),
+                    lambda box: photo.face_at(detector, box, LEAST_IN_COMPANY),
+                    on_face,
+                )
         return in_reading_order(faces)
-
-    def _by_blazeface(self, photo: _Photo, detector: BlazeFace, on_face: OnFace) -> list[Face]:
-        return search.faces(
-            photo.picture,
-            detector,
-            lambda box: photo.face_at(detector, box, LEAST_SCORE),
-            lambda box: photo.face_at(detector, box, LEAST_IN_COMPANY),
-            on_face,
-        )
 
     def _by_haar(self, photo: _Photo, on_face: OnFace) -> list[Face]:
         # The cascade gives no probability, and false boxes: only good fits count.
