@@ -96,16 +96,6 @@ def test_mirroring_shrinking_and_darkening_hardly_move_it(source: AamSource, cha
 
 
 @pytest.mark.usefixtures("weights")
-def test_several_faces_come_from_the_left(source: AamSource) -> None:
-    small = cv2.resize(sample("women"), None, fx=0.6, fy=0.6, interpolation=cv2.INTER_AREA)
-    large = sample("men")
-    missing = large.shape[0] - small.shape[0]
-    small = cv2.copyMakeBorder(small, 0, missing, 0, 0, cv2.BORDER_REPLICATE)
-    faces = source.find(np.hstack([small, large]))
-    assert [face.eye_center[0] > small.shape[1] for face in faces] == [False, True]
-
-
-@pytest.mark.usefixtures("weights")
 def test_a_covered_mouth_is_doubted(source: AamSource) -> None:
     picture = sample("average")
     (clear,) = source.find(picture)

@@ -75,14 +75,6 @@ def test_a_shelf_behind_a_person_is_cut_on_both_sides():
     assert any(high > LEFT - 3 * apart for _, high in np.sort(found.lines[..., 0]) if high < LEFT)
 
 
-def test_a_collar_is_no_line_of_the_background_and_a_door_frame_is():
-    collar, door = ((420, 640), (540, 700)), ((30, 60), (30, 660))
-    photo = photo_with(collar, door)
-    lines = found_in(photo, Finder(BODY)).lines
-    (upright,) = {round(x, -1) for x in lines[..., 0].ravel()}
-    assert upright == 30
-
-
 @pytest.mark.parametrize(
     ("opacity", "words"),
     [
@@ -139,17 +131,6 @@ def test_lines_of_people_and_where_nobody_looked_are_not_sought():
     aside = Affine.similarity(1.0, 0.0, (300.0, 0.0))
     found = straight_lines(photo, people=PersonMask((PersonLook(BODY[:, 300:], aside, 1.0),)))
     assert (found[..., 0] > 290).all()
-
-
-def test_measuring_changes_nothing():
-    photo = photo_with(((int(RIGHT) + 30, 60), (int(RIGHT) + 30, 660)))
-    photo.setflags(write=False)
-    rendering = render(photo, [FACE], RECIPE)
-    before = rendering.pixels.copy()
-    done = Applied([FACE], RECIPE, NOTHING)
-    found = measure(photo, rendering, done, BackgroundFinder(Finder(BODY)))
-    assert found.lines[0].bend_px > 1.0
-    np.testing.assert_array_equal(rendering.pixels, before)
 
 
 def test_lines_that_are_let_go_are_not_held_and_the_meter_says_so():

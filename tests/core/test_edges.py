@@ -41,11 +41,6 @@ def edges() -> EdgeNetwork:
     return EdgeNetwork.read(MODEL)
 
 
-def test_the_model_in_the_repository_is_small() -> None:
-    assert MODEL.name == Path(network.MODEL).name
-    assert MODEL.stat().st_size < 50_000
-
-
 def test_another_file_is_refused(tmp_path: Path) -> None:
     np.savez(tmp_path / "other.npz", a=np.zeros(3, np.float32))
     with pytest.raises(ModelRefused, match=r"other\.npz isn't a model"):

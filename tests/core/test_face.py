@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scenes import oval_face
 
-from kogao_core.base.geometry import Affine, Box
+from kogao_core.base.geometry import Affine
 from kogao_core.faces.face import Face, in_reading_order, select
 
 
@@ -93,15 +93,6 @@ def test_selection():
     for wrong in ("0", "4", "1,x", "", "smallest"):
         with pytest.raises(ValueError, match="face"):
             select(faces, wrong)
-
-
-def test_box_arithmetic():
-    box = Box(2, 3, 10, 7)
-    assert (box.width, box.height, box.area) == (8, 4, 32)
-    assert box.grown(2) == Box(0, 1, 12, 9)
-    assert box.clipped(Box(4, 0, 20, 5)) == Box(4, 3, 10, 5)
-    assert Box(5, 5, 2, 9).area == 0
-    assert np.zeros((20, 30))[box.slices].shape == (4, 8)
 
 
 def test_confidence_travels_with_its_points_and_a_hand_is_sure():

@@ -57,15 +57,6 @@ def test_a_warp_without_folds_is_left_alone_to_the_bit():
     assert shares == (1.0,)
 
 
-def test_only_the_face_that_folds_is_held_back():
-    near = oval_face(center=(170.0, 170.0))
-    far = oval_face(center=(1000.0, 170.0))
-    crossed = far.with_target(3, far.outline[5]).with_target(5, far.outline[3])
-    _, shares = hold_back(field_of(Recipe(), near, crossed))
-    assert shares[0] == 1.0
-    assert 0.0 < shares[1] < 1.0
-
-
 def test_a_face_that_reaches_no_fold_keeps_its_move_beside_some_that_do():
     row = [oval_face(center=(x, 170.0)) for x in (170.0, 370.0, 540.0)]
     crossed = row[0].with_target(3, row[0].outline[5]).with_target(5, row[0].outline[3])

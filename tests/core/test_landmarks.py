@@ -108,13 +108,6 @@ def detail(picture: np.ndarray) -> float:
     return float((fine - cv2.GaussianBlur(fine, (0, 0), 6.0)).std())
 
 
-def test_a_picture_goes_on_as_in_a_mirror() -> None:
-    image = ramp(60, 80)
-    there = Pyramid(image).mirrored().sample(Affine(np.eye(2), (-32.0, 0.0)), 60)
-    assert np.array_equal(there[:, :32], image[:60, :32][:, ::-1])
-    assert not Pyramid(image).sample(Affine(np.eye(2), (-32.0, 0.0)), 60)[:, :30].any()
-
-
 def test_sources_wider_than_opencv_warps_are_sampled() -> None:
     wide = np.zeros((40, 40_000, 3), np.uint8)
     wide[:, 39_000:] = 200

@@ -186,17 +186,6 @@ def test_neighbours_and_protected_places_stay():
     assert made.one_to_one.certified
 
 
-def test_a_part_of_the_photo_is_drawn_as_the_whole_is():
-    photo, face = textured_photo(WIDTH, HEIGHT, 3), off_axis(on_axis(), (300.0, 50.0), 26.0)
-    there = Affine(np.eye(2), np.array([-500.0, -100.0]))
-    part = render(
-        photo[100:, 500:], [face.mapped(there)], LENS, whole=Box(-500, -100, WIDTH - 500, 500)
-    )
-    whole = render(photo, [face], LENS)
-    places = face.points
-    np.testing.assert_allclose(part.field.at(there(places)), whole.field.at(places), atol=1e-3)
-
-
 def test_the_result_is_a_continuous_function_of_where_a_face_is():
     """From the axis to the edge and over it: no step is larger than those beside it by much."""
     fields = []

@@ -5,8 +5,6 @@ import pytest
 from few_cases import few_of
 from scenes import field_of, oval_face
 
-from kogao_core.faces.landmarks import template_face
-from kogao_core.pipeline import render
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.warp.field import Field
 from kogao_core.warp.lattice import Grid, Lattice
@@ -14,13 +12,10 @@ from kogao_core.warp.one_to_one import (
     INJECTIVE_BOUND,
     certify,
     check_one_to_one,
-    edges_are_safe,
     fade_is_safe,
-    falloff_slope,
     least_det,
     lower_bound,
 )
-from kogao_core.warp.protection import Protection
 
 
 def dense_det(lattice, step=0.02):
@@ -135,12 +130,3 @@ def test_a_fold_between_the_samples_is_never_called_settled(seed):
     assert dense_det(Lattice(Grid((0.0, 0.0), 10.0), (0, 0), low * phi), 0.004).min() < 0.0
     assert not report.folds
     assert not report.settled
-
-
-def test_a_falloff_that_is_wide_enough_is_harmless():
-    face = template_face((240, 180), 200)
-    wall = Protection().with_stroke([(350, 20), (350, 340)], feather_px=40)
-    photo = np.zeros((360, 480), np.uint8)
-    field = render(photo, [face], Recipe(percent=6), protection=wall).field
-    assert 0.0 < falloff_slope(field) < 1.0
-    assert edges_are_safe(render(photo, [face], Recipe(percent=6)).field)

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 import threadpoolctl
 from scenes import ALONE, oval_face, textured_photo
-from test_lattice import literal_eq_1
 from timeouts import LONGEST_S
 
 from kogao_core import pipeline
@@ -22,33 +21,6 @@ from kogao_core.warp.protection import NOTHING, Protection
 from kogao_core.warp.resample import SPANS_PX
 
 INTERPOLATIONS = SETTINGS["interpolation"].choices
-
-
-def literal_bilinear(photo, lattice, x, y):
-    """Eq. (1) at one pixel, then four neighbours by hand, on cv2.remap's 1/32 px grid."""
-    displacement = literal_eq_1(lattice, (x, y))
-    u, v = np.round((np.array([x, y]) + displacement) * 32) / 32
-    u, v = np.clip(u, 0, photo.shape[1] - 1), np.clip(v, 0, photo.shape[0] - 1)
-    i, j = int(min(u, photo.shape[1] - 2)), int(min(v, photo.shape[0] - 2))
-    a, b = u - i, v - j
-    block = photo[j : j + 2, i : i + 2].astype(np.float64)
-    return (block[0, 0] * (1 - a) + block[0, 1] * a) * (1 - b) + (
-        block[1, 0] * (1 - a) + block[1, 1] * a
-    ) * b
-
-
-def test_tiles_match_the_literal_loop():
-    photo, face = textured_photo(48, 36, dtype=np.float32), oval_face(48, 36, size=0.8)
-    rendering = render(photo, [face], Recipe(percent=10, interpolation="bilinear"))
-    lattice = rendering.field.lattices[0]
-    expected = np.array(
-        [[literal_bilinear(photo, lattice, x, y) for x in range(48)] for y in range(36)]
-    )
-    # Single precision may round a map entry to the next 1/32 px now and then.
-    wrong = np.abs(rendering.pixels - expected).max(axis=-1) > 1e-4
-    assert wrong.mean() < 1e-3
-    assert np.abs(rendering.pixels - expected).max() < 0.02
-    assert np.abs(photo - expected).max() > 0.1, "nothing moved: this test shows nothing"
 
 
 def test_map_error_is_below_a_64th_of_a_pixel():

@@ -113,12 +113,6 @@ def test_a_mirrored_photo_is_made_the_mirrored_result():
     assert np.percentile(np.abs(one.astype(int) - photo), 99.9) > 20
 
 
-def test_a_face_may_have_zones_of_its_own():
-    own = dataclasses.replace(crooked(), recipe=Recipe(percent=6, chin=0))
-    assert moves(own, Recipe(percent=6))[10] == pytest.approx(0.0, abs=0.2)
-    np.testing.assert_array_equal(moves(own, Recipe()), moves(crooked(), own.recipe))
-
-
 # -- evening out -----------------------------------------------------------------------------------
 
 
