@@ -56,7 +56,7 @@ _PRESENCE_MIDDLE: Final = -1.5
 _PRESENCE_WIDTH: Final = 0.75
 _NO_PRESENCE: Final = -8.0
 # The wide look separates faces from the rest better than the close one, both best.
-_WIDE_SHARE: Final = 0.7
+WIDE_SHARE: Final = 0.7
 _DOUBT: Final = 0.86
 _UPSIDE_DOWN: Final = 0.5  # least probability of the turned view that makes a second fit worth it
 # What a face on its head counts beside an upright one, and what is left of the score where that
@@ -336,7 +336,7 @@ class MeshSource:
             return box.score
         wide = self._detector.sight(image, mesh.box, WIDE)
         close = self._detector.sight(image, mesh.box, CLOSE, soft=True)
-        return _WIDE_SHARE * wide + (1.0 - _WIDE_SHARE) * close
+        return WIDE_SHARE * wide + (1.0 - WIDE_SHARE) * close
 
 
 class ChinSource(MeshSource):

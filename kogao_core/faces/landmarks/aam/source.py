@@ -21,14 +21,12 @@ from kogao_core.faces.landmarks.aam import points
 from kogao_core.faces.landmarks.aam.fitting import Fit, fit_both_ways
 from kogao_core.faces.landmarks.aam.model import Model, read
 from kogao_core.faces.landmarks.blazeface import CLOSE, INPUT_PX, SURE, BlazeFace, Detection, Square
-from kogao_core.faces.landmarks.mesh import LEAST_IN_COMPANY, LEAST_SCORE
+from kogao_core.faces.landmarks.mesh import LEAST_IN_COMPANY, LEAST_SCORE, WIDE_SHARE
 from kogao_core.faces.landmarks.pixels import Pyramid
 
 MODEL: Final = "models/aam.npz"
 _STEEP: Final = 4
 _MOST_NEAR: Final = 1.25  # single landmarks differ more than the whole face
-# As in the mesh source: the wide look separates faces from the rest better than the close one.
-_WIDE_SHARE: Final = 0.7
 _CASCADE: Final = "haarcascade_frontalface_alt2.xml"
 _LOOK_PX: Final = 512
 _LEAST_FACE_PX: Final = 24
@@ -114,7 +112,7 @@ class _Photo:
         box, sure = boxes[0], boxes[0].score
         if sure <= SURE:
             close = detector.sight(self.picture, box, CLOSE)
-            sure = _WIDE_SHARE * sure + (1.0 - _WIDE_SHARE) * close
+            sure = WIDE_SHARE * sure + (1.0 - WIDE_SHARE) * close
         if sure <= least:
             return None
         fitted = self.fit(box)
