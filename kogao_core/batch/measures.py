@@ -13,8 +13,7 @@ from kogao_core.base.atomic import put
 from kogao_core.faces.face import Face
 from kogao_core.pipeline import Rendering
 from kogao_core.recipe.recipe import Recipe
-from kogao_core.warp.dose import asked_percent
-from kogao_core.warp.measures import FaceMeasures, measures, moved
+from kogao_core.warp.measures import FaceMeasures, asked_percent, measures, moved
 
 _DIGITS: Final = 6  # behind the point
 
