@@ -33,27 +33,35 @@ if __name__ == "__main__":
 """
 
 
+@pytest.fixture
+def told(tmp_path):
+    """Run a program, from a file that its workers can begin with; return what it prints."""
+
+    def run(program, *arguments):
+        script = tmp_path / "program.py"
+        script.write_text(program)
+        done = subprocess.run(
+            [sys.executable, script, *arguments], cwd=tmp_path, timeout=LONGEST_S,
+            capture_output=True, text=True, check=False,
+        )  # fmt: skip
+        assert done.stderr == ""
+        return done.stdout
+
+    return run
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="needs signals")
-def test_an_interrupt_while_workers_start_is_not_for_them(tmp_path):
-    script = tmp_path / "program.py"
-    script.write_text(INTERRUPTED)
-    done = subprocess.run(
-        [sys.executable, str(script)], capture_output=True, text=True, check=False, cwd=tmp_path
-    )
-    assert done.stdout == "none.jpg doesn't exist; check the name and the folder\n"
-    assert done.stderr == ""
+def test_an_interrupt_while_workers_start_is_not_for_them(told):
+    assert told(INTERRUPTED) == "none.jpg doesn't exist; check the name and the folder\n"
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs SIGKILL")
-def test_an_idle_worker_ends_with_a_killed_program(tmp_path):
-    script = tmp_path / "program.py"
-    script.write_text(PROGRAM)
-    program = subprocess.Popen([sys.executable, str(script)], stdout=subprocess.PIPE, text=True)
-    worker = int(program.stdout.readline())
-    os.kill(worker, 0)
-    program.kill()
-    program.wait()
-    program.stdout.close()
+def test_an_idle_worker_ends_with_a_killed_program():
+    command = [sys.executable, "-c", PROGRAM]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as program:
+        worker = int(program.stdout.readline())
+        os.kill(worker, 0)
+        program.kill()
     deadline = time.monotonic() + LONGEST_S
     while time.monotonic() < deadline:
         try:
@@ -83,17 +91,8 @@ if __name__ == "__main__":
 
 @pytest.mark.skipif(sys.platform != "linux", reason="workers begin afresh elsewhere")
 @pytest.mark.parametrize(("threads", "is_copy"), [([], "True"), (["more"], "False")])
-def test_a_worker_is_a_copy_of_a_program_of_one_thread(tmp_path, threads, is_copy):
-    script = tmp_path / "program.py"
-    script.write_text(BEGINNING)
-    done = subprocess.run(
-        [sys.executable, str(script), *threads],
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=LONGEST_S,
-    )
-    assert (done.stdout, done.stderr) == (f"{is_copy}\n", "")
+def test_a_worker_is_a_copy_of_a_program_of_one_thread(told, threads, is_copy):
+    assert told(BEGINNING, *threads) == f"{is_copy}\n"
 
 
 # Ends its worker, as systems do, and has a handler of its own for that.
@@ -115,14 +114,5 @@ if __name__ == "__main__":
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs signals")
-def test_what_ends_a_program_in_a_word_ends_its_workers_at_once(tmp_path):
-    script = tmp_path / "program.py"
-    script.write_text(ENDED)
-    done = subprocess.run(
-        [sys.executable, str(script)],
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=LONGEST_S,
-    )
-    assert (done.stdout, done.stderr) == ("gone\n", "")
+def test_what_ends_a_program_in_a_word_ends_its_workers_at_once(told):
+    assert told(ENDED) == "gone\n"

@@ -1,5 +1,6 @@
 """A program that is told to end does so at once; a photo that is written is never called failed."""
 
+import signal
 import subprocess
 import sys
 from unittest.mock import Mock
@@ -10,6 +11,7 @@ import pytest
 from timeouts import LONGEST_S
 
 from kogao_core import photo
+from kogao_core.base import interrupts
 from kogao_core.base.atomic import is_aside
 
 ENDED = """
@@ -25,26 +27,9 @@ main()
 """
 
 
-@pytest.fixture
-def told(small_portrait, tmp_path):
-    """Run a warp that is told to end as soon as a function is called; how it ended, and output."""
-
-    def run(module, name, signal, heard):
-        program = f"import signal; signal.signal(signal.{signal}, signal.{heard})\n"
-        program += ENDED.format(module=module, name=name, signal=signal)
-        output = tmp_path / "out.jpg"
-        done = subprocess.run(
-            [sys.executable, "-c", program, "warp", str(small_portrait), "-o", str(output)],
-            capture_output=True, text=True, check=False, timeout=LONGEST_S,
-        )  # fmt: skip
-        return done.returncode, done.stderr, output
-
-    return run
-
-
 @pytest.mark.skipif(sys.platform == "win32", reason="needs signals")
 @pytest.mark.parametrize(
-    ("module", "name", "signal", "heard"),
+    ("module", "name", "told", "heard"),
     [
         # While a network looks, as whoever starts a program in the background has it hear Ctrl-C.
         ("kogao_core.retouch", "held_of", "SIGINT", "default_int_handler"),
@@ -55,10 +40,16 @@ def told(small_portrait, tmp_path):
     ],
 )
 def test_a_signal_ends_a_warp_with_one_line_and_nothing_left(
-    told, tmp_path, module, name, signal, heard
+    small_portrait, tmp_path, module, name, told, heard
 ):
-    code, err, output = told(module, name, signal, heard)
-    assert (code, err) == (130, "kogao-cli: interrupted\n")
+    hear = f"import signal; signal.signal(signal.{told}, signal.{heard})\n"
+    program = hear + ENDED.format(module=module, name=name, signal=told)
+    output = tmp_path / "out.jpg"
+    done = subprocess.run(
+        [sys.executable, "-c", program, "warp", str(small_portrait), "-o", str(output)],
+        capture_output=True, text=True, check=False, timeout=LONGEST_S,
+    )  # fmt: skip
+    assert (done.returncode, done.stderr) == (130, "kogao-cli: interrupted\n")
     assert not [path for path in tmp_path.rglob("*") if is_aside(path)]
     assert output.exists() == (name == "as_text")
     if output.exists():
@@ -66,15 +57,26 @@ def test_a_signal_ends_a_warp_with_one_line_and_nothing_left(
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs signals")
-def test_whoever_has_a_signal_ignored_is_let_alone(told):
-    code, err, _ = told("kogao_core.retouch", "held_of", "SIGHUP", "SIG_IGN")
-    assert (code, err) == (0, "")
+def test_whoever_has_a_signal_ignored_is_let_alone():
+    before = {number: signal.getsignal(number) for number in interrupts._numbers()}
+    try:
+        signal.signal(signal.SIGHUP, signal.SIG_IGN)
+        interrupts.end_when_told()
+        assert signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
+        assert signal.getsignal(signal.SIGTERM) is not before[signal.SIGTERM]
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 @pytest.fixture
 def fails_with(monkeypatch):
     """Let a function of the command line raise something."""
-    return lambda name, error: monkeypatch.setattr(f"kogao_core.cli.{name}", Mock(side_effect=error))
+
+    def arrange(name, error):
+        monkeypatch.setattr(f"kogao_core.cli.{name}", Mock(side_effect=error))
+
+    return arrange
 
 
 def test_a_figure_that_cant_be_measured_is_a_note(works, small_portrait, tmp_path, fails_with):
