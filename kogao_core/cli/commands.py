@@ -15,9 +15,8 @@ import kogao_core
 from kogao_core.base.installed import has_laboratory
 from kogao_core.base.interrupts import CODE
 from kogao_core.base.language import Text, system_languages, tr, translated, use_language
-from kogao_core.base.memory import end_at_once, keep_freed
 from kogao_core.base.stderr import open_standard_streams
-from kogao_core.base.threads import without_blas_threads
+from kogao_core.base.threads import end_at_once, keep_freed, without_blas_threads
 from kogao_core.base.wording import system_reason
 from kogao_core.cli import words
 from kogao_core.cli.ending import BROKEN, UNEXPECTED, UNREADABLE, USAGE, Stop, print_message

@@ -130,7 +130,7 @@ class _Index:
 @lru_cache(maxsize=2)
 def _index(file: Path, _: int) -> _Index:
     index = _Index()
-    for entry in _lines(file):
+    for entry in objects_in(file):
         try:
             one = Result(**entry)
         except TypeError:  # of another version
@@ -146,12 +146,13 @@ def _outputs(report: Path, _: int) -> dict[str, str]:
     """Return the photos that a batch has worked on, by the names of their results."""
     return {
         Path(str(entry.get("output"))).name: str(entry.get("source"))
-        for entry in _lines(report)
+        for entry in objects_in(report)
         if entry.get("status") == "done"
     }
 
 
-def _lines(file: Path) -> list[dict[str, Any]]:
+def objects_in(file: Path) -> list[dict[str, Any]]:
+    """Return the objects in a file of JSON lines; damaged lines don't count."""
     found = []
     for line in file.read_text(encoding="utf-8", errors="replace").splitlines():
         try:

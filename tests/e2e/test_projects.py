@@ -16,7 +16,7 @@ from PIL import Image
 
 from kogao_core import batch, photo
 from kogao_core.background.find import BackgroundFinder, held_of
-from kogao_core.batch import report
+from kogao_core.batch import tasks
 from kogao_core.cli.commands import run
 from kogao_core.pipeline import render
 from kogao_core.projects.project import load, save
@@ -301,7 +301,7 @@ def test_a_report_that_was_cut_is_gone_on_with(cli, kept, tmp_path):
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a disk that is always full")
 def test_a_report_that_cannot_be_written_is_one_line(cli, kept, tmp_path, monkeypatch):
     full = Path("/dev/full")
-    monkeypatch.setattr(report, "appended", lambda _: full.open("ab"))
+    monkeypatch.setattr(tasks, "appended", lambda _: full.open("ab"))
     code, said, err = cli("batch", kept, "-o", tmp_path / "out", "-j", 1)
     assert (code, said) == (3, "")
     words = "jsonl can't be written .No space.*what is done stays done"

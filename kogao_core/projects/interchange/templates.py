@@ -21,10 +21,9 @@ from kogao_core.base.wording import shown
 from kogao_core.faces.face import OUTLINE_POINTS, Face
 from kogao_core.faces.landmarks.aam.points import OUTLINE_LABELS
 from kogao_core.faces.landmarks.outline import resampled
-from kogao_core.projects.interchange.points import Line, PointSet
+from kogao_core.projects.interchange.formats import EYES, MOUTH, OWN_NAMES, Line, PointSet
 
 SOURCE: Final = "points"
-_EYES, _MOUTH = 4, 2
 _SPEC: Final = re.compile(r"[0-9,\-]+/[0-9,\-]+/[0-9,\-]+")
 
 
@@ -94,18 +93,13 @@ class Template:
         return Affine(np.asarray(solved[:2].T), np.asarray(solved[2]))(mean)
 
 
-_OWN: Final = OUTLINE_POINTS + _EYES + _MOUTH
+_OWN: Final = len(OWN_NAMES)
 
 
 def _span(first: int, last: int) -> tuple[int, ...]:
     return tuple(range(first, last + 1))
 
 
-OWN_NAMES: Final = tuple(
-    f"{part}-{number}"
-    for part, count in (("outline", OUTLINE_POINTS), ("eye", _EYES), ("mouth", _MOUTH))
-    for number in _span(1, count)
-)
 TEMPLATES: Final = {
     template.name: template
     for template in (
@@ -183,7 +177,7 @@ def template(wanted: str) -> Template:
     if wanted in TEMPLATES:
         return TEMPLATES[wanted]
     parts = [_numbers(part) for part in wanted.split("/")] if _SPEC.fullmatch(wanted) else []
-    if len(parts) != 3 or len(parts[0]) < 3 or (len(parts[1]), len(parts[2])) != (_EYES, _MOUTH):
+    if len(parts) != 3 or len(parts[0]) < 3 or (len(parts[1]), len(parts[2])) != (EYES, MOUTH):
         raise ValueError(
             Text(
                 "{wanted} is none of {names}, nor a mapping of outline, 4 eye "
