@@ -16,7 +16,6 @@ from kogao_core.base.display import png
 from kogao_core.base.geometry import Box
 from kogao_core.base.language import Text, tr, translated
 from kogao_core.cli import common, ending, reading, words
-from kogao_core.cli import json_file as to_json
 from kogao_core.faces.doubt import Verdict, verdicts
 from kogao_core.faces.face import Face
 from kogao_core.faces.landmarks import ModelRefused
@@ -45,7 +44,7 @@ def _png(_: click.Context, __: click.Parameter, file: Path | None) -> Path | Non
     metavar="FILE.png", callback=_png,
     help="Write where people are round the faces: a grey PNG, people white.",
 )  # fmt: skip
-@to_json.writes_json
+@common.writes_json
 @common.forces
 def command(
     source: Path | None,
@@ -60,8 +59,8 @@ def command(
 
     Positions are pixels of the upright photo, counted from the centre of its first pixel.
     """
-    to_json.check(json_file, force)
-    to_json.check(mask_file, force)
+    common.check_report(json_file, force)
+    common.check_report(mask_file, force)
     path = reading.input_path(source, sample)
     known = reading.landmark_source(landmarks)
     photo = reading.read_photo(path, max_megapixels)
@@ -70,7 +69,7 @@ def command(
     people = None if mask_file is None else _people(photo, faces)
     if mask_file is not None and people is not None:
         _write_mask(mask_file, photo, people)
-    to_json.deliver(
+    common.deliver(
         lambda: _found(photo, judged, mask_file, people), lambda: _table(photo, judged), json_file
     )
 

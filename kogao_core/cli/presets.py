@@ -9,7 +9,6 @@ import click
 
 from kogao_core.base.language import Text, translated
 from kogao_core.cli import common, ending, words
-from kogao_core.cli import json_file as to_json
 from kogao_core.recipe import presets
 from kogao_core.recipe.recipe import Recipe
 
@@ -24,13 +23,13 @@ def command() -> None:
 
 
 @command.command("list")
-@to_json.writes_json
+@common.writes_json
 @common.forces
 def list_presets(json_file: Path | None, force: bool) -> None:
     """List presets: those of the program, then your own."""
-    to_json.check(json_file, force)
+    common.check_report(json_file, force)
     found = _all()
-    to_json.deliver(
+    common.deliver(
         lambda: {name: recipe.to_dict() for name, recipe in found.items()},
         lambda: "\n".join(map(translated, found)),
         json_file,

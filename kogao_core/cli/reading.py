@@ -21,6 +21,7 @@ from kogao_core.faces.landmarks import CHOICES, ModelRefused, networks_are_here,
 from kogao_core.photo import READABLE, Photo, UnreadablePhoto, bits_of, formats, read
 from kogao_core.projects import interchange
 from kogao_core.projects.interchange import PointSet
+from kogao_core.projects.project import sha256_of
 from kogao_core.projects.results import Results
 
 # The usual endings of the formats that can be written.
@@ -234,3 +235,9 @@ def selected(faces: Sequence[Face], which: str) -> list[Face]:
     """Return the faces that ``--face`` names, or stop where it names none of them."""
     with ending.stopping(ValueError, ending.USAGE):
         return select(faces, which)
+
+
+def hash_of(path: Path) -> str:
+    """Return the SHA-256 of a photo's file, or stop."""
+    with ending.stopping(OSError, ending.UNREADABLE):
+        return sha256_of(path)

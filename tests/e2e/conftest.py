@@ -12,14 +12,14 @@ import pytest
 from PIL import Image
 
 from kogao_core.base import assets
-from kogao_core.cli import main, progress
+from kogao_core.cli import common, main
 from kogao_core.faces.landmarks import MeshSource
 
 
 @pytest.fixture(autouse=True)
 def no_progress(monkeypatch):
     """What a command says doesn't depend on how long it takes here."""
-    monkeypatch.setattr(progress, "CALM_S", math.inf)
+    monkeypatch.setattr(common, "CALM_S", math.inf)
 
 
 _found = {}

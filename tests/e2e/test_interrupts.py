@@ -103,7 +103,7 @@ def test_numbers_that_stand_for_no_data_leave_lines_measured(cli, small_portrait
     [
         ("summary.as_text", ZeroDivisionError("by zero"), "what was done can't be told (by zero)"),
         ("summary.as_json", ZeroDivisionError("by zero"), "what was done can't be told (by zero)"),
-        ("json_file.put", OSError(28, "No space left on device"), "No space left on device"),
+        ("common.put", OSError(28, "No space left on device"), "No space left on device"),
     ],
 )
 def test_a_summary_that_fails_is_a_note_for_the_photo_is_written(
