@@ -148,9 +148,7 @@ def _check_free(tasks: Sequence[Task]) -> None:
     try:
         batch.check_free(tasks)
     except batch.NothingToDo as error:
-        raise ending.Stop(
-            Text("{error}, or --force to replace them", error=error), ending.USAGE
-        ) from None
+        raise ending.Stop(Text("{error}, or --force to replace them", error=error)) from None
 
 
 def _expanded(inputs: tuple[Path, ...]) -> list[Path]:
@@ -163,7 +161,7 @@ def _expanded(inputs: tuple[Path, ...]) -> list[Path]:
         anchor = Path(path.anchor) if path.anchor else Path()
         found = sorted(anchor.glob(str(path.relative_to(anchor) if path.anchor else path)))
         if not found:
-            raise ending.Stop(Text("nothing matches {path}", path=path), ending.USAGE)
+            raise ending.Stop(Text("nothing matches {path}", path=path))
         paths += found
     return paths
 
@@ -183,13 +181,11 @@ def _workers(dask: str | None, jobs: int) -> Workers:
             Text(
                 "the dask scheduler at {dask} has no workers; start some with: dask worker {dask}",
                 dask=dask,
-            ),
-            ending.USAGE,
+            )
         ) from None
     except (OSError, ValueError) as error:
         raise ending.Stop(
-            Text("no dask scheduler answers at {dask} ({error})", dask=dask, error=error),
-            ending.USAGE,
+            Text("no dask scheduler answers at {dask} ({error})", dask=dask, error=error)
         ) from error
 
 

@@ -51,11 +51,10 @@ def check_free(file: Path, force: bool) -> None:
                 "{file} can't be replaced: {reason}; name another file",
                 file=file,
                 reason=system_reason(error),
-            ),
-            ending.USAGE,
+            )
         ) from None
     if file.exists() and not force:
-        raise ending.Stop(Text("{file} exists; --force replaces it", file=file), ending.USAGE)
+        raise ending.Stop(Text("{file} exists; --force replaces it", file=file))
 
 
 limits_megapixels = words.option(

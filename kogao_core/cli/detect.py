@@ -65,17 +65,16 @@ def command(
     known = reading.landmark_source(landmarks)
     photo = reading.read_photo(path, max_megapixels)
     faces = reading.find_faces(photo, landmarks, known)
-    judged = _judged(photo, faces)
+    judged = list(zip(faces, verdicts(faces, Box.of(photo.pixels)), strict=True))
     people = None if mask_file is None else _people(photo, faces)
     if mask_file is not None and people is not None:
-        _write_mask(mask_file, photo, people)
+        with ending.refusing(
+            lambda reason: Text("{file} can't be written: {reason}", file=mask_file, reason=reason)
+        ):
+            put(png(people.picture(photo.width, photo.height)), mask_file)
     common.deliver(
         lambda: _found(photo, judged, mask_file, people), lambda: _table(photo, judged), json_file
     )
-
-
-def _judged(photo: Photo, faces: Sequence[Face]) -> list[tuple[Face, Verdict]]:
-    return list(zip(faces, verdicts(faces, Box.of(photo.pixels)), strict=True))
 
 
 def _people(photo: Photo, faces: Sequence[Face]) -> PersonMask:
@@ -91,13 +90,6 @@ def _people(photo: Photo, faces: Sequence[Face]) -> PersonMask:
             )
         )
     return people
-
-
-def _write_mask(file: Path, photo: Photo, people: PersonMask) -> None:
-    with ending.refusing(
-        lambda reason: Text("{file} can't be written: {reason}", file=file, reason=reason)
-    ):
-        put(png(people.picture(photo.width, photo.height)), file)
 
 
 def _found(

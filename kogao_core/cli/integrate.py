@@ -168,7 +168,7 @@ def command(context: click.Context, host: str | None, remove: bool, settings: Pa
 
 def _change_desktop(share: Path | None, remove: bool) -> list[Text]:
     if sys.platform in ("win32", "darwin"):
-        raise ending.Stop(Text("menus of this kind are those of Linux desktops"), ending.USAGE)
+        raise ending.Stop(Text("menus of this kind are those of Linux desktops"))
     folder = share or desktop.data_home()
     if remove:
         desktop.remove(folder)

@@ -101,7 +101,7 @@ def refuse_result(path: Path) -> None:
 def input_path(source: Path | None, sample: bool) -> Path:
     """Return the photo to read; exactly one of the two must be asked for."""
     if (source is None) != sample:
-        raise ending.Stop(Text("name one photo, or use --sample"), ending.USAGE)
+        raise ending.Stop(Text("name one photo, or use --sample"))
     if source is not None:
         return source
 
@@ -112,7 +112,7 @@ def input_path(source: Path | None, sample: bool) -> Path:
 def input_paths(inputs: Sequence[Path], sample: bool) -> list[Path]:
     """Return the photos to read, those in folders too; or the sample, but not both."""
     if bool(inputs) == sample:
-        raise ending.Stop(Text("name photos or folders of photos, or use --sample"), ending.USAGE)
+        raise ending.Stop(Text("name photos or folders of photos, or use --sample"))
     if sample:
         return [input_path(None, sample)]
     paths: list[Path] = []
@@ -122,7 +122,7 @@ def input_paths(inputs: Sequence[Path], sample: bool) -> list[Path]:
             continue
         within = [p for p in sorted(path.rglob("*")) if p.suffix.lower() in READABLE]
         if not within:
-            raise ending.Stop(Text("there is no photo in {path}", path=path), ending.USAGE)
+            raise ending.Stop(Text("there is no photo in {path}", path=path))
         paths += within
     return paths
 

@@ -44,9 +44,7 @@ def _read(path: Path) -> bytes:
                                              reason=reason)):  # fmt: skip
         data = path.read_bytes()
     if not data.startswith(_START):
-        raise ending.Stop(
-            Text("{path} is no JPEG; name two JPEGs to compare", path=path), ending.USAGE
-        )
+        raise ending.Stop(Text("{path} is no JPEG; name two JPEGs to compare", path=path))
     return data
 
 

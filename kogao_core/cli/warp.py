@@ -190,12 +190,11 @@ def _checked_output(
         _check_in_place(sample, output, save_project)
         if export.coding is not None:
             raise ending.Stop(
-                Text("size, quality and colours are those of copies; leave out --in-place"),
-                ending.USAGE,
+                Text("size, quality and colours are those of copies; leave out --in-place")
             )
         return path
     if output is None:
-        raise ending.Stop(Text("name an output with -o, or use --in-place"), ending.USAGE)
+        raise ending.Stop(Text("name an output with -o, or use --in-place"))
     _check_output(path, output, force)
     return output
 
@@ -206,8 +205,7 @@ def _check_output(path: Path, output: Path, force: bool) -> None:
             Text(
                 "{output} is the photo itself; choose another output, or --force to replace it",
                 output=output,
-            ),
-            ending.USAGE,
+            )
         )
     with _writing():
         check_output(output, force=True)
@@ -216,18 +214,15 @@ def _check_output(path: Path, output: Path, force: bool) -> None:
 
 def _check_in_place(sample: bool, output: Path | None, save_project: bool) -> None:
     if sample:
-        raise ending.Stop(
-            Text("the sample isn't written over; copy it to a folder first"), ending.USAGE
-        )
+        raise ending.Stop(Text("the sample isn't written over; copy it to a folder first"))
     if output is not None:
-        raise ending.Stop(Text("--in-place writes over IN; leave out -o"), ending.USAGE)
+        raise ending.Stop(Text("--in-place writes over IN; leave out -o"))
     if save_project:
         raise ending.Stop(
             Text(
                 "a project is about the photo as it was, which --in-place replaces; "
                 "leave out --save-project"
-            ),
-            ending.USAGE,
+            )
         )
 
 
@@ -273,8 +268,7 @@ def _refuse_choices(context: click.Context) -> None:
     for parameter in context.command.params:
         if parameter.name in _FROM_PROJECT and words.is_given(parameter, context):
             raise ending.Stop(
-                Text("--project holds every choice; leave out {option}", option=parameter.opts[0]),
-                ending.USAGE,
+                Text("--project holds every choice; leave out {option}", option=parameter.opts[0])
             )
 
 
@@ -287,9 +281,7 @@ def _replayed(file: Path, photo: Photo, sha256: str) -> Applied:
 def _check_project(photo: Path, sample: bool, force: bool) -> None:
     """Stop when no project may be written beside a photo."""
     if sample:
-        raise ending.Stop(
-            Text("the sample keeps no project; copy it to a folder first"), ending.USAGE
-        )
+        raise ending.Stop(Text("the sample keeps no project; copy it to a folder first"))
     place = sidecar_of(photo)
     common.check_free(place, force)
     if place.parent.is_dir() and not os.access(place.parent, os.W_OK | os.X_OK):
@@ -329,5 +321,5 @@ def _usable(file: Path) -> Iterator[None]:
         yield
     except BadFile as error:
         raise ending.Stop(
-            Text("the project {file} can't be used: {error}", file=file, error=error), ending.USAGE
+            Text("the project {file} can't be used: {error}", file=file, error=error)
         ) from error
