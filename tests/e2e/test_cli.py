@@ -158,9 +158,8 @@ def test_detect_prints_exactly_the_documented_json(works, portrait):
     assert found["lens"]["focal_mm"] is None
     assert "focal length" in found["lens"]["why"]
     face = found["faces"][0]
-    judged = face.pop("doubt"), face.pop("look_at")
-    assert judged == (None, [])
-    for name in ("stretch_percent", "distance_m", "nose_percent"):
+    assert face.pop("look_at") == []
+    for name in ("doubt", "stretch_percent", "distance_m", "nose_percent"):
         assert face.pop(name) is None
     shapes = {name: np.shape(value) for name, value in face.items()}
     assert shapes == {
@@ -199,11 +198,9 @@ def test_without_the_network_for_people_warp_says_so_once(works, fails, portrait
     fails(1, "is missing; reinstall", "detect", portrait, "--person-mask", tmp_path / "mask.png")
 
 
-def test_detect_prints_a_table(cli, portrait):
-    code, said, _ = cli("detect", portrait)
-    assert code == 0
-    assert len(said.splitlines()) == 3
-    assert said.splitlines()[2].split()[0] == "1"
+def test_detect_prints_a_table(works, portrait):
+    *_, header, row = works("detect", portrait).splitlines()
+    assert len(header.split()) == len(row.split()) == 7
 
 
 def test_deep_photos_stay_deep_and_turned_photos_come_out_upright(cli, small_png, tmp_path):
@@ -317,23 +314,17 @@ def test_force_replaces_even_the_input(cli, small_portrait, tmp_path, fails):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["--percent", "-16"], "percent must be within -15..15, got -16"),
         (["--percent", "99"], "percent must be within -15..15, got 99"),
-        (["--percent", "nan"], "percent must be within"),
         (["--percent", "much"], "'much' is not a valid float"),
-        (["--lattice", "0"], "lattice must be within 0.1..8, got 0"),
-        (["--center", "5"], "center must be within 1..4"),
+        (["--percent", "1" + "0" * 400], "percent must be within -15..15, got inf"),
+        (["--center", "1" + "0" * 400], r"center must be within 1..4, got 1000*…"),
         (["--threshold", "-1"], "threshold_px must be within"),
         (["--fit", "tight"], "'tight' is not one of"),
         (["--face", "biggest"], "none of all, largest, or numbers"),
         (["--face", "1,"], "none of all, largest, or numbers"),
         (["--recipe", "missing.json"], "missing.json can't be read"),
-        (["--percent", "1" + "0" * 400], "percent must be within -15..15, got inf"),
-        (["--center", "1" + "0" * 400], r"center must be within 1..4, got 1000*…"),
         (["--max-megapixels", "0"], "not in the range"),
         (["--max-megapixels", "nan"], "nan is not a finite number"),
-        (["--max-megapixels", "inf"], "inf is not a finite number"),
-        (["--protect-width", "nan"], "nan is not a finite number"),
         (["--protect-feather", "inf"], "inf is not a finite number"),
         (["--sample"], "name one photo, or use --sample"),
         (["--wrong"], "No such option.*see kogao-cli warp --help"),
@@ -385,22 +376,12 @@ def test_what_is_printed_of_a_name_holds_no_orders_to_the_terminal(cli, tmp_path
 @pytest.mark.parametrize(
     ("content", "words"),
     [
-        ("", "can't be used: the file is not JSON"),
-        ("\x80", "the file is not JSON"),
+        ("\x80", "can't be used: the file is not JSON"),
         ("[]", "must be a JSON object"),
         ('{"percent": 99}', "can't be used: percent must be"),
-        ('{"percent": "4"}', "percent must be a number"),
-        ('{"fit": ["exact"]}', "fit must be one of"),
-        ('{"strength": 4}', "unknown recipe field 'strength'"),
-        ('{"version": 4}', "version"),
         ("[" * 100_000, "nested too deeply"),
-        ('{"fit": "' + "x" * 500_000 + '"}', "got 'x{39}…"),
         ('{"fit": ' + "[" * 900 + "]" * 900 + "}", r"got \[\["),
-        ('{"center": ' + "[1, " * 300 + "[]" + "]" * 300 + "}", "center must be a number, got"),
         ('{"' + "x" * 500_000 + '": 1}', "unknown recipe field 'x{39}…"),
-        ('{"percent": 1' + "0" * 400 + "}", "percent must be within -15..15, got 1000*…"),
-        ('{"percent": ' + "9" * 5000 + "}", "the file is not JSON"),
-        ('{"percent": 1e400}', "percent must be within -15..15, got inf"),
         ('{"version": 1' + "0" * 400 + "}", "version 3, got 1000*…"),
         ("{" + " " * 2**20, "at most 1048576 are allowed"),
     ],
