@@ -141,7 +141,9 @@ def command(
         with ending.writing(measures):
             write(batch.measures_of(report, tasks), measures)
     progress.end(report)
-    return ending.SOME_FAILED if progress.bad else ending.OWN_RESULT if progress.own else 0
+    if progress.counts["failed"] or progress.counts["no face"]:
+        return ending.SOME_FAILED
+    return ending.OWN_RESULT if progress.counts["result"] else 0
 
 
 def _check_free(tasks: Sequence[Task]) -> None:
@@ -204,21 +206,11 @@ class _Progress:
     def __init__(self, total: int) -> None:
         self._total = total
         self._start = time.monotonic()
-        self._counts: Counter[str] = Counter()
-
-    @property
-    def bad(self) -> int:
-        """Photos that weren't done."""
-        return self._counts["failed"] + self._counts["no face"]
-
-    @property
-    def own(self) -> int:
-        """Photos that are results already."""
-        return self._counts["result"]
+        self.counts: Counter[str] = Counter()
 
     def add(self, outcome: Outcome) -> None:
         """Count one; what wasn't done is named at once."""
-        self._counts[outcome.status] += 1
+        self.counts[outcome.status] += 1
         if outcome.status in ("failed", "no face", "result"):
             named = outcome.reason.startswith(outcome.source)
             reason = translated(outcome.reason)
@@ -231,11 +223,11 @@ class _Progress:
         self._print(tr("{line}; see {report}", line=self._line(), report=report))
 
     def _line(self) -> str:
-        finished = sum(self._counts.values())
+        finished = sum(self.counts.values())
         counts = ", ".join(
-            f"{count} {translated(_STATES[name])}" for name, count in sorted(self._counts.items())
+            f"{count} {translated(_STATES[name])}" for name, count in sorted(self.counts.items())
         )
-        worked = finished - self._counts["skipped"]
+        worked = finished - self.counts["skipped"]
         line = tr(
             "{finished} of {total}: {counts}",
             finished=finished,

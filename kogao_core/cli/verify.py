@@ -17,6 +17,11 @@ from kogao_core.base.language import Text, tr, translated
 from kogao_core.base.stderr import hushed
 from kogao_core.cli import common, ending, words
 
+try:
+    import jpeglib
+except ImportError:
+    jpeglib = None
+
 _START, _SCAN, _END = b"\xff\xd8", 0xDA, 0xD9
 _MARKER: Final = re.compile(rb"\xff+([^\x00\xff\xd0-\xd7])")  # the next one, restarts left out
 _NAMED: Final = {*range(0xE0, 0xF0), 0xFE}  # APP0 to APP15, COM; all others code the picture
@@ -84,13 +89,11 @@ def _parts(data: bytes) -> dict[str, list[bytes]]:
 
 def _blocks(path: Path) -> tuple[list[npt.NDArray[np.int16]], list[tuple[int, int]], bytes, Any]:
     """Return each component's blocks, (rows, columns, 64), factors, tables, and the size in px."""
-    try:
-        import jpeglib  # slow to load
-    except ImportError:
+    if jpeglib is None:
         raise ending.Stop(
             Text("this bundle has no second reader of JPEGs; verify with an installation by pip"),
             ending.BROKEN,
-        ) from None
+        )
     try:
         with hushed(), jpeglib.version(_LIBRARY):
             jpeg = jpeglib.read_dct(str(path))
