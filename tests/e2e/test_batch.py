@@ -211,25 +211,6 @@ def test_a_damaged_report_is_read_as_far_as_it_goes(folder, tmp_path):
     assert [task.done for task in tasks] == ["k"]
 
 
-def _dies(task):
-    if "poison" in task.source:
-        os.kill(os.getpid(), signal.SIGKILL)
-    return batch.Outcome(task.source, task.output, "done")
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="needs SIGKILL")
-@pytest.mark.parametrize(("poisoned", "count"), few_of([({1}, 1), ({4, 9}, 2)], 1))
-def test_a_worker_that_dies_fails_its_own_photo_only(monkeypatch, poisoned, count):
-    monkeypatch.setattr(workers, "work", _dies)
-    names = ["poison" if k in poisoned else f"good{k}" for k in range(max(poisoned) + 3)]
-    tasks = [batch.Task(name, f"{k}.jpg", {}) for k, name in enumerate(names)]
-    outcomes = {one.output: one for one in batch.run(tasks, batch.Workers.processes(count))}
-    assert len(outcomes) == len(tasks)
-    failed = {output: one for output, one in outcomes.items() if one.status == "failed"}
-    assert failed.keys() == {f"{k}.jpg" for k in poisoned}
-    assert all("died" in one.reason for one in failed.values())
-
-
 def test_a_stopped_batch_hands_out_no_more(monkeypatch):
     monkeypatch.setattr(workers, "work", lambda task: batch.Outcome(task.source, "", "done"))
     seen = []

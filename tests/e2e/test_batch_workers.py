@@ -7,11 +7,14 @@ import sys
 import time
 
 import pytest
+from few_cases import few_of
 from timeouts import LONGEST_S
 
 # Names its worker's process, and waits to be killed.
 PROGRAM = """
 import os, time
+from kogao_core.base.threads import without_blas_threads
+without_blas_threads()
 from kogao_core.batch import Workers
 if __name__ == "__main__":
     executor = Workers.processes(1)._make()
@@ -116,3 +119,31 @@ if __name__ == "__main__":
 @pytest.mark.skipif(sys.platform == "win32", reason="needs signals")
 def test_what_ends_a_program_in_a_word_ends_its_workers_at_once(told):
     assert told(ENDED) == "gone\n"
+
+
+# Hands out photos at some of which a worker dies; tells what becomes of each.
+DYING = """
+import os, signal, sys
+from kogao_core.base.threads import without_blas_threads
+without_blas_threads()
+from kogao_core.batch import Outcome, Task, Workers, run, workers
+def dies(task):
+    if "poison" in task.source:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return Outcome(task.source, task.output, "done")
+if __name__ == "__main__":
+    workers.work = dies
+    count, *sources = sys.argv[1:]
+    tasks = [Task(source, f"{k}.jpg", {}) for k, source in enumerate(sources)]
+    for one in run(tasks, Workers.processes(int(count))):
+        print(one.output, one.source, one.status, one.reason)
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs SIGKILL")
+@pytest.mark.parametrize(("count", "poisoned"), few_of([(1, {1}), (2, {4, 9})], 1))
+def test_a_worker_that_dies_fails_its_own_photo_only(told, count, poisoned):
+    sources = ["poison" if k in poisoned else "good" for k in range(max(poisoned) + 3)]
+    ends = {"good": "done ", "poison": "failed the worker died at it; work on fewer at a time"}
+    expected = [f"{k}.jpg {source} {ends[source]}" for k, source in enumerate(sources)]
+    assert sorted(told(DYING, str(count), *sources).splitlines()) == sorted(expected)

@@ -24,7 +24,9 @@ from kogao_core.faces.landmarks.outline import resampled
 from kogao_core.projects.interchange.formats import EYES, MOUTH, OWN_NAMES, Line, PointSet
 
 SOURCE: Final = "points"
-_SPEC: Final = re.compile(r"[0-9,\-]+/[0-9,\-]+/[0-9,\-]+")
+# Outline, eyes and mouth: numbers from 0, and spans of them, either way.
+_NUMBERS: Final = "[0-9]{1,5}(?:-[0-9]{1,5})?(?:,[0-9]{1,5}(?:-[0-9]{1,5})?)*"
+_SPEC: Final = re.compile("/".join([f"({_NUMBERS})"] * 3))
 
 
 @dataclass(frozen=True, slots=True)
@@ -176,8 +178,9 @@ def template(wanted: str) -> Template:
     """Return a template by its number of points, or by a mapping."""
     if wanted in TEMPLATES:
         return TEMPLATES[wanted]
-    parts = [_numbers(part) for part in wanted.split("/")] if _SPEC.fullmatch(wanted) else []
-    if len(parts) != 3 or len(parts[0]) < 3 or (len(parts[1]), len(parts[2])) != (EYES, MOUTH):
+    given = _SPEC.fullmatch(wanted)
+    parts = [_numbers(part) for part in given.groups()] if given else [()]
+    if len(parts[0]) < 3 or [len(part) for part in parts[1:]] != [EYES, MOUTH]:
         raise ValueError(
             Text(
                 "{wanted} is none of {names}, nor a mapping of outline, 4 eye "
@@ -193,11 +196,8 @@ def template(wanted: str) -> Template:
 def _numbers(text: str) -> tuple[int, ...]:
     found: list[int] = []
     for part in text.split(","):
-        first, dash, last = part.partition("-")
-        ends = (first, last if dash else first)
-        if not all(end.isdecimal() and len(end) < 6 for end in ends):
-            return ()
-        start, stop = map(int, ends)
+        first, _, last = part.partition("-")
+        start, stop = int(first), int(last or first)
         found += range(start, stop + 1) if start <= stop else range(start, stop - 1, -1)
     return tuple(found)
 
