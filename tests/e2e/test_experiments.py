@@ -13,7 +13,7 @@ import pytest
 from scenes import oval_face
 
 from kogao_core.base import atomic
-from kogao_core.cli import progress
+from kogao_core.cli import common
 from kogao_core.cli.commands import program
 from kogao_core.lab.experiments import lens
 from kogao_core.lab.experiments.trials import Trial, append, now
@@ -56,7 +56,7 @@ def test_every_experiment_is_run_here_and_has_its_section():
 def test_one_command_says_how_far_it_is_and_writes_everything(
     cli, small_png, tmp_path, monkeypatch, name
 ):
-    monkeypatch.setattr(progress, "CALM_S", 0.0)
+    monkeypatch.setattr(common, "CALM_S", 0.0)
     monkeypatch.setattr(lens, "FOCALS_MM", lens.FOCALS_MM[:1])  # half of the faces to look for
     folder = tmp_path / "out"
     code, said, err = cli(name, small_png, "-o", folder, *ONCE[name])
