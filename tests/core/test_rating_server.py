@@ -18,8 +18,8 @@ from timeouts import LONGEST_S
 from kogao_core.base.strict import BadFile
 from kogao_core.lab.study import plan, results
 from kogao_core.lab.study.plan import Study
+from kogao_core.lab.study.results import Session
 from kogao_core.lab.study.server import Server
-from kogao_core.lab.study.session import Session
 
 NAMES = tuple(f"{number:016x}.jpg" for number in range(8))
 STUDY = Study("a-study", NAMES[:6], NAMES[6:])

@@ -8,9 +8,8 @@ import pytest
 from scipy.special import expit
 
 from kogao_core.lab.study import curve
-from kogao_core.lab.study.origin import PictureFigures
-from kogao_core.lab.study.plan import Meaning
-from kogao_core.lab.study.variants import variants
+from kogao_core.lab.study.design import variants
+from kogao_core.lab.study.plan import Meaning, PictureFigures
 
 MIDDLE, SCALE, LAPSE = 7.19, 1.05, 0.03
 

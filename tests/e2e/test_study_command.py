@@ -18,8 +18,8 @@ from ratings import judged, log_of
 from timeouts import LONGEST_S
 
 from kogao_core.lab.study import plan
-from kogao_core.lab.study.conduct import Conduct
-from kogao_core.lab.study.origin import PictureFigures
+from kogao_core.lab.study.design import Conduct
+from kogao_core.lab.study.plan import PictureFigures
 
 
 @pytest.fixture
@@ -170,7 +170,7 @@ def test_what_cant_be_done_is_said_and_leaves_nothing(fails, portrait, tmp_path)
 
 
 def test_a_study_that_cant_be_finished_leaves_nothing(cli, portrait, tmp_path, monkeypatch):
-    from kogao_core.lab.study import pictures
+    from kogao_core.lab.study import making
 
     made = []
 
@@ -180,7 +180,7 @@ def test_a_study_that_cant_be_finished_leaves_nothing(cli, portrait, tmp_path, m
             raise OSError(28, "No space left on device")
         return b"no picture", PictureFigures(4.0, 5.0)
 
-    monkeypatch.setattr(pictures, "drawn", full)
+    monkeypatch.setattr(making, "drawn", full)
     code, _, err = cli("make", portrait, "-o", tmp_path / "new")
     assert code == 3
     assert "No space left" in err

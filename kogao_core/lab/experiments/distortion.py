@@ -15,7 +15,7 @@ import numpy as np
 from kogao_core.background.lines import bends, off_faces, straight_lines
 from kogao_core.base.geometry import Array, Box
 from kogao_core.faces.targets import Pairs
-from kogao_core.lab.study.variants import Variant, variants
+from kogao_core.lab.study.design import Variant, variants
 from kogao_core.lab.subjects import Progress, Subject, no_progress
 from kogao_core.pipeline import Rendering, render
 from kogao_core.recipe.recipe import PAPER, Recipe

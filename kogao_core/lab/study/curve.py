@@ -15,8 +15,8 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
+from kogao_core.lab.study.design import Group
 from kogao_core.lab.study.tally import Answered
-from kogao_core.lab.study.variants import Group
 
 Floats = npt.NDArray[np.float64]
 RESAMPLES: Final = 400

@@ -10,14 +10,11 @@ from typing import Final
 from kogao_core.base.language import Text
 from kogao_core.lab.reports.report import NONE, Heading, Part, Report, Row, Table, recipe_in_words
 from kogao_core.lab.study import curve, tables
-from kogao_core.lab.study.conduct import Task
 from kogao_core.lab.study.curve import Curves
-from kogao_core.lab.study.origin import PictureFigures
-from kogao_core.lab.study.plan import Key
-from kogao_core.lab.study.quality import Quality
+from kogao_core.lab.study.design import Task, Variant
+from kogao_core.lab.study.plan import Key, PictureFigures
 from kogao_core.lab.study.tables import PUBLISHED_SATISFACTION, Shares, of_kind
-from kogao_core.lab.study.tally import Grades, Share, Tally
-from kogao_core.lab.study.variants import Variant
+from kogao_core.lab.study.tally import Grades, Quality, Share, Tally
 
 _TITLE: Final = Text("How natural do the faces look?")
 _LEADS: Final[Mapping[Task, Text]] = {

@@ -22,8 +22,7 @@ from kogao_core.base.language import Text
 from kogao_core.base.strict import BadFile, Node, parse
 from kogao_core.base.wording import system_reason
 from kogao_core.lab.study import page, plan, results
-from kogao_core.lab.study.results import Log
-from kogao_core.lab.study.session import Record, Session
+from kogao_core.lab.study.results import Log, Record, Session
 
 if sys.platform == "win32":
     import msvcrt

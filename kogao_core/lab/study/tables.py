@@ -15,10 +15,9 @@ from kogao_core.faces.naturalness import DISTANCES, STUDENTS, SUBJECTS, UNNATURA
 from kogao_core.lab.reports.charts import Chart, Series
 from kogao_core.lab.reports.report import NONE, Table
 from kogao_core.lab.study import curve
-from kogao_core.lab.study.conduct import Task
 from kogao_core.lab.study.curve import Curve, Curves, Estimate
+from kogao_core.lab.study.design import Group, Kind, Task, Variant
 from kogao_core.lab.study.tally import Grades, Share, Tally
-from kogao_core.lab.study.variants import Group, Kind, Variant
 from kogao_core.recipe.settings import SETTINGS
 
 PUBLISHED_SATISFACTION: Final = 92
