@@ -13,7 +13,6 @@ import pytest
 
 from kogao_core.base.wording import columns
 from kogao_core.lab.reports.charts import HEIGHT, WIDTH, Chart, Series, svg
-from kogao_core.lab.reports.page import page as page_of
 from kogao_core.lab.reports.report import (
     Heading,
     Made,
@@ -23,6 +22,7 @@ from kogao_core.lab.reports.report import (
     Table,
     recipe_in_words,
 )
+from kogao_core.lab.reports.report import page as page_of
 from kogao_core.recipe.recipe import PAPER
 
 NASTY = "<script>alert('1')</script> & \"quotes\""

@@ -15,8 +15,7 @@ from kogao_core.base.display import png
 from kogao_core.base.geometry import Image
 from kogao_core.base.language import Text
 from kogao_core.cli import common, ending, json_file, words
-from kogao_core.lab.reports.page import files
-from kogao_core.lab.reports.report import Made, Report, translated_report
+from kogao_core.lab.reports.report import Made, Report, files, translated_report
 
 KINDS: Final = ("json", "csv", "html")
 STDOUT: Final = json_file.STDOUT
