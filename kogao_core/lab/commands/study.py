@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import threading
+import webbrowser
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -260,8 +261,6 @@ def rate(folder: Path, no_browser: bool) -> None:
 
 
 def _browse(address: str) -> None:
-    import webbrowser  # takes as long to load as all other commands
-
     if not webbrowser.open(address):
         ending.print_message(Text("no browser was found; open the address in one"))
 

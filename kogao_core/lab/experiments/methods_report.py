@@ -18,7 +18,7 @@ from kogao_core.lab.experiments.methods import (
     Comparison,
     MethodsResult,
 )
-from kogao_core.lab.methods.base import Method
+from kogao_core.lab.methods import Method
 from kogao_core.lab.reports.charts import Chart, Series
 from kogao_core.lab.reports.report import NONE, Heading, Part, Picture, Report, Row, Table
 from kogao_core.lab.reports.spread import Spread, in_columns, rounded

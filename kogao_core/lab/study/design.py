@@ -160,11 +160,9 @@ class Conduct:
     def parse(node: Node) -> Conduct:
         """Read what a study holds."""
         node.only([one.name for one in dataclasses.fields(Conduct)])
-        text = node.field("task").text(20, get_args(Task))
-        task: Task = next(task for task in get_args(Task) if task == text)
         try:
             return Conduct(
-                task,
+                one_of(node.field("task"), Task),
                 node.field("break_every").whole(0, 10**6),
                 node.field("faces_each").whole(0, 10**6),
                 node.field("swap_keys").flag(),
@@ -181,6 +179,11 @@ class Conduct:
 
 
 CONDUCT: Final = Conduct()
+
+
+def one_of(node: Node, names: Any, longest: int = 20) -> Any:
+    """Read one of the names of a `Literal`."""
+    return node.text(longest, get_args(names))
 
 
 def _text(node: Node) -> str:

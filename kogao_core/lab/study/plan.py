@@ -15,7 +15,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any, Final, Literal, get_args
+from typing import Any, Final, Literal
 
 import numpy as np
 
@@ -24,7 +24,7 @@ from kogao_core.base.atomic import put
 from kogao_core.base.language import Text
 from kogao_core.base.strict import BadFile, Node, parse
 from kogao_core.base.wording import printable, system_reason
-from kogao_core.lab.study.design import CONDUCT, RULES, Conduct, Kind, Rules, Variant
+from kogao_core.lab.study.design import CONDUCT, RULES, Conduct, Kind, Rules, Variant, one_of
 from kogao_core.lab.subjects import Subject
 from kogao_core.pipeline import Rendering
 from kogao_core.recipe.recipe import Recipe
@@ -172,17 +172,9 @@ class Study:
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain JSON values."""
-        return {
-            "format": _STUDY_FORMAT,
-            "version": VERSION,
-            "study": self.identity,
-            "ratings": list(self.ratings),
-            "satisfaction": list(self.satisfaction),
-            "practice": list(self.practice),
-            "faces": list(map(list, self.faces)),
-            "twins": list(map(list, self.twins)),
-            "conduct": self.conduct.to_dict(),
-        }
+        values = dataclasses.asdict(self)
+        identity = values.pop("identity")
+        return {"format": _STUDY_FORMAT, "version": VERSION, "study": identity, **values}
 
 
 @dataclass(frozen=True, slots=True)
@@ -350,22 +342,17 @@ def _checked_name(node: Node) -> str:
 def _meaning(node: Node, subjects: int) -> Meaning:
     figures = ("achieved", "lattice_in_warps", "asked")
     node.only(("subject", "kind", "percent", "center", "lattice", "fit", "side", *figures))
-    text = node.field("kind").text(20, get_args(Kind))
-    kind: Kind = next(kind for kind in get_args(Kind) if kind == text)
-    named = node.field("fit").text(20, get_args(Fit))
-    given = None if node.field("side").value is None else node.field("side").text(5, get_args(Side))
-    side: Side | None = next((side for side in get_args(Side) if side == given), None)
-    fit: Fit = next(fit for fit in get_args(Fit) if fit == named)
+    side = node.field("side")
     variant = Variant(
-        kind,
+        one_of(node.field("kind"), Kind),
         node.field("percent").number(-15.0, 15.0),
         node.field("center").whole(1, len(PAPER_CENTERS)),
         node.field("lattice").number(0.0, 100.0),
-        fit,
+        one_of(node.field("fit"), Fit),
     )
     return Meaning(
         node.field("subject").whole(0, max(0, subjects - 1)),
         variant,
         PictureFigures.parse(node),
-        side,
+        None if side.value is None else one_of(side, Side, 5),
     )

@@ -13,14 +13,14 @@ import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Final, Literal, get_args
+from typing import Any, Final, Literal
 
 from kogao_core import __version__
 from kogao_core.base.atomic import check_target
 from kogao_core.base.language import Text
 from kogao_core.base.strict import BadFile, Node, parse, read
 from kogao_core.lab.study import plan
-from kogao_core.lab.study.design import ANSWERS, SURROUND, Answer
+from kogao_core.lab.study.design import ANSWERS, SURROUND, Answer, one_of
 from kogao_core.lab.study.plan import Study
 
 # The keys that say natural and unnatural.
@@ -269,7 +269,7 @@ def load(path: Path) -> Ratings:
         if not plan.is_rater(rater):
             top.field("rater").refuse("is no code of a rater")
         study = top.field("study").text(64)
-        order, keys = plan.names(top.field("order")), keys_of(top.field("keys"))
+        order, keys = plan.names(top.field("order")), one_of(top.field("keys"), Keys, 2)
         records = tuple(map(record, lines))
     except StopIteration:
         raise BadFile(Text("{path} holds no ratings", path=path)) from None
@@ -278,11 +278,6 @@ def load(path: Path) -> Ratings:
             Text("{path} is no file of ratings: {error}", path=path, error=error)
         ) from None
     return Ratings(study, rater, order, keys, records, torn)
-
-
-def keys_of(node: Node) -> Keys:
-    """Read which keys a session has."""
-    return "jf" if node.text(2, get_args(Keys)) == "jf" else "fj"
 
 
 def _lines(data: bytes) -> tuple[Iterator[Node], int]:
@@ -310,8 +305,7 @@ def record(node: Node) -> Record:
     display = _display(node)
     if "answer" in node.value:
         node.only(("n", "picture", "answer", *viewed))
-        text = node.field("answer").text(20, get_args(Answer))
-        answer: Answer = next(one for one in get_args(Answer) if one == text)
+        answer = one_of(node.field("answer"), Answer)
         return Record(number, picture, answer, took_ms=took, away_ms=away, display=display)
     node.only(("n", "picture", "grade", *viewed))
     grade = node.field("grade")
