@@ -102,16 +102,6 @@ def test_it_tells_how_it_was_made(page):
         assert part in words
 
 
-def test_exact_pictures_keep_their_pixels():
-    import cv2
-
-    mask = np.random.default_rng(4).integers(0, 2, (50, 70)).astype(np.uint8) * 255
-    shown = page_of(Report("", "", [Picture(mask, "m", "m", exact=True)], [], {}), MADE)
-    source = PageReader(shown).all("img")[0]["src"]
-    data = np.frombuffer(base64.b64decode(source.split(",")[1]), np.uint8)
-    np.testing.assert_array_equal(cv2.imdecode(data, cv2.IMREAD_GRAYSCALE), mask)
-
-
 def test_a_table_reads_as_text():
     text = str(Table("Caption", ("name", "ms"), [("first", "1.5"), ("second", "12.25")], "Note."))
     assert text == "Caption\nname       ms\nfirst     1.5\nsecond  12.25\nNote."

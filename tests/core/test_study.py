@@ -175,6 +175,11 @@ def test_the_key_tells_where_pictures_come_from_and_what_they_achieved(made):
         assert ratio == pytest.approx(spacing / moved_px, abs=1e-4)
 
 
+def decoded_of(data):
+    with Image.open(io.BytesIO(data)) as image:
+        return np.asarray(image, int)
+
+
 def test_pictures_are_what_render_makes_at_the_papers_size():
     photo = Photo(textured_photo(300, 400), path=Path("one.png"), format="PNG")
     shown = making.subject(photo, oval_face(300, 400))
@@ -182,8 +187,7 @@ def test_pictures_are_what_render_makes_at_the_papers_size():
     variant = Variant("table1", 10.0, 1, 1.0)
     recipe = variant.recipe(PAPER)
     drawn, _ = making.drawn(shown, variant, PAPER)
-    with Image.open(io.BytesIO(drawn)) as image:
-        decoded = np.asarray(image, int)
+    decoded = decoded_of(drawn)
     wanted = render(shown.pixels, shown.faces, recipe).pixels.astype(int)
     assert np.abs(decoded - wanted).mean() < 2.0
     moved = np.abs(wanted - shown.pixels.astype(int)).mean()
@@ -648,12 +652,10 @@ def test_a_matched_picture_achieves_what_its_name_says(lattice):
 def test_a_pair_is_the_picture_and_the_photo_as_it_is(tmp_path):
     shown = subject(1)
     alone, _ = making.drawn(shown, Variant("table1", 10.0, 2, 1.0), PAPER)
-    with Image.open(io.BytesIO(alone)) as image:
-        warped = np.asarray(image, int)
+    warped = decoded_of(alone)
     for side in ("left", "right"):
         both, _ = making.drawn(shown, Variant("table1", 10.0, 2, 1.0), PAPER, side=side)
-        with Image.open(io.BytesIO(both)) as image:
-            pixels = np.asarray(image, int)
+        pixels = decoded_of(both)
         halves = {"left": pixels[:, :240], "right": pixels[:, -240:]}
         differs = {name: np.abs(half - warped).mean() for name, half in halves.items()}
         assert min(differs, key=differs.get) == side
@@ -676,8 +678,7 @@ def test_answers_that_werent_asked_for_are_refused():
 def test_a_catch_picture_is_cut_in_two():
     shown = subject(1)
     drawn, _ = making.drawn(shown, Variant("catch", 0.0, 2, 1.0), PAPER)
-    with Image.open(io.BytesIO(drawn)) as image:
-        cut = np.abs(np.asarray(image, int) - shown.pixels)
+    cut = np.abs(decoded_of(drawn) - shown.pixels)
     middle = int(shown.faces[0].outline[:, 1].mean())
     assert cut[middle + 40 :].mean() > 3.0 * cut[: middle - 40].mean()
 
@@ -795,23 +796,6 @@ def test_a_wrong_key_is_refused(copy, tmp_path):
     making.make([subject(3)], tmp_path / "third")
     with pytest.raises(BadFile, match="key of another study"):
         tally([(copy, plan.key_path(tmp_path / "third"))])
-
-
-def test_answers_about_another_face_are_named_and_not_counted(tmp_path):
-    kinds = variants()[:5]
-    for name, seed in (("one", 1), ("two", 2)):
-        choices = making.Choices(variants=kinds, seed="abc")
-        making.make([subject(seed)], tmp_path / name, choices)
-    strayed = rated(tmp_path / "one", "r1", strict)
-    (tmp_path / "two" / plan.RATINGS_FOLDER).mkdir()
-    path = Path(shutil.copy(strayed.path, tmp_path / "two" / plan.RATINGS_FOLDER))
-    found = counted(tmp_path / "two")
-    assert found.raters == {}
-    assert [one for one, _ in found.refused] == [path]
-    assert {share.answers for share in found.shares().values()} == {0}
-    (sentence,) = report.notes(found)
-    assert f"ratings of another study, {strayed.session.study.identity}" in sentence
-    assert sentence in html.unescape(as_html(found))
 
 
 def test_sessions_that_were_left_are_named_and_things_counted_in_words(copy):

@@ -40,7 +40,7 @@ def measured(
         recipe,
         new_source(),
         new_source,
-        {one.key: _value(one, data) for one in experiment.options},
+        {one.key: chosen(one, data) for one in experiment.options},
         progress,
         left_out.append,
         left_out.append,
@@ -49,7 +49,8 @@ def measured(
     return _told(experiment.name, subject.name, experiment.run(work), left_out)
 
 
-def _value(option: ExperimentOption, data: Path) -> object:
+def chosen(option: ExperimentOption, data: Path) -> object:
+    """Return what the window takes for an option, which nobody is asked for there."""
     if option.read is None:
         return option.default if option.in_window is None else option.in_window
     kept = data / f"{option.name}.jsonl"

@@ -92,7 +92,6 @@ class Picture:
     # Text below it; what it shows, for those who don't see it.
     caption: str
     alt: str
-    exact: bool = False  # keep the very pixels (PNG), for masks and maps; JPEG otherwise
 
 
 @dataclass(frozen=True, slots=True)
@@ -284,7 +283,7 @@ def _shown(part: Part | Element) -> Element:
         case Picture():
             shown = reduced(part.pixels)
             height, width = shown.shape[:2]
-            source = data_uri(shown, exact=part.exact)
+            source = data_uri(shown, exact=False)
             image = element("img", src=source, alt=part.alt, width=str(width), height=str(height))
             return _figure(image, part.caption)
         case Row(parts, wide):
