@@ -19,7 +19,7 @@ from kogao_core.base.wording import system_reason
 from kogao_core.photo import formats
 from kogao_core.photo.errors import UnreadablePhoto
 from kogao_core.photo.formats import Source, common
-from kogao_core.photo.metadata import kinds, photoshop, stale, tiff_extras
+from kogao_core.photo.metadata import kinds, photoshop, stale, tiff, tiff_extras
 from kogao_core.photo.metadata.kinds import Extra, Kind
 from kogao_core.photo.model import Photo, Stamp
 
@@ -213,5 +213,5 @@ def _from_metadata(photo: Photo, note: Kind | None) -> Iterator[Extra]:
         return
     if note is not None and has_note:
         yield Extra(note)
-    if note is kinds.MAKER_NOTE and (rare := tiff_extras.rare_tags(tags)):
+    if note is kinds.MAKER_NOTE and (rare := list(filter(tiff.is_rare, tags))):
         yield Extra(kinds.EXIF_TAGS, Text("EXIF tags {tags}", tags=" ".join(map(str, rare))))

@@ -41,7 +41,7 @@ def write(
 ) -> str:
     """Write new pixels with the photo's metadata, in the format of the name's ending.
 
-    The file appears whole or not at all. ICC profile, EXIF (thumbnail dropped), XMP, IPTC and
+    The file appears whole or not at all. ICC profile, EXIF (its thumbnail made anew), XMP, IPTC and
     resolution are kept; JPEG to JPEG keeps the orientation, the tables, the subsampling and, bit
     for bit, every block in which no pixel changed; all else is upright, and what isn't from a JPEG
     gets quality 95 and 4:4:4. If nothing
@@ -245,15 +245,14 @@ def _worth_knowing(
         kinds.ASPECT: photo.aspect,
     }
     extras = [*photo.extras, *(Extra(kind) for kind, block in blocks.items() if block)]
-    signed = ""
+    along, signed = {one.kind for one in photo.companions}, ""
     if is_signed:  # credentials of the photo's own go into the new ones
-        extras = [one for one in extras if one.kind is not kinds.CREDENTIALS]
+        along.add(kinds.CREDENTIALS)
         signed = "signed, with the photo as its source"
     grey = ""
     if photo.icc_profile and form.becomes_colour(pixels):
         grey = Text("grey became RGB, without its colour profile")
     spread = _spread(photo, pixels)
-    along = {one.kind for one in photo.companions}
     lost, lacks = form.not_kept(photo, extras, along, is_export=is_export), form.lacks(photo)
     film = ""
     if kinds.VIDEO in along:

@@ -101,7 +101,12 @@ AVIF: Final = FileFormat(
     encode=_encode,
     layouts={"uint8": (3, 4)},
     longest_side_px=16384,
-    kept=frozenset({kinds.EXIF, kinds.EXIF_TAGS, kinds.MAKER_NOTE, kinds.XMP, kinds.ICC}),
+    kept=frozenset(
+        {
+            *(kinds.EXIF, kinds.EXIF_TAGS, kinds.MAKER_NOTE, kinds.THUMBNAIL),
+            *(kinds.XMP, kinds.ICC),
+        }
+    ),
     moved=frozenset({kinds.MOVED_NOTE}),
     reader=Reader(_is_avif, _decode),
     inside=_inside,

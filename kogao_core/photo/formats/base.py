@@ -169,8 +169,10 @@ class FileFormat:
 
     def fate(self, kind: Kind) -> Fate:
         """Return what becomes of something in a changed photo of this format."""
+        if kind is kinds.CREDENTIALS or (kind is kinds.VIDEO and kind in self.companions):
+            return "on request"
         if kind in self.companions:
-            return "on request" if kind is kinds.VIDEO else "kept"
+            return "kept"
         return "kept" if kind in self.kept else "moved" if kind in self.moved else "left out"
 
     def turns(self, photo: Photo, *, is_export: bool = False) -> bool:
@@ -188,14 +190,19 @@ class FileFormat:
     ) -> str:
         """Return what of a photo's extras a changed one doesn't keep, in one line, as found.
 
-        `along`: what accompanies it; `is_export`: all is encoded anew.
+        `along`: what accompanies it, and credentials where it is signed; `is_export`: all is
+        encoded anew.
         """
         turns = self.turns(photo, is_export=is_export)
         lost: dict[str, None] = {}
         moved = has_note = False
         for extra in extras:
-            gone = extra.kind in self.companions and extra.kind not in along
+            asked = extra.kind in self.companions or extra.kind is kinds.CREDENTIALS
+            gone = asked and extra.kind not in along
+            is_behind = photo.format == self.name and not is_export and kinds.VIDEO not in along
+            gone |= extra.kind in kinds.RECORDS and not is_behind
             gone |= extra.kind is kinds.PLACES and turns
+            gone |= extra.kind is kinds.SECOND_PROFILE and photo.jpeg is None
             fate = "left out" if gone else self.fate(extra.kind)
             moved |= fate == "moved"
             has_note |= extra.kind in (kinds.MAKER_NOTE, kinds.MOVED_NOTE)

@@ -11,10 +11,9 @@ from PIL import JpegImagePlugin, UnidentifiedImageError
 from kogao_core.base.geometry import Image
 from kogao_core.base.language import Text
 from kogao_core.photo.errors import UnreadablePhoto
-from kogao_core.photo.formats import colour, deep
+from kogao_core.photo.formats import colour, deep, webp
 from kogao_core.photo.formats.base import Source
 from kogao_core.photo.formats.turning import turn_upright
-from kogao_core.photo.formats.webp import is_lossless
 from kogao_core.photo.jpeg import decoding
 from kogao_core.photo.metadata import contents, upright
 from kogao_core.photo.model import Photo, channels_of
@@ -52,6 +51,8 @@ def decode(source: Source, names: tuple[str, ...]) -> Photo:
         else:
             pixels, image.info["icc_profile"], notes = colour.to_array(decoded, bits)
         blocks = contents.blocks(image, file, channels_of(pixels))
+        if image.format == "WEBP":
+            blocks["carried"] = webp.carried(file)
         turn = upright.orientation(blocks["exif"], blocks["xmp"])
         return Photo(
             turn_upright(pixels, turn),
@@ -62,7 +63,7 @@ def decode(source: Source, names: tuple[str, ...]) -> Photo:
             **contents.density(image),
             orientation=turn,
             jpeg=jpeg if not notes else None,
-            lossless_webp=is_lossless(file),
+            lossless_webp=webp.is_lossless(file),
             notes=(*damage, *notes),
         )
 

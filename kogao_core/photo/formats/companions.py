@@ -1,4 +1,4 @@
-"""What follows a JPEG's picture in its file and can go along: a gain map for HDR, and a film.
+"""What follows a JPEG's picture in its file and can go along: a gain map, a film, records.
 
 The gain map is a small JPEG file of how much brighter each place is on an HDR screen. Behind the
 picture come such pictures, which the index of CIPA DC-007 (MPF) counts, and the film last.
@@ -145,7 +145,7 @@ def _encoded(one: Companion, orientation: int, folder: Path) -> bytes:
 
 
 def joined(photo: Photo, picture: bytes) -> bytes:
-    """Return a JPEG file with its companions behind it, and an index of the pictures among them."""
+    """Return a JPEG file with what follows it, and an index of the pictures among that."""
     pictures = [one.data for one in photo.companions if one.kind is kinds.GAIN_MAP]
     if pictures:
         index = _index(0, [len(one) for one in pictures])
@@ -154,7 +154,9 @@ def joined(photo: Photo, picture: bytes) -> bytes:
         base = at + 4 + len(_MPF_NAME)
         picture = picture[:at] + _index(size, [len(one) for one in pictures], base) + picture[at:]
     films = [one.data for one in photo.companions if one.kind is kinds.VIDEO]
-    return b"".join([picture, *pictures, *films])
+    # A film is looked for at the end.
+    records = [one.data for one in photo.extras if one.kind in kinds.RECORDS and not films]
+    return b"".join([picture, *pictures, *films, *records])
 
 
 def grown(pieces: Pieces, more: int) -> Pieces:

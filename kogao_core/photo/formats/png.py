@@ -64,7 +64,7 @@ PNG: Final = FileFormat(
         {
             *(kinds.EXIF, kinds.EXIF_TAGS, kinds.MAKER_NOTE, kinds.XMP, kinds.IPTC, kinds.ICC),
             *(kinds.GREY_PROFILE, kinds.RESOLUTION, kinds.ASPECT),
-            *(kinds.TEXTS, kinds.COLOURS, kinds.CHUNKS),
+            *(kinds.TEXTS, kinds.COLOURS, kinds.CHUNKS, kinds.THUMBNAIL),
         }
     ),
     moved=frozenset({kinds.MOVED_NOTE}),

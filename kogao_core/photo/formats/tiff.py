@@ -65,6 +65,10 @@ def _decode(source: Source) -> Photo:
             image.load()
             pixels, profile, notes = colour.to_array(image, tags.bits)
         notes = notes or tags.converted
+    # What is unknown may speak of the pixels as they are stored.
+    is_as_stored = tags.orientation == 1 and not any(
+        note.startswith(colour.CONVERTED) for note in notes
+    )
     if tags.is_big:
         notes = (*notes, Text("a BigTIFF becomes an ordinary TIFF"))
     return Photo(
@@ -80,6 +84,7 @@ def _decode(source: Source) -> Photo:
         tiff_compression=tags.compression,
         photoshop=tags.photoshop,
         notes=notes,
+        carried=(tags.rare,) if tags.rare and is_as_stored else (),
     )
 
 
@@ -133,13 +138,15 @@ def _encode(content: Content) -> Pieces:
         stored,
         photoshop_resources=content.resources,
         aspect=content.photo.aspect,
+        rare=b"".join(content.carried),
         **content.blocks,
     )
 
 
 def _inside(photo: Photo, file: IO[bytes]) -> Iterator[Extra]:
     file.seek(0)
-    return tiff_extras.found(tiff.TiffTags.read(file).tags, photo.channels)
+    kept = tiff.directory_of(photo.carried[0]) if photo.carried else ()
+    return tiff_extras.found(tiff.TiffTags.read(file).tags, photo.channels, kept)
 
 
 def _recoded(photo: Photo) -> str:
@@ -179,7 +186,7 @@ TIFF: Final = FileFormat(
     kept=frozenset(
         {
             *(kinds.EXIF, kinds.XMP, kinds.IPTC, kinds.ICC, kinds.GREY_PROFILE),
-            *(kinds.RESOLUTION, kinds.ASPECT),
+            *(kinds.RESOLUTION, kinds.ASPECT, kinds.TIFF_TAGS),
         }
     ),
     moved=frozenset({kinds.MAKER_NOTE, kinds.MOVED_NOTE}),

@@ -47,7 +47,8 @@ def settle_profile(image: Pillow.Image, file: IO[bytes]) -> None:
     """Let the first whole colour profile of a JPEG count; Pillow drops two of them."""
     if isinstance(image, JpegImagePlugin.JpegImageFile):
         whole, _ = segments.profiles(file)
-        image.info["icc_profile"] = whole[0] if whole else None
+        parts = (one[segments.PROFILE_AT :] for one in whole[0]) if whole else ()
+        image.info["icc_profile"] = b"".join(parts) or None
 
 
 def is_rare_jpeg(file: IO[bytes]) -> bool:
@@ -76,7 +77,11 @@ def blocks(image: Pillow.Image, file: IO[bytes], channels: int) -> dict[str, Any
 def _native(image: Pillow.Image, file: IO[bytes], channels: int) -> dict[str, Any]:
     """Return what has another place in every format."""
     if isinstance(image, JpegImagePlugin.JpegImageFile):
-        return {"photoshop": segments.photoshop(file), "carried": jpeg_extras.carried(file)}
+        return {
+            "xmp": jpeg_extras.packet(file),
+            "photoshop": segments.photoshop(file),
+            "carried": jpeg_extras.carried(file),
+        }
     if image.format == "PNG":
         carried = chunks.carried(file, channels)
         return {"photoshop": _raw_profile(image, "iptc"), "carried": carried}

@@ -61,6 +61,28 @@ PICTURE_TAGS: Final = (
 )
 
 
+# How pixels are stored, and where: a new file says so itself. Blocks with a way of their own,
+# layers, credentials and further directories.
+_KNOWN: Final = {
+    *(254, 255, 256, 257, 258, 259, 262, 263, 264, 265, 266, 273, 274, 277, 278, 279, 280, 281),
+    *(282, 283, 284, 288, 289, 292, 293, 296, 297, 317, 320, 322, 323, 324, 325, 330, 338, 339),
+    *(340, 341, 347, 512, 513, 514, 515, 517, 518, 519, 520, 521, 529, 530, 531, 532),
+    *(700, 33723, 34377, 34675, 34853, 34665, 37724, 40965, 52545),
+    *PICTURE_TAGS,
+}  # fmt: skip
+# Texts, short and signed numbers, fractions; others may be bytes with anything in them, or places.
+_WITHOUT_PLACES: Final = (2, 3, 5, 6, 8, 10, 11, 12)
+# Inks, how Silicon Graphics and raw photos are stored, and where on the Earth pixels lie.
+_OF_PIXELS: Final = {
+    *range(332, 338), *range(32995, 32999), *range(50706, 52600), 33550, 33922, 34264,
+}  # fmt: skip
+
+
+def is_rare(tag: int) -> bool:
+    """Tell whether no new directory gets a tag of its own accord."""
+    return tag not in _KNOWN
+
+
 def compression_name(number: int) -> str:
     """Return what people call one of TIFF's compressions."""
     return _COMPRESSIONS.get(number, Text("number {number}", number=number))
@@ -86,6 +108,7 @@ class TiffTags:
 
     tags: Pillow.Exif
     iptc: bytes | None = None
+    rare: bytes = b""  # a directory of tags that no reader of ours knows
     is_big: bool = False  # whether places in the file take 8 bytes
 
     @staticmethod
@@ -98,9 +121,10 @@ class TiffTags:
             tags.load_from_fp(file, *struct.unpack("<Q", head[8:]))
         else:
             tags.load_from_fp(file)
+            head = head[:_HEADER_BYTES]
         if Tag.ImageWidth not in tags or Tag.ImageLength not in tags:
             raise ValueError(Text("a directory without a picture"))
-        return TiffTags(tags, None if is_big else _iptc(file), is_big)
+        return TiffTags(tags, None if is_big else _iptc(file), _rare(file, head), is_big)
 
     def _first(self, tag: int, default: int) -> int:
         value = self.tags.get(tag, default)
@@ -292,6 +316,32 @@ class TiffTags:
             return None
 
 
+def _rare(file: IO[bytes], head: bytes) -> bytes:
+    """Return a directory of the tags of an open file that are unknown texts and numbers, or b""."""
+    there, kept = _directory(head, file), TiffImagePlugin.ImageFileDirectory_v2()
+    for tag in filter(is_rare, there):
+        if tag not in _OF_PIXELS and there.tagtype[tag] in _WITHOUT_PLACES:
+            kept.tagtype[tag], kept[tag] = there.tagtype[tag], _kept(there[tag])
+    with io.BytesIO() as out:
+        try:
+            kept.save(out)
+        except _DAMAGED:
+            return b""
+        return out.getvalue() if len(kept) else b""
+
+
+def directory_of(rare: bytes) -> TiffImagePlugin.ImageFileDirectory_v2:
+    """Return a directory that stands alone."""
+    return _directory(rare[:_HEADER_BYTES], io.BytesIO(rare))
+
+
+def _directory(head: bytes, file: IO[bytes]) -> TiffImagePlugin.ImageFileDirectory_v2:
+    directory = TiffImagePlugin.ImageFileDirectory_v2(head)
+    file.seek(directory.next)
+    directory.load(file)
+    return directory
+
+
 def _as_bytes(value: object) -> bytes | None:
     if isinstance(value, tuple):  # a wrong type in the file: numbers for bytes
         value = bytes(value)
@@ -335,11 +385,8 @@ def taken_apart(written: bytes) -> tuple[TiffImagePlugin.ImageFileDirectory_v2, 
 
     The pixels lie between header and directory, whose strips are then counted from the first pixel.
     """
-    directory = TiffImagePlugin.ImageFileDirectory_v2(written[:_HEADER_BYTES])
-    start = directory.next
-    with io.BytesIO(written) as file:
-        file.seek(start)
-        directory.load(file)
+    directory = directory_of(written)
+    start = TiffImagePlugin.ImageFileDirectory_v2(written[:_HEADER_BYTES]).next
     dict(directory)  # entries that were never looked at would not be saved
     starts = directory[Tag.StripOffsets]
     directory[Tag.StripOffsets] = tuple(offset - _HEADER_BYTES for offset in starts)
@@ -356,6 +403,7 @@ def with_metadata(
     dpi: tuple[float, float] | None,
     aspect: tuple[int, int] | None,
     photoshop_resources: bytes | None,
+    rare: bytes,
 ) -> Pieces:
     """Return a TIFF file with a fuller directory ahead of its pixels."""
     if directory[Tag.SamplesPerPixel] == _WITH_ALPHA:
@@ -374,6 +422,10 @@ def with_metadata(
     for block, stored in blocks:
         if stored:
             directory[block] = stored
+    if rare:
+        more = directory_of(rare)
+        for tag, value in more.items():
+            directory.tagtype[tag], directory[tag] = more.tagtype[tag], _kept(value)
     for tag, value in entries_of(exif) or ():
         if density is None or tag not in _DENSITY:
             directory[tag] = value

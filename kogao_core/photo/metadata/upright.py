@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 import struct
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, Final
@@ -118,10 +118,11 @@ def orientation(exif: bytes | None, xmp: bytes | None) -> int:
     return int(found[1]) if found else 1
 
 
-def turned_exif(exif: bytes, turn: Turn) -> bytes:
-    """Return an EXIF block for a picture that was turned, without its thumbnail.
+def turned_exif(exif: bytes, turn: Turn, small: Callable[[bytes], bytes]) -> bytes:
+    """Return an EXIF block for a picture that was turned, with a thumbnail of its own.
 
-    The thumbnail would show the face as it was. What can't be parsed stays as it is.
+    The old one would show the face as it was: `small` returns one that is no longer in its place,
+    or nothing. What can't be parsed stays as it is.
     """
     try:
         tiff = _Tiff(exif)
@@ -136,7 +137,7 @@ def turned_exif(exif: bytes, turn: Turn) -> bytes:
                 break
             start = tiff.read(numbers[further])
     with suppress(*_DAMAGED):
-        _drop_thumbnail(tiff, main)
+        _replace_thumbnail(tiff, main, turn, small)
     return PREFIX + bytes(tiff.data)
 
 
@@ -161,7 +162,7 @@ def _turn(tiff: _Tiff, numbers: dict[int, _Numbers], turn: Turn) -> None:
             tiff.write(numbers[tag], *(max(0, number) for number in at), *size)
 
 
-def _drop_thumbnail(tiff: _Tiff, main: int) -> None:
+def _replace_thumbnail(tiff: _Tiff, main: int, turn: Turn, small: Callable[[bytes], bytes]) -> None:
     link = tiff.next_link(main)
     second = tiff.read(link)
     if not second:
@@ -172,7 +173,11 @@ def _drop_thumbnail(tiff: _Tiff, main: int) -> None:
         return
     start = tiff.read(numbers[Tag.JpegIFOffset])
     end = min(start + tiff.read(numbers[Tag.JpegIFByteCount]), len(tiff.data))
-    if end == len(tiff.data):
-        del tiff.data[start:]
-    else:
-        tiff.data[start:end] = bytes(end - start)
+    fresh = small(bytes(tiff.data[start:end]))
+    if fresh:
+        _turn(tiff, numbers, turn)
+        tiff.write(numbers[Tag.JpegIFByteCount], len(fresh))
+        tiff.write(link, second)
+    # Nothing else in the block moves.
+    at_end = end == len(tiff.data)
+    tiff.data[start:end] = fresh if at_end else fresh.ljust(end - start, b"\0")
