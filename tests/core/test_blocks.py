@@ -15,10 +15,10 @@ from PIL import Image, ImageFile
 from scenes import textured_photo
 
 from kogao_core import photo
-from kogao_core.photo.encoding import encode
 from kogao_core.photo.formats import JPEG
 from kogao_core.photo.jpeg import coefficients
 from kogao_core.photo.jpeg.blocks import CannotKeepBlocks, keep_blocks
+from kogao_core.photo.writing import encode
 
 SIZES = [(317, 203), (320, 208), (33, 17)]
 

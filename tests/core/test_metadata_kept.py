@@ -15,8 +15,9 @@ from PIL import ExifTags, Image, ImageCms
 from kogao_core import photo
 from kogao_core.photo import formats
 from kogao_core.photo.export import Export
-from kogao_core.photo.formats.turning import turn_upright
-from kogao_core.photo.metadata import contents, kinds, stale, tiff, tiff_extras
+from kogao_core.photo.formats import common
+from kogao_core.photo.metadata import kinds, stale, tiff, tiff_extras
+from kogao_core.photo.metadata.upright import turn_upright
 from kogao_core.photo.reading import extras_of
 
 OUTPUTS = {form.suffixes[0]: form for form in formats.WRITTEN}
@@ -191,7 +192,7 @@ def test_pixels_keep_their_shape(tmp_path, suffix):
      ((1, 10**6), None), ((10**6, 1), None), ((1, 0), None), (None, None)],
 )  # fmt: skip
 def test_a_shape_is_small_whole_numbers(told, kept):
-    assert contents.aspect(told) == kept
+    assert common.aspect(told) == kept
 
 
 @needs_heic

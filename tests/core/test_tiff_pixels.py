@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from kogao_core import photo
-from kogao_core.photo.formats import deep, tiff_pixels
+from kogao_core.photo.formats import colour, tiff_pixels
 from kogao_core.photo.metadata import tiff
 
 SHAPES = [(37, 51), (37, 51, 3), (300, 400, 3), (37, 51, 4), (2, 70_000)]
@@ -31,7 +31,7 @@ def read(path):
 def test_pixels_are_those_that_a_decoder_finds(tmp_path, shape, order, orientation):
     data = files.tiff(noise(shape, np.uint16), orientation, order)
     (tmp_path / "in.tif").write_bytes(data)
-    found, decoded = read(tmp_path / "in.tif"), deep.decode(data)
+    found, decoded = read(tmp_path / "in.tif"), colour.decoded_deep(data)
     assert found.dtype == decoded.dtype
     assert found.dtype.isnative
     assert found.flags.c_contiguous
@@ -46,7 +46,7 @@ def test_a_decoder_finds_the_pixels_that_were_laid_out(tmp_path, shape, dtype):
     with io.BytesIO() as head:
         directory.save(head)
         data = head.getvalue() + stored
-    np.testing.assert_array_equal(deep.decode(data), pixels)
+    np.testing.assert_array_equal(colour.decoded_deep(data), pixels)
     assert np.shares_memory(stored, pixels)
     if dtype != np.uint8:
         (tmp_path / "out.tif").write_bytes(data)

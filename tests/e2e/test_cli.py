@@ -700,7 +700,6 @@ def test_a_warp_loads_only_what_it_uses(portrait, tmp_path):
     unused = {
         *("webbrowser", "urllib.request", "email", "importlib.metadata", "numpy.ma", "distributed"),
         *(
-            "kogao_core.photo.disclosure.edit_record",
             "kogao_core.lab",
             "kogao_core.batch",
             "secrets",

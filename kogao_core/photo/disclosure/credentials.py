@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import io
 import os
+from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -27,8 +28,16 @@ if TYPE_CHECKING:
 PASSWORD: Final = "KOGAO_SIGN_PASSWORD"
 """Name of the environment variable that holds a key's password."""
 _EDITED: Final = "http://cv.iptc.org/newscodes/digitalsourcetype/humanEdits"
-# By the number of bits of an elliptic curve.
-_CURVES: Final = {256: "es256", 384: "es384", 521: "es512"}
+# C2PA's algorithms by the kind of a key, as certificates name it, and its bits; 0 are any.
+_ALGORITHMS: Final = {
+    **{
+        ("1.2.840.10045.2.1", bits): name
+        for bits, name in ((256, "es256"), (384, "es384"), (521, "es512"))
+    },
+    ("1.3.101.112", 0): "ed25519",
+    ("1.2.840.113549.1.1.1", 0): "ps256",
+    ("1.2.840.113549.1.1.10", 0): "ps256",
+}
 _PROGRAM: Final = {"name": "Kogao", "version": kogao_core.__version__}
 _BUILDER: Final = {
     "thumbnail": {"enabled": False},
@@ -120,7 +129,8 @@ def _read(signer: Signer) -> tuple[str, bytes, bytes]:
     from cryptography import x509  # comes with the extra
     from cryptography.hazmat.primitives import serialization
 
-    chain, key = _bytes_of(signer.certificate), _key(signer)
+    chain = _bytes_of(signer.certificate)
+    key = _key(signer, serialization.load_pem_private_key)
     try:
         certificate = x509.load_pem_x509_certificates(chain)[0]
     except ValueError:
@@ -133,16 +143,21 @@ def _read(signer: Signer) -> tuple[str, bytes, bytes]:
         serialization.PrivateFormat.PKCS8,
         serialization.NoEncryption(),
     )
-    return _algorithm(signer, key), chain, plain
+    kind = certificate.public_key_algorithm_oid.dotted_string
+    bits = getattr(key, "key_size", 0)
+    algorithm = _ALGORITHMS.get((kind, bits)) or _ALGORITHMS.get((kind, 0))
+    if algorithm is None:
+        raise CannotDisclose(
+            Text("the key {path} is of a kind that C2PA doesn't know; use P-256", path=signer.key)
+        )
+    return algorithm, chain, plain
 
 
-def _key(signer: Signer) -> Any:
-    from cryptography.hazmat.primitives.serialization import load_pem_private_key  # as above
-
+def _key(signer: Signer, load: Callable[[bytes, bytes | None], Any]) -> Any:
     data, password = _bytes_of(signer.key), os.environ.get(PASSWORD)
     try:
         try:
-            return load_pem_private_key(data, None)
+            return load(data, None)
         except TypeError:  # it is protected
             if not password:
                 raise CannotDisclose(
@@ -153,7 +168,7 @@ def _key(signer: Signer) -> Any:
                         name=PASSWORD,
                     )
                 ) from None
-            return load_pem_private_key(data, password.encode())
+            return load(data, password.encode())
     except ValueError:
         raise CannotDisclose(
             Text(
@@ -181,20 +196,6 @@ def _check_pair(signer: Signer, certificate: Certificate, key: Any) -> None:
                 end=certificate.not_valid_after_utc.date(),
             )
         )
-
-
-def _algorithm(signer: Signer, key: Any) -> str:
-    from cryptography.hazmat.primitives.asymmetric import ec, ed25519, rsa  # as above
-
-    if isinstance(key, ec.EllipticCurvePrivateKey) and key.key_size in _CURVES:
-        return _CURVES[key.key_size]
-    if isinstance(key, ed25519.Ed25519PrivateKey):
-        return "ed25519"
-    if isinstance(key, rsa.RSAPrivateKey):
-        return "ps256"
-    raise CannotDisclose(
-        Text("the key {path} is of a kind that C2PA doesn't know; use P-256", path=signer.key)
-    )
 
 
 def _bytes_of(name: str) -> bytes:

@@ -19,10 +19,11 @@ from PIL import Image as Pillow
 from kogao_core.base.atomic import Pieces
 from kogao_core.base.geometry import Box, Image
 from kogao_core.base.stderr import hushed
-from kogao_core.photo.formats.turning import as_stored, turn_upright
+from kogao_core.photo.formats import common
 from kogao_core.photo.jpeg import decoding, segments
 from kogao_core.photo.jpeg.blocks import CannotKeepBlocks, keep_blocks
-from kogao_core.photo.metadata import container, contents, kinds
+from kogao_core.photo.metadata import kinds, stale
+from kogao_core.photo.metadata.upright import as_stored, turn_upright
 from kogao_core.photo.model import Companion, Photo, is_same
 
 Move = Callable[[Image], Image]
@@ -79,7 +80,7 @@ def accompanied(photo: Photo, move: Move, *, film: bool = False) -> Photo:
 
 
 def _tells_film(photo: Photo) -> bool:
-    return photo.xmp is not None and container.tells_film(photo.xmp)
+    return photo.xmp is not None and stale.tells_film(photo.xmp)
 
 
 def has_gain_map(photo: Photo) -> bool:
@@ -127,7 +128,7 @@ def _encoded(one: Companion, orientation: int, folder: Path) -> bytes:
     if is_same(before, after):
         return data
     with Pillow.open(io.BytesIO(data), formats=["JPEG"]) as image:
-        coding = contents.jpeg_coding(image)
+        coding = common.jpeg_coding(image)
 
     def encode(box: Box) -> bytes:
         with io.BytesIO() as out:

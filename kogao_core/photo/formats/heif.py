@@ -13,8 +13,8 @@ from kogao_core.base.installed import adding
 from kogao_core.base.language import Text
 from kogao_core.photo.errors import UnreadablePhoto
 from kogao_core.photo.formats.base import FileFormat, Reader, Source
+from kogao_core.photo.formats.common import aspect
 from kogao_core.photo.metadata import kinds, trailers, upright
-from kogao_core.photo.metadata.contents import aspect
 from kogao_core.photo.metadata.kinds import Extra, Kind
 from kogao_core.photo.model import Photo
 

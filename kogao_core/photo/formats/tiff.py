@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import os
 from collections.abc import Iterator
+from importlib.util import find_spec
 from math import prod
 from typing import IO, Final
 
@@ -17,11 +18,11 @@ from kogao_core.base.geometry import Image
 from kogao_core.base.installed import adding
 from kogao_core.base.language import Text
 from kogao_core.photo.errors import UnreadablePhoto
-from kogao_core.photo.formats import colour, deep, tiff_pixels
+from kogao_core.photo.formats import colour, common, tiff_pixels
 from kogao_core.photo.formats.base import Content, FileFormat, Reader, Source
-from kogao_core.photo.formats.turning import turn_upright
-from kogao_core.photo.metadata import contents, kinds, tiff, tiff_extras, trailers
+from kogao_core.photo.metadata import kinds, tiff, tiff_extras, trailers
 from kogao_core.photo.metadata.kinds import Extra
+from kogao_core.photo.metadata.upright import turn_upright
 from kogao_core.photo.model import Photo
 
 _LZW: Final = 5
@@ -78,8 +79,8 @@ def _decode(source: Source) -> Photo:
         icc_profile=profile,
         exif=tags.exif,
         xmp=tags.xmp,
-        dpi=contents.dpi(tags.dpi),
-        aspect=contents.aspect(tags.aspect),
+        dpi=common.dpi(tags.dpi),
+        aspect=common.aspect(tags.aspect),
         orientation=tags.orientation,
         tiff_compression=tags.compression,
         photoshop=tags.photoshop,
@@ -91,17 +92,16 @@ def _decode(source: Source) -> Photo:
 def _rare(source: Source, tags: tiff.TiffTags) -> tuple[Image, bytes | None, tuple[str, ...]]:
     """Return deep pixels that OpenCV doesn't decode, upright, their profile, and notes."""
     tags.check_rare(source.path)
-    try:
-        import imagecodecs  # noqa: F401  # what tifffile decompresses with; both are an extra
-        import tifffile
-    except ImportError:
+    if not all(map(find_spec, ("tifffile", "imagecodecs"))):
         raise UnreadablePhoto(
             Text(
                 "{path} is a TIFF of a rare kind, which an extra reads: {how}",
                 path=source.path,
                 how=adding("tiff"),
             )
-        ) from None
+        )
+    import tifffile  # an extra
+
     logging.getLogger("tifffile").setLevel(logging.CRITICAL)  # it would complain on stderr
     source.file.seek(0)
     with tifffile.TiffFile(source.file) as opened:
@@ -132,7 +132,7 @@ def _encode(content: Content) -> Pieces:
         directory, stored = tiff_pixels.laid_out(content.pixels)
     else:
         how = (cv2.IMWRITE_TIFF_COMPRESSION, number if number in _KEPT else _LZW)
-        directory, stored = tiff.taken_apart(deep.encode(content.pixels, how))
+        directory, stored = tiff.taken_apart(colour.encoded_deep(content.pixels, how))
     return tiff.with_metadata(
         directory,
         stored,

@@ -10,7 +10,7 @@ from PIL import TiffImagePlugin, TiffTags
 from PIL.ExifTags import Base as Tag
 
 from kogao_core.base.geometry import Image
-from kogao_core.photo.formats.turning import turn_upright
+from kogao_core.photo.metadata.upright import turn_upright
 from kogao_core.photo.model import channels_of
 
 UNCOMPRESSED: Final = 1

@@ -19,7 +19,7 @@ from kogao_core.base.geometry import Image
 from kogao_core.base.language import Text
 from kogao_core.base.stderr import hushed
 from kogao_core.photo.errors import UnreadablePhoto
-from kogao_core.photo.formats import deep, tiff_pixels
+from kogao_core.photo.formats import colour, tiff_pixels
 from kogao_core.photo.formats.tiff_pixels import numbers
 from kogao_core.photo.metadata import photoshop
 
@@ -257,7 +257,7 @@ class TiffTags:
         pixels = tiff_pixels.read(file, self.tags, self.orientation)
         if pixels is None:
             file.seek(0)
-            pixels = deep.decode(file.read())
+            pixels = colour.decoded_deep(file.read())
         return self.meant(pixels)
 
     def meant(self, pixels: Image) -> Image:
