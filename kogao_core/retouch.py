@@ -13,7 +13,7 @@ from kogao_core.base.originals import Originals
 from kogao_core.photo import Photo, accompanied, write, write_in_place
 from kogao_core.photo.disclosure.disclosing import Disclosure, disclose, signing, undisclosed
 from kogao_core.photo.export import AS_IT_IS, Export
-from kogao_core.photo.formats import JPEG
+from kogao_core.photo.formats.jpeg import JPEG
 from kogao_core.photo.model import is_same
 from kogao_core.photo.optics import optics_of
 from kogao_core.photo.writing import Sign

@@ -23,7 +23,8 @@ from kogao_core.base.language import Text
 from kogao_core.base.wording import system_reason
 from kogao_core.photo import formats
 from kogao_core.photo.errors import CannotWrite, RefusedOutput
-from kogao_core.photo.formats import FORMATS, Content, FileFormat
+from kogao_core.photo.formats import FORMATS
+from kogao_core.photo.formats.base import Content, FileFormat
 from kogao_core.photo.formats.companions import grown
 from kogao_core.photo.jpeg.segments import SOI
 from kogao_core.photo.metadata import (

@@ -37,11 +37,11 @@ def test_a_format_without_an_encoder_writes_nothing(tmp_path):
     (tmp_path / "in.png").write_bytes(files.png(np.full((16, 24, 3), 90, np.uint8)))
     source = photo.read(tmp_path / "in.png")
     with pytest.raises(ValueError, match="raw is read only"):
-        writing.encode(source, source.pixels, formats.RAW)
+        writing.encode(source, source.pixels, formats.BY_NAME["RAW"])
     with pytest.raises(TypeError, match="needs both an encoder and the layouts"):
-        dataclasses.replace(formats.RAW, layouts={"uint8": (3,)})
+        dataclasses.replace(formats.BY_NAME["RAW"], layouts={"uint8": (3,)})
     with pytest.raises(TypeError, match="needs both an encoder and the layouts"):
-        dataclasses.replace(formats.PNG, layouts={})
+        dataclasses.replace(formats.BY_NAME["PNG"], layouts={})
 
 
 def test_sentences_name_every_format(tmp_path):

@@ -75,17 +75,21 @@ def signed(photo: Photo, pieces: Pieces, form: str, *, signer: Signer, what: str
     c2pa = _c2pa()
     algorithm, chain, key = _read(signer)
     source = photo.path.read_bytes()
+    # Without credentials of its own nothing else would tell which file it was.
+    digest = hashlib.sha256(source).hexdigest()
+    whole = {"relationship": "parentOf", "description": f"SHA-256 {digest}"}
     result = io.BytesIO()
     try:
         context = c2pa.Context.from_dict({"verify": _LOCAL, "builder": _BUILDER})
         info = c2pa.C2paSignerInfo(algorithm, chain, key, None)
         with c2pa.Builder(_manifest(what), context=context) as builder:
-            builder.add_ingredient(_ingredient(source), _type(photo, source), io.BytesIO(source))
+            builder.add_ingredient(whole, _type(photo, source), io.BytesIO(source))
             with c2pa.Signer.from_info(info) as hand:
                 builder.sign(hand, formats.BY_NAME[form].mime, io.BytesIO(b"".join(pieces)), result)
     except c2pa.C2paError as error:
+        said = str(error).split(": ", 1)[-1]  # C2PA's own words: it names their kind twice
         raise CannotDisclose(
-            Text("the result can't be signed ({problem}); save it without", problem=_plain(error))
+            Text("the result can't be signed ({problem}); save it without", problem=said)
         ) from error
     return [result.getvalue()]
 
@@ -112,16 +116,10 @@ def _manifest(what: str) -> dict[str, Any]:
     return {"assertions": [{"label": "c2pa.actions.v2", "data": {"actions": [action]}}]}
 
 
-def _ingredient(source: bytes) -> dict[str, str]:
-    # Without credentials of its own nothing else would tell which file it was.
-    digest = hashlib.sha256(source).hexdigest()
-    return {"relationship": "parentOf", "description": f"SHA-256 {digest}"}
-
-
 def _type(photo: Photo, source: bytes) -> str:
     """Return the type of a photo's file; raw files of many kinds are TIFF files."""
     is_tiff = photo.format == "RAW" and source.startswith(tiff.HEADS)
-    return formats.TIFF.mime if is_tiff else formats.BY_NAME[photo.format].mime
+    return formats.BY_NAME["TIFF" if is_tiff else photo.format].mime
 
 
 def _read(signer: Signer) -> tuple[str, bytes, bytes]:
@@ -205,8 +203,3 @@ def _bytes_of(name: str) -> bytes:
         raise CannotDisclose(
             Text("{path} can't be read ({problem})", path=name, problem=system_reason(error))
         ) from error
-
-
-def _plain(error: Exception) -> str:
-    """Return C2PA's own words: it names their kind twice."""
-    return str(error).split(": ", 1)[-1]

@@ -38,25 +38,6 @@ class Source:
 
 
 @dataclass(frozen=True, slots=True)
-class Reader:
-    """How a file is recognised by its content and name, and what decodes it.
-
-    Parameters
-    ----------
-    recognises : callable
-        Given an open file and its path; leaves the file at its start.
-    decode : callable
-        Given a `Source`; returns its `Photo`.
-    is_by_name : bool
-        Whether the name alone decides; such readers are asked first.
-    """
-
-    recognises: Callable[[IO[bytes], Path], bool]
-    decode: Callable[[Source], Photo]
-    is_by_name: bool = False
-
-
-@dataclass(frozen=True, slots=True)
 class Content:
     """Pixels to write and the metadata there is."""
 
@@ -112,8 +93,9 @@ class FileFormat:
         What a changed photo brings along, and what lies elsewhere in it; all else is left out.
     companions : set of Kind
         What a photo of this format keeps where it is accompanied by it (`Photo.companions`).
-    reader : Reader, optional
-        None, where Pillow recognises and decodes it.
+    recognises, decode : callable, optional
+        Given an open file and its path, which is left at its start, whether it is of this format;
+        given a `Source`, its `Photo`. None, where Pillow recognises and decodes it.
     behind : callable, optional
         Yields what follows the end of the picture in a file, open at its start.
     note : Kind, optional
@@ -143,7 +125,8 @@ class FileFormat:
     kept: frozenset[Kind] = frozenset()
     moved: frozenset[Kind] = frozenset()
     companions: frozenset[Kind] = frozenset()
-    reader: Reader | None = None
+    recognises: Callable[[IO[bytes], Path], bool] | None = None
+    decode: Callable[[Source], Photo] | None = None
     behind: Callable[[IO[bytes]], Iterator[Extra]] | None = None
     note: Kind | None = kinds.MAKER_NOTE
     lacks: Callable[[Photo], str] = _nothing_said

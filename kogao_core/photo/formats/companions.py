@@ -21,7 +21,8 @@ from kogao_core.base.geometry import Box, Image
 from kogao_core.base.stderr import hushed
 from kogao_core.photo.formats import common
 from kogao_core.photo.jpeg import decoding, segments
-from kogao_core.photo.jpeg.blocks import CannotKeepBlocks, keep_blocks
+from kogao_core.photo.jpeg.blocks import keep_blocks
+from kogao_core.photo.jpeg.coefficients import CannotKeepBlocks
 from kogao_core.photo.metadata import kinds, stale
 from kogao_core.photo.metadata.upright import as_stored, turn_upright
 from kogao_core.photo.model import Companion, Photo, is_same
@@ -68,7 +69,7 @@ def accompanied(photo: Photo, move: Move, *, film: bool = False) -> Photo:
     """
     found: list[Companion] = []
     for extra in photo.extras:
-        if extra.kind is kinds.VIDEO and film and extra.data and _tells_film(photo):
+        if extra.kind is kinds.VIDEO and film and extra.data and stale.tells_film(photo.xmp or b""):
             found.append(Companion(kinds.VIDEO, extra.data))
         elif extra.kind is kinds.GAIN_MAP and _fits(extra.data, photo):
             before = _decoded(extra.data)
@@ -77,10 +78,6 @@ def accompanied(photo: Photo, move: Move, *, film: bool = False) -> Photo:
                 found.append(Companion(kinds.GAIN_MAP, extra.data, after, before))
     one_each = {one.kind: one for one in reversed(found)}
     return dataclasses.replace(photo, companions=tuple(reversed(one_each.values())))
-
-
-def _tells_film(photo: Photo) -> bool:
-    return photo.xmp is not None and stale.tells_film(photo.xmp)
 
 
 def has_gain_map(photo: Photo) -> bool:

@@ -12,7 +12,7 @@ import numpy as np
 from kogao_core.base.installed import adding
 from kogao_core.base.language import Text
 from kogao_core.photo.errors import UnreadablePhoto
-from kogao_core.photo.formats.base import FileFormat, Reader, Source
+from kogao_core.photo.formats.base import FileFormat, Source
 from kogao_core.photo.formats.common import aspect
 from kogao_core.photo.metadata import kinds, trailers, upright
 from kogao_core.photo.metadata.kinds import Extra, Kind
@@ -135,6 +135,7 @@ HEIF: Final = FileFormat(
     mime="image/heic",
     suffixes=(".heic", ".heif", ".hif"),
     is_lossless=False,
-    reader=Reader(_is_heif, _decode),
+    recognises=_is_heif,
+    decode=_decode,
     inside=boxes,
 )

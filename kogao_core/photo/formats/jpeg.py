@@ -18,7 +18,8 @@ from kogao_core.base.stderr import hushed
 from kogao_core.photo.formats import companions
 from kogao_core.photo.formats.base import Content, Encode, FileFormat
 from kogao_core.photo.jpeg import segments
-from kogao_core.photo.jpeg.blocks import CannotKeepBlocks, keep_blocks
+from kogao_core.photo.jpeg.blocks import keep_blocks
+from kogao_core.photo.jpeg.coefficients import CannotKeepBlocks
 from kogao_core.photo.metadata import jpeg_extras, kinds, trailers
 from kogao_core.photo.metadata.kinds import Extra
 from kogao_core.photo.metadata.upright import as_stored

@@ -22,7 +22,7 @@ from kogao_core.base.installed import adding
 from kogao_core.base.language import Text
 from kogao_core.photo.errors import UnreadablePhoto
 from kogao_core.photo.formats import colour, common
-from kogao_core.photo.formats.base import Content, FileFormat, Reader, Source
+from kogao_core.photo.formats.base import Content, FileFormat, Source
 from kogao_core.photo.metadata import kinds, photoshop, tiff, tiff_extras, trailers
 from kogao_core.photo.metadata.kinds import Extra
 from kogao_core.photo.metadata.upright import turn_upright
@@ -219,7 +219,8 @@ TIFF: Final = FileFormat(
         }
     ),
     moved=frozenset({kinds.MAKER_NOTE, kinds.MOVED_NOTE}),
-    reader=Reader(tiff.is_tiff, _decode),
+    recognises=tiff.is_tiff,
+    decode=_decode,
     inside=_inside,
     behind=_behind,
     note=None,

@@ -18,7 +18,7 @@ _PROFILE_HEAD: Final = b"ICC_PROFILE\0"
 PROFILE_AT: Final = 4 + len(_PROFILE_HEAD) + 2  # behind its part's number and their total
 MOST_BYTES: Final = 65533
 _JFIF_AT: Final = 11  # what its segment says, in a file where it comes first
-_END: Final = 0xD9
+END: Final = 0xD9
 # Within a scan: neither stuffed bytes, fill bytes nor restarts.
 _MARKER: Final = re.compile(rb"\xff[^\x00\xff\xd0-\xd7]")
 
@@ -50,17 +50,24 @@ def holds_picture(data: bytes) -> bool:
 
 def end_of_picture(data: bytes, start: int) -> tuple[int, list[tuple[int, bytes]]]:
     """Return where a picture ends, and code and bytes of what else is behind its first scan."""
-    at, late, in_scans = start, list[tuple[int, bytes]](), False
-    while (marker := _MARKER.search(data, at)) is not None:
-        at, code = marker.end(), data[marker.end() - 1]
-        if code == _END:
-            return at, late
-        size = int.from_bytes(data[at : at + 2], "big")
-        if in_scans and code in APP_OR_COMMENT:
-            late.append((code, data[at - 2 : at + size]))
+    late, in_scans = list[tuple[int, bytes]](), False
+    for code, at, end in markers(data, start):
+        if code == END:
+            return end, late
+        is_whole = at + 4 <= end <= len(data)
+        if in_scans and code in APP_OR_COMMENT and is_whole:
+            late.append((code, data[at:end]))
         in_scans |= code == START_OF_SCAN
-        at += size
     return len(data), late
+
+
+def markers(data: bytes, start: int) -> Iterator[tuple[int, int, int]]:
+    """Yield code, start and end of what each marker begins, up to the end of a picture."""
+    code, at = 0, start
+    while code != END and (marker := _MARKER.search(data, at)) is not None:
+        code, at = data[marker.end() - 1], marker.end()
+        at += 0 if code == END else int.from_bytes(data[at : at + 2], "big")
+        yield code, marker.start(), at
 
 
 def profiles(file: IO[bytes]) -> tuple[list[list[bytes]], list[bytes]]:

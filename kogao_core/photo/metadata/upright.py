@@ -84,11 +84,6 @@ class Turn:
         """Whether rows become columns."""
         return self.orientation >= 5
 
-    @property
-    def is_mirrored(self) -> bool:
-        """Whether writing would be seen in a mirror."""
-        return self.orientation in (2, 4, 5, 7)
-
     def place(self, at: Sequence[Any], ends: Sequence[Any]) -> tuple[Any, Any]:
         """Return a place (x, y) of the stored picture in the upright one, which ends at `ends`."""
         x, y = self.sides(at)
