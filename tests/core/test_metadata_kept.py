@@ -374,7 +374,7 @@ def test_what_a_heic_holds_beside_its_picture_is_named(tmp_path):
         both.add_from_pillow(Image.fromarray(pixels))
     both.save(tmp_path / "both.heic", quality=90)
     boxes = [
-        (b"mpvd", metadata_cases.MP4), (b"sefd", b"SEFH"), (b"wxyz", b"?"),
+        (b"mpvd", metadata_cases.MP4), (b"sefd", b"SEFH"), (b"wxyz", b"?"), (b"jumb", b""),
         (b"uuid", bytes.fromhex("d8fec3d61b0e483c92975828877ec481")), (b"free", b"")]  # fmt: skip
     more = b"".join(struct.pack(">I4s", 8 + len(body), name) + body for name, body in boxes)
     said, _, _ = changed(
@@ -382,7 +382,7 @@ def test_what_a_heic_holds_beside_its_picture_is_named(tmp_path):
     )
     assert said == (
         "not kept: further pictures, the motion photo's video, Samsung's data at the end, "
-        "content credentials (C2PA), unknown data (wxyz)"
+        "content credentials (C2PA), unknown data (wxyz jumb)"
     )
 
 

@@ -25,7 +25,6 @@ _BOXES: Final = {
     b"mpvd": kinds.VIDEO,
     b"sefd": kinds.SAMSUNG,
     b"moov": kinds.FURTHER,
-    b"jumb": kinds.JUMBF,
 }
 _CREDENTIALS: Final = bytes.fromhex("d8fec3d61b0e483c92975828877ec481")
 _TONE_MAP: Final = re.compile(rb"infe\x02.{3}.{4}tmap", re.DOTALL)  # ISO 21496-1's item
