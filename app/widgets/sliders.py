@@ -252,8 +252,9 @@ class ValueSlider(QWidget):
 
     def show_first(self, value: float) -> None:
         """Say which value a double click brings back."""
-        self._first = value
-        self._show_tip()
+        if value != self._first:
+            self._first = value
+            self._show_tip()
 
     def _show_tip(self) -> None:
         tip = self._tip

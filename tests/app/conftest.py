@@ -406,6 +406,16 @@ def empty(start: Callable[[], Driver]) -> Driver:
 
 
 @pytest.fixture
+def hands(qtbot: QtBot) -> Iterator[Driver]:
+    """The hands at a window that holds nothing, for dialogs that need no editor."""
+    driver = Driver.__new__(Driver)
+    driver.window, driver.qtbot = QWidget(), qtbot
+    driver.window.show()
+    yield driver
+    driver.window.deleteLater()
+
+
+@pytest.fixture
 def read(monkeypatch: pytest.MonkeyPatch) -> None:
     """Whoever acts has read what stands in the bar."""
     monkeypatch.setattr(messages, "UNREAD_MS", 0)

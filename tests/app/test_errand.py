@@ -53,24 +53,19 @@ def test_a_second_save_starts_from_the_original_again(asked, photo, storage):
     assert photo.read_bytes() == before
 
 
-def test_cancel_closes_without_a_question_and_leaves_the_photo(asked, photo):
+@pytest.mark.parametrize(
+    ("key", "code"), [(Qt.Key.Key_Return, 0), (Qt.Key.Key_Backspace, errand.CANCELLED)]
+)
+def test_done_saves_and_closes_and_cancel_leaves_the_photo_without_a_question(
+    asked, photo, key, code
+):
     before = photo.read_bytes()
     asked.change_something()
     asked.settle()
-    asked.key(Qt.Key.Key_Backspace, CONTROL, SHIFT)
+    asked.key(key, CONTROL, SHIFT)
     asked.qtbot.waitUntil(lambda: not asked.window.isVisible())
-    assert photo.read_bytes() == before
-    assert asked.editor.errand.code == errand.CANCELLED
-
-
-def test_done_saves_and_closes(asked, photo):
-    before = photo.read_bytes()
-    asked.change_something()
-    asked.settle()
-    asked.key(Qt.Key.Key_Return, CONTROL, SHIFT)
-    asked.qtbot.waitUntil(lambda: not asked.window.isVisible())
-    assert photo.read_bytes() != before
-    assert asked.editor.errand.code == 0
+    assert (photo.read_bytes() != before) == (code == 0)
+    assert asked.editor.errand.code == code
 
 
 def test_done_waits_for_the_faces_that_are_sought(empty, source, photo, monkeypatch):

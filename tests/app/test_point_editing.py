@@ -19,6 +19,7 @@ pytestmark = pytest.mark.usefixtures("one_window")
 
 CHEEK = Handle("outline", 0, 5)
 CHEEKS_TARGET = Handle("target", 0, 5)
+POINTS = pytest.mark.parametrize("point", [CHEEK, CHEEKS_TARGET])
 KEYS = Qt.Key
 CONTROL, SHIFT = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.ShiftModifier
 BY = QPoint(-24, 6)
@@ -118,12 +119,16 @@ def test_arrow_keys_take_the_neighbours_along(opened):
     np.testing.assert_allclose(outline(opened), expected.outline, atol=1e-9)
 
 
-def test_escape_takes_the_neighbours_back_and_a_wheel_brings_nothing_again(opened):
+@POINTS
+def test_escape_takes_the_neighbours_back_and_a_wheel_brings_nothing_again(opened, point):
+    if point is CHEEKS_TARGET:
+        take_targets(opened)
     before = opened.state
     opened.key(KEYS.Key_Q)
-    at = opened.on_screen(CHEEK)
+    at = opened.on_screen(point)
     opened.press(at)
     opened.move(at + BY)
+    assert opened.state is not before
     opened.key(KEYS.Key_Escape)
     opened.key(KEYS.Key_BracketRight, CONTROL)
     opened.release(at + BY)
@@ -202,34 +207,6 @@ def test_targets_of_both_sides_move_at_once_by_mouse_and_by_arrow_key(opened):
     QTest.keyClick(opened.canvas, KEYS.Key_Left, SHIFT)
     by = targets(opened) - before
     np.testing.assert_allclose(by[[5, 15]], [(-10.0, 0.0), (10.0, 0.0)], atol=1e-6)
-
-
-def test_escape_takes_targets_back_with_those_that_follow(opened):
-    take_targets(opened)
-    before = opened.state
-    opened.key(KEYS.Key_Q)
-    at = opened.on_screen(CHEEKS_TARGET)
-    opened.press(at)
-    opened.move(at + BY)
-    assert opened.state is not before
-    opened.key(KEYS.Key_Escape)
-    opened.release(at + BY)
-    assert opened.state is before
-
-
-def test_which_targets_would_follow_is_drawn_before_and_during_a_drag(opened):
-    take_targets(opened)
-    at = opened.on_screen(CHEEKS_TARGET)
-    opened.move(at)
-    assert not band(opened)
-    opened.key(KEYS.Key_Q)
-    assert band(opened)
-    opened.press(at)
-    opened.move(at + BY)
-    assert band(opened)
-    opened.release(at + BY)
-    opened.key(KEYS.Key_T)
-    assert not band(opened), "with targets hidden"
 
 
 def test_a_click_with_control_calls_the_nearest_landmark(opened):
@@ -323,8 +300,11 @@ def band(driver):
     return picture != blank
 
 
-def test_what_would_follow_is_drawn_before_and_during_a_drag(opened):
-    at = opened.on_screen(CHEEK)
+@POINTS
+def test_what_would_follow_is_drawn_before_and_during_a_drag(opened, point):
+    if point is CHEEKS_TARGET:
+        take_targets(opened)
+    at = opened.on_screen(point)
     opened.move(at)
     assert not band(opened)
     opened.key(KEYS.Key_Q)
@@ -336,8 +316,8 @@ def test_what_would_follow_is_drawn_before_and_during_a_drag(opened):
     opened.turn_wheel(opened.canvas.viewport(), 3, at + BY)
     assert opened.canvas.grab().toImage() != plain
     opened.release(at + BY)
-    opened.key(KEYS.Key_O)
-    assert not band(opened), "with all overlays hidden"
+    opened.key(KEYS.Key_T if point is CHEEKS_TARGET else KEYS.Key_O)
+    assert not band(opened), "with targets, or all overlays, hidden"
 
 
 def test_how_neighbours_follow_is_remembered(start):

@@ -13,7 +13,6 @@ from PySide6.QtWidgets import QApplication, QToolButton
 from test_files import CONTROL
 from test_view import picture
 
-from kogao_core.photo import read
 from kogao_core.pipeline import render
 
 pytestmark = pytest.mark.usefixtures("one_window")
@@ -224,16 +223,6 @@ def test_remove_all_is_one_step(opened):
     assert not opened.panel("protect").clear.isEnabled()
     opened.key(KEYS.Key_Z, CONTROL)
     assert len(strokes(opened)) == 2
-
-
-def test_a_saved_copy_keeps_what_is_protected(opened, tmp_path, pixels):
-    paint(opened)
-    opened.key(KEYS.Key_S, CONTROL)
-    copy = tmp_path / "held.png"
-    opened.choose_path(copy)
-    opened.qtbot.waitUntil(copy.is_file)
-    opened.settle()
-    np.testing.assert_array_equal(read(copy).pixels, expected(opened, pixels))
 
 
 def test_another_photo_begins_unprotected(opened, photo):

@@ -9,6 +9,7 @@ from PySide6.QtGui import QInputDevice, QPointingDevice, QTabletEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QToolButton
 from test_files import CONTROL
+from test_protect import paint
 from test_view import picture
 
 from kogao_core.photo import read
@@ -37,7 +38,8 @@ def draw(driver, key=KEYS.Key_W, by=INWARDS):
 
 def expected(driver, pixels):
     done = driver.state.done
-    return render(pixels, done.faces, done.recipe, brushwork=done.brushwork).pixels
+    strokes = {"protection": done.protection, "brushwork": done.brushwork}
+    return render(pixels, done.faces, done.recipe, **strokes).pixels
 
 
 @pytest.mark.parametrize(
@@ -205,11 +207,13 @@ def test_strokes_are_kept_and_come_back_with_the_photo(opened, photo):
     np.testing.assert_array_equal(opened.shown, shown)
 
 
-def test_a_saved_copy_has_the_strokes(opened, tmp_path, pixels):
+def test_a_saved_copy_has_the_strokes_and_keeps_what_is_protected(opened, tmp_path, pixels):
     draw(opened)
+    paint(opened)
     opened.key(KEYS.Key_S, CONTROL)
     copy = tmp_path / "pushed.png"
     opened.choose_path(copy)
     opened.qtbot.waitUntil(copy.is_file)
     opened.settle()
+    assert opened.state.protection.strokes
     np.testing.assert_array_equal(read(copy).pixels, expected(opened, pixels))
