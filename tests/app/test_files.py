@@ -176,7 +176,7 @@ def test_a_first_start_shows_the_sample_and_what_to_try(empty):
     empty.key(Qt.Key.Key_Z, CONTROL)
     empty.key(Qt.Key.Key_F1, CONTROL)
     empty.settle()
-    # The tour is left at any step, and comes back from the menu.
+    # The tour is left at any step, also of one begun anew, and comes back from the menu.
     for steps in range(3):
         for _ in range(steps):
             empty.take_step("Next")

@@ -63,6 +63,7 @@ class Files(Feature):
         self._saver, self._faces, self._options = saver, faces, options
         # What was open when another photo was asked for, and whether that may go unkept.
         self._left, self._given_up = self.document.state, False
+        self._stop = 0  # of the tour
         self._originals: Originals | None = None
         # The search for the faces of a photo that is still being read.
         self._sought: FaceSearch | None = None
@@ -167,7 +168,13 @@ class Files(Feature):
         last = number == len(stops) - 1
         further = BarAction(tr("Next"), lambda: self._say_stop(number + 1))
         text = tr("{n} of {count}: {stop}", n=number + 1, count=len(stops), stop=stops[number])
-        self.say(text, self._open_step() if last else further, wrong=False, applies=self.on_sample)
+        self._stop = number
+        self.say(
+            text,
+            self._open_step() if last else further,
+            wrong=False,
+            applies=lambda: self._stop == number and self.on_sample(),
+        )
 
     def on_sample(self) -> bool:
         """Return whether the sample is open, or no photo at all."""
