@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from contextlib import suppress
 from pathlib import Path
 
 from kogao_core.base.geometry import Box
@@ -114,12 +115,9 @@ def given(path: Path, recipe: Recipe, places: list[Path], search: FaceSearch) ->
 
 def _save(project: Project, places: list[Path]) -> None:
     """Save to the first place that can be written; the last one is the user's own."""
-    for place in places:
-        try:
-            if place == places[-1]:
-                place.parent.mkdir(parents=True, exist_ok=True)
+    for place in places[:-1]:
+        with suppress(OSError):
             save(project, place)
             return
-        except OSError:
-            if place == places[-1]:
-                raise
+    places[-1].parent.mkdir(parents=True, exist_ok=True)
+    save(project, places[-1])

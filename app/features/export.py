@@ -12,7 +12,6 @@ from PySide6.QtWidgets import (
     QCheckBox,
     QDialogButtonBox,
     QFormLayout,
-    QInputDialog,
     QLineEdit,
     QWidget,
 )
@@ -24,7 +23,7 @@ from kogao_core.photo.formats import WRITTEN
 from ..i18n import sentence, tr, translated
 from ..theme import GRID_PX
 from ..widgets.controls import ChoiceBox, WholeNumber, column_of, muted_label, named, row_of
-from ..widgets.dialogs import Dialog, PathLine, button, confirm
+from ..widgets.dialogs import Dialog, PathLine, ask_name, button, confirm
 from .feature import Context, Feature
 from .files import Files
 
@@ -104,11 +103,8 @@ class ExportDialog(Dialog):
         }
         for text, control in rows.items():
             form.addRow(named(text, control), control)
-        kinds = QDialogButtonBox.StandardButton
-        self.buttons = QDialogButtonBox(kinds.Ok | kinds.Cancel)
-        self.buttons.button(kinds.Ok).setText(tr("&Export"))
-        self.buttons.accepted.connect(self._take)
-        self.buttons.rejected.connect(self.reject)
+        self.buttons = self.deciding(self._take)
+        self.buttons.button(QDialogButtonBox.StandardButton.Ok).setText(tr("&Export"))
         keep = button(tr("&Keep as…"), self._ask_name)
         keep.setToolTip(tr("Keep these choices under a name"))
         self.remove = button(tr("&Delete"), self._remove)
@@ -156,13 +152,7 @@ class ExportDialog(Dialog):
         )
 
     def _ask_name(self) -> None:
-        dialog = QInputDialog(self)
-        dialog.setWindowTitle(tr("Keep these choices"))
-        dialog.setLabelText(tr("Name of the choices"))
-        dialog.textValueSelected.connect(self._keep)
-        dialog.open()
-        for line in dialog.findChildren(QLineEdit):
-            line.setAccessibleName(dialog.labelText())
+        ask_name(self, tr("Keep these choices"), tr("Name of the choices"), self._keep)
 
     def _keep(self, name: str) -> None:
         try:

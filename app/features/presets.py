@@ -6,13 +6,13 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
-from PySide6.QtWidgets import QInputDialog, QLineEdit, QMenu
+from PySide6.QtWidgets import QMenu
 
 from kogao_core.recipe import presets
 from kogao_core.recipe.recipe import Recipe
 
 from ..i18n import sentence, tr, translated, unwritten
-from ..widgets.dialogs import ask_path, confirm
+from ..widgets.dialogs import ask_name, ask_path, confirm
 from .feature import Context, Feature
 from .recipe import RecipeEditing
 
@@ -78,13 +78,8 @@ class Presets(Feature):
         self.menu.addMenu(menu)
 
     def _ask_name(self) -> None:
-        dialog = QInputDialog(self.window)
-        dialog.setWindowTitle(tr("Save settings as a preset"))
-        dialog.setLabelText(tr("Name of the preset"))
-        dialog.textValueSelected.connect(self._save)
-        dialog.open()
-        for line in dialog.findChildren(QLineEdit):
-            line.setAccessibleName(dialog.labelText())
+        title, label = tr("Save settings as a preset"), tr("Name of the preset")
+        ask_name(self.window, title, label, self._save)
 
     def _save(self, name: str) -> None:
         if name.strip():

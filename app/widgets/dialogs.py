@@ -15,6 +15,7 @@ from PySide6.QtWidgets import (
     QDialogButtonBox,
     QFileDialog,
     QHeaderView,
+    QInputDialog,
     QLineEdit,
     QMessageBox,
     QPushButton,
@@ -61,6 +62,14 @@ class Dialog(QDialog):
     def closing(self) -> QDialogButtonBox:
         """Return the row of buttons of a dialog that is only closed."""
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
+        buttons.rejected.connect(self.reject)
+        return buttons
+
+    def deciding(self, take: Callable[[], object]) -> QDialogButtonBox:
+        """Return the row of buttons of a dialog whose answer is taken, or not."""
+        kinds = QDialogButtonBox.StandardButton
+        buttons = QDialogButtonBox(kinds.Ok | kinds.Cancel)
+        buttons.accepted.connect(take)
         buttons.rejected.connect(self.reject)
         return buttons
 
@@ -150,6 +159,17 @@ def confirm(parent: QWidget, text: str, act: str, then: Callable[[], object]) ->
     box.setDefaultButton(box.addButton(QMessageBox.StandardButton.Cancel))
     agree.clicked.connect(lambda: then())
     box.open()
+
+
+def ask_name(parent: QWidget, title: str, label: str, taken: Callable[[str], object]) -> None:
+    """Ask for a name."""
+    dialog = QInputDialog(parent)
+    dialog.setWindowTitle(title)
+    dialog.setLabelText(label)
+    dialog.textValueSelected.connect(taken)
+    dialog.open()
+    for line in dialog.findChildren(QLineEdit):
+        line.setAccessibleName(label)
 
 
 def button(text: str, slot: Callable[[], object]) -> QPushButton:

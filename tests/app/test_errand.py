@@ -1,7 +1,5 @@
 """Other programs ask for photos: saving writes over them, and the exit code tells."""
 
-import threading
-
 import cv2
 import numpy as np
 import pytest
@@ -12,7 +10,7 @@ from kogao_app.window import Window
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtWidgets import QDialogButtonBox, QMessageBox
 from scenes import textured_photo
-from timeouts import LONGEST_S
+from timeouts import LONGEST_S, held_back
 
 from kogao_core.base.originals import Originals
 from kogao_core.photo import read
@@ -68,18 +66,13 @@ def test_done_saves_and_closes_and_cancel_leaves_the_photo_without_a_question(
     assert asked.editor.errand.code == code
 
 
-def test_done_waits_for_the_faces_that_are_sought(empty, source, photo, monkeypatch):
-    before, goes_on, find = photo.read_bytes(), threading.Event(), source.find
-
-    def late(*given):
-        assert goes_on.wait(LONGEST_S)
-        return find(*given)
-
-    monkeypatch.setattr(source, "find", late)
+def test_done_waits_for_the_faces_that_are_sought(empty, source, photo):
+    before = photo.read_bytes()
+    gate, source.find = held_back(source.find)
     empty.editor.errand.begin([photo])
     empty.qtbot.waitUntil(lambda: empty.editor.document.photo is not None)
     empty.key(Qt.Key.Key_Return, CONTROL, SHIFT)
-    goes_on.set()
+    gate.set()
     empty.qtbot.waitUntil(lambda: not empty.window.isVisible())
     assert photo.read_bytes() != before
     assert empty.editor.errand.code == 0

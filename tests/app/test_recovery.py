@@ -25,7 +25,7 @@ from kogao_app.view_state import Handle
 from PySide6.QtCore import QPoint, Qt
 from scenes import textured_photo
 from test_saver import step
-from timeouts import LONGEST_S
+from timeouts import LONGEST_S, held_back
 
 from kogao_core.photo import read
 from kogao_core.projects.project import load, save, sha256_of
@@ -324,12 +324,7 @@ def test_a_file_that_goes_while_the_folder_is_read_hides_no_other(left, empty, s
 
 
 def test_an_edit_is_kept_at_once_whatever_the_workers_do(opened, photo, monkeypatch):
-    gate = threading.Event()
-
-    def slow(path):
-        assert gate.wait(LONGEST_S)
-        return sha256_of(path)
-
+    gate, slow = held_back(sha256_of)
     monkeypatch.setattr("kogao_app.features.files.opening.sha256_of", slow)
     for _ in range(8):
         opened.editor._pools[1].start(lambda: gate.wait(LONGEST_S))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import threading
 
 import cv2
 import numpy as np
@@ -19,7 +18,7 @@ from PySide6.QtWidgets import QFileDialog, QMessageBox
 from scenes import textured_photo
 from test_saver import step
 from test_window import drop
-from timeouts import LONGEST_S
+from timeouts import held_back
 
 from kogao_core.projects.project import load, sha256_of
 from kogao_core.projects.sidecar import own_place, sidecar_of
@@ -324,12 +323,7 @@ def test_undo_and_redo_while_the_next_photo_is_read_are_kept(opened, photo, tmp_
     assert cv2.imwrite(str(other), textured_photo(seed=5))
     step(opened, 9.0)
     opened.settle()
-    gate, read = threading.Event(), opening.open_photo
-
-    def slow(*args):
-        assert gate.wait(LONGEST_S)
-        return read(*args)
-
+    gate, slow = held_back(opening.open_photo)
     monkeypatch.setattr("kogao_app.features.files.open_photo", slow)
     opened.editor.files.open(other)
     opened.editor.history.undo()
@@ -398,7 +392,7 @@ def test_moving_along_and_closing_ask_nothing_and_lose_nothing(opened, start, ph
         opened.settle()
         assert opened.editor.document.path == path
         assert not opened.window.findChildren(QMessageBox)
-    assert opened.state.recipe.percent == 9.0 if opened.editor.document.path == other else 8.0
+    assert opened.state.recipe.percent == 9.0
     step(opened, 3.0)
     opened.window.close()
     opened.qtbot.waitUntil(lambda: not opened.window.isVisible())
@@ -418,13 +412,7 @@ def test_a_copy_is_not_the_edit_and_the_edit_is_there_again(opened, start, photo
 
 def edited_while_sought(start, photo, source):
     """Return a window with an edit, and what lets the search for its photo's faces end."""
-    gate, find = threading.Event(), source.find
-
-    def slow(*asked):
-        assert gate.wait(LONGEST_S)
-        return find(*asked)
-
-    source.find = slow
+    gate, source.find = held_back(source.find)
     driver = start()
     driver.editor.files.read(photo)
     driver.qtbot.waitUntil(lambda: driver.editor.document.photo is not None)

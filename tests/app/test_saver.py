@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import threading
 
 import cv2
 import numpy as np
@@ -12,7 +11,7 @@ from kogao_app.features import files
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QFileDialog, QMessageBox
 from scenes import textured_photo
-from timeouts import LONGEST_S
+from timeouts import held_back
 
 from kogao_core.photo import read
 from kogao_core.pipeline import render
@@ -24,12 +23,7 @@ CONTROL = Qt.KeyboardModifier.ControlModifier
 @pytest.fixture
 def disk(monkeypatch):
     """A slow disk: copies are written once it is set."""
-    gate, write = threading.Event(), files.save_copy
-
-    def slow(*args):
-        assert gate.wait(LONGEST_S)
-        return write(*args)
-
+    gate, slow = held_back(files.save_copy)
     monkeypatch.setattr(files, "save_copy", slow)
     yield gate
     gate.set()
@@ -45,13 +39,7 @@ def other(tmp_path):
 @pytest.fixture
 def search(source):
     """A slow search for faces: it ends once it is set."""
-    gate, find = threading.Event(), source.find
-
-    def slow(*asked):
-        assert gate.wait(LONGEST_S)
-        return find(*asked)
-
-    source.find = slow
+    gate, source.find = held_back(source.find)
     yield gate
     gate.set()
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from PySide6.QtCore import QSettings, Signal
-from PySide6.QtWidgets import QCheckBox, QDialogButtonBox, QLineEdit, QWidget
+from PySide6.QtWidgets import QCheckBox, QLineEdit, QWidget
 
 from kogao_core.photo import CannotDisclose
 from kogao_core.photo.disclosure.credentials import Signer, check_signer
@@ -88,10 +88,7 @@ class SavingDialog(Dialog):
             "Saved copies and batches can tell that they were retouched, if you want them to."
         )
         about = muted_label(text, wraps=True)
-        kinds = QDialogButtonBox.StandardButton
-        self.buttons = QDialogButtonBox(kinds.Ok | kinds.Cancel)
-        self.buttons.accepted.connect(self._take)
-        self.buttons.rejected.connect(self.reject)
+        self.buttons = self.deciding(self._take)
         place = row_of(self.corner_title, self.corner, None, self.share_title, self.share)
         column_of(
             self,
