@@ -183,9 +183,7 @@ def by_keys(driver, key, *held):
     driver.settle()
 
 
-@pytest.mark.parametrize(
-    ("workspace", "amount"), [(None, KEYS.Key_O), ("retouch", KEYS.Key_O), ("inspect", KEYS.Key_W)]
-)
+@pytest.mark.parametrize(("workspace", "amount"), [(None, KEYS.Key_O), ("inspect", KEYS.Key_W)])
 def test_from_the_start_to_a_saved_copy_by_keys_alone(
     start, source, photo, tmp_path, workspace, amount
 ):
