@@ -8,10 +8,10 @@ from kogao_app.view_state import Handle
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtTest import QTest
-from scenes import oval_face
 
 from kogao_core.pipeline import render
 from kogao_core.recipe.recipe import Recipe
+from kogao_core.warp import fit
 
 pytestmark = pytest.mark.usefixtures("one_window")
 
@@ -154,13 +154,13 @@ def test_a_strange_clipboard_is_said_and_changes_nothing(two):
         assert two.state is before, text[:20]
 
 
-def test_settings_that_ask_for_too_much_are_said_and_undone(start, source, photo, pixels):
-    source.faces = [oval_face()] * 250
-    driver = start(photo)
+def test_settings_that_ask_for_too_much_are_said_and_undone(start, photo, pixels, monkeypatch):
+    with monkeypatch.context() as narrow:
+        narrow.setattr(fit, "MOST_CONTROL_POINTS", 100)
+        driver = start(photo)
     assert "choose fewer faces" in driver.say()
     assert driver.say().count("\n") == 0
 
-    source.faces = source.faces[:1]
     driver.key(KEYS.Key_F, CONTROL)
     driver.settle()
     expected = render(pixels, driver.state.active, driver.state.recipe).pixels
