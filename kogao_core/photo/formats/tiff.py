@@ -38,7 +38,6 @@ _SEEN: Final = Text(
     "32-bit numbers without a colour profile are seen as sRGB: linear ones look dark, and are "
     "written right all the same"
 )
-_BIG_ENDIAN: Final = b"MM"
 _DEPTHS: Final[dict[tuple[int, int], np.dtype[Any]]] = {
     (16, 1): np.dtype(np.uint16),
     (32, 3): np.dtype(np.float32),
@@ -50,7 +49,6 @@ _NO_UNIT, _PER_INCH = 1, 2
 _UNSIGNED, _USUAL_ORDER = 1, 1  # of a byte's bits
 _BLACK_IS_ZERO, _RGB, _INTERLEAVED = 1, 2, 1
 _USUAL_STRIP: Final = 8192  # bytes, as TIFF advises
-_MOST_SHORT: Final = 0xFFFF
 
 
 def _decode(source: Source) -> Photo:
@@ -241,7 +239,7 @@ def read_plain(file: IO[bytes], tags: Pillow.Exif, orientation: int) -> Image | 
     if depth is None or start is None:
         return None
     file.seek(0)
-    stored = depth.newbyteorder(">" if file.read(2) == _BIG_ENDIAN else "<")
+    stored = depth.newbyteorder(">" if file.read(2) == b"MM" else "<")
     file.seek(start)
     pixels = np.fromfile(file, stored, height * width * samples)
     channels = () if samples == 1 else (samples,)
@@ -310,7 +308,7 @@ def laid_out(pixels: Image) -> tuple[TiffImagePlugin.ImageFileDirectory_v2, memo
         Tag.StripByteCounts: lengths,
     }
     for tag, values in sizes.items():
-        directory.tagtype[tag] = TiffTags.SHORT if max(values) <= _MOST_SHORT else TiffTags.LONG
+        directory.tagtype[tag] = TiffTags.SHORT if max(values) <= 0xFFFF else TiffTags.LONG
         directory[tag] = values
     directory[Tag.BitsPerSample] = (8 * pixels.itemsize,) * samples
     directory[Tag.SampleFormat] = (_FORMATS[pixels.dtype.kind],) * samples

@@ -23,7 +23,6 @@ from kogao_core.photo.jpeg.segments import APP_OR_COMMENT, START_OF_SCAN, segmen
 
 _WORD: Final = 8  # pixels' values that are looked at together
 _ADOBE_RGB: Final = segment(0xEE, b"Adobe\0\x64" + bytes(5))  # version 100, no transform
-_SEQUENTIAL_FRAMES: Final = (0xC0, 0xC1)  # baseline; extended, for 16-bit tables
 
 Mask = npt.NDArray[np.bool_]
 
@@ -154,7 +153,7 @@ def _with_headers_of(headers: bytes, body: bytes, *, is_rgb: bool) -> bytes:
 def _renumbered(code: int, body: bytes) -> bytes:
     """Count components from 1, as JFIF demands; jpeglib counts from 0."""
     # Of the count; bytes each.
-    starts = {**dict.fromkeys(_SEQUENTIAL_FRAMES, (9, 3)), START_OF_SCAN: (4, 2)}
+    starts = {0xC0: (9, 3), 0xC1: (9, 3), START_OF_SCAN: (4, 2)}
     if code not in starts:
         return body
     at, step = starts[code]

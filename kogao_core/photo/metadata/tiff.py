@@ -25,7 +25,6 @@ HEADS: Final = (b"II*\0", b"MM\0*")
 BIG_HEAD: Final = b"II+\0"
 _UNREAD_HEAD: Final = b"MM\0+"  # by Pillow
 DENSITY: Final = (Tag.XResolution, Tag.YResolution, Tag.ResolutionUnit)
-_IS_REDUCED: Final = 1
 _WHITE_IS_ZERO, _BLACK_IS_ZERO, _RGB, _SEPARATED, _YCBCR = 0, 1, 2, 5, 6
 _CHANNELS: Final = {_WHITE_IS_ZERO: (1,), _BLACK_IS_ZERO: (1,), _RGB: (3, 4)}
 _UNSIGNED, _FLOAT = 1, 3
@@ -46,7 +45,6 @@ _COMPRESSIONS: Final = {
 _OPENCV_READS: Final = {1, 5, 8, 32773, 32946}  # none, LZW, Deflate, PackBits
 _PILLOW_READS: Final = TiffImagePlugin.COMPRESSION_INFO.keys() - {50001}
 _HEADER_BYTES, _BIG_HEADER_BYTES = 8, 16
-_LONG: Final = 4
 # What Pillow raises on damaged blocks, from one version to the next.
 _DAMAGED: Final = (SyntaxError, struct.error, LookupError, AttributeError, TypeError, ValueError)
 _IPTC_START: Final = b"\x1c"
@@ -192,7 +190,7 @@ class TiffTags:
 
         Raises UnreadablePhoto.
         """
-        is_copy = self._first(Tag.NewSubfileType, 0) & _IS_REDUCED
+        is_copy = self._first(Tag.NewSubfileType, 0) & 1
         if is_copy and (Tag.SubIFDs in self.tags or self.tags.get_ifd(ExifTags.IFD.IFD1)):
             raise UnreadablePhoto(
                 Text(
