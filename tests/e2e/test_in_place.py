@@ -19,7 +19,7 @@ from scenes import oval_face
 from kogao_core import photo
 from kogao_core.base import originals
 from kogao_core.base.originals import Originals
-from kogao_core.projects.interchange.tables import faces_text
+from kogao_core.projects.interchange.formats import faces_text
 
 
 @pytest.fixture(autouse=True)
