@@ -60,8 +60,7 @@ def _decode(source: Source) -> Photo:
     profile = tags.icc_profile
     # Both decoders turn TIFF pixels upright themselves. OpenCV's takes damaged 8-bit strips for
     # good, so Pillow's is asked where it can.
-    tags.check_first(path)
-    tags.check_compression(path)
+    tags.check(path)
     if tags.is_deep:
         if tags.is_plain:
             plain = read_plain(file, tags.tags, tags.orientation)
@@ -82,6 +81,7 @@ def _decode(source: Source) -> Photo:
     )
     if tags.is_big:
         notes = (*notes, Text("a BigTIFF becomes an ordinary TIFF"))
+    dpi, shape = tags.density()
     return Photo(
         np.ascontiguousarray(pixels),
         path,
@@ -89,8 +89,8 @@ def _decode(source: Source) -> Photo:
         icc_profile=profile,
         exif=tags.exif,
         xmp=tags.xmp,
-        dpi=common.dpi(tags.dpi),
-        aspect=common.aspect(tags.aspect),
+        dpi=common.dpi(dpi),
+        aspect=common.aspect(shape),
         orientation=tags.orientation,
         tiff_compression=tags.compression,
         photoshop=tags.photoshop,

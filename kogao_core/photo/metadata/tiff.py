@@ -29,7 +29,6 @@ _WHITE_IS_ZERO, _BLACK_IS_ZERO, _RGB, _SEPARATED, _YCBCR = 0, 1, 2, 5, 6
 _CHANNELS: Final = {_WHITE_IS_ZERO: (1,), _BLACK_IS_ZERO: (1,), _RGB: (3, 4)}
 _UNSIGNED, _FLOAT = 1, 3
 _UNSPECIFIED, _PREMULTIPLIED, _STRAIGHT = 0, 1, 2
-_NO_UNIT, _PER_INCH, _PER_CENTIMETRE = 1, 2, 3
 _WITH_ALPHA: Final = 4
 _JPEGS: Final = (6, 7)
 _COMPRESSIONS: Final = {
@@ -185,8 +184,8 @@ class TiffTags:
         """How the pixels are compressed, by TIFF's number."""
         return self._first(Tag.Compression, 1)
 
-    def check_first(self, path: Path) -> None:
-        """Refuse a file whose first picture is a small copy of another one.
+    def check(self, path: Path) -> None:
+        """Refuse a file whose first picture is a small copy, or what neither libtiff is built for.
 
         Raises UnreadablePhoto.
         """
@@ -199,9 +198,6 @@ class TiffTags:
                     path=path,
                 )
             )
-
-    def check_compression(self, path: Path) -> None:
-        """Refuse what the libtiff of neither decoder is built for. Raises UnreadablePhoto."""
         number = self.compression
         if number not in (_OPENCV_READS if self.is_deep else _PILLOW_READS):
             raise UnreadablePhoto(
@@ -278,23 +274,14 @@ class TiffTags:
             return resources
         return (resources or b"") + photoshop.with_iptc(self.iptc)
 
-    @property
-    def dpi(self) -> tuple[Any, Any] | None:
-        """Resolution (x, y) in dots per inch."""
-        if Tag.XResolution not in self.tags or Tag.YResolution not in self.tags:
-            return None
-        unit = self._first(Tag.ResolutionUnit, _PER_INCH)
-        factor = {_PER_INCH: 1.0, _PER_CENTIMETRE: 2.54}.get(unit)
-        if factor is None:
-            return None
-        return self.tags[Tag.XResolution] * factor, self.tags[Tag.YResolution] * factor
-
-    @property
-    def aspect(self) -> tuple[Any, Any] | None:
-        """Pixels along x and y in the same length, where there is no unit."""
-        if self._first(Tag.ResolutionUnit, _PER_INCH) != _NO_UNIT:
-            return None
-        return self.tags.get(Tag.XResolution), self.tags.get(Tag.YResolution)
+    def density(self) -> tuple[tuple[Any, Any] | None, tuple[Any, Any] | None]:
+        """Return the resolution (x, y) in dots per inch, or else, without a unit, pixels' shape."""
+        x, y = (self.tags.get(tag) for tag in (Tag.XResolution, Tag.YResolution))
+        unit = self._first(Tag.ResolutionUnit, 2)
+        if unit == 1 or x is None or y is None:
+            return None, (x, y) if unit == 1 else None
+        per_inch = {2: 1.0, 3: 2.54}.get(unit)
+        return (x * per_inch, y * per_inch) if per_inch else None, None
 
     @property
     def exif(self) -> bytes | None:
