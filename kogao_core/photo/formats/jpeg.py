@@ -16,7 +16,7 @@ from kogao_core.base.geometry import Image
 from kogao_core.base.language import Text
 from kogao_core.base.stderr import hushed
 from kogao_core.photo.formats import companions
-from kogao_core.photo.formats.base import Content, Encode, FileFormat
+from kogao_core.photo.formats.base import BLOCKS, OF_PRINTS, Content, Encode, FileFormat
 from kogao_core.photo.jpeg import segments
 from kogao_core.photo.jpeg.blocks import keep_blocks
 from kogao_core.photo.jpeg.coefficients import CannotKeepBlocks
@@ -128,15 +128,12 @@ JPEG: Final = FileFormat(
     encode=_encode,
     layouts={"uint8": (1, 3)},
     longest_side_px=65500,
-    kept=frozenset(
-        {
-            *(kinds.EXIF, kinds.EXIF_TAGS, kinds.MAKER_NOTE, kinds.XMP, kinds.XMP_EXTENSION),
-            *(kinds.IPTC, kinds.ICC, kinds.GREY_PROFILE, kinds.RESOLUTION, kinds.ASPECT),
-            *(kinds.COMMENTS, kinds.SEGMENTS, kinds.LATE_SEGMENTS, kinds.JUMBF, kinds.PLACES),
-            *(kinds.SECOND_XMP, kinds.SECOND_PROFILE, kinds.THUMBNAIL, *kinds.RECORDS),
-        }
-    ),
-    moved=frozenset({kinds.MOVED_NOTE}),
+    kept=BLOCKS
+    | OF_PRINTS
+    | {
+        *(kinds.XMP_EXTENSION, kinds.SECOND_XMP, kinds.SECOND_PROFILE, kinds.PLACES),
+        *(kinds.COMMENTS, kinds.SEGMENTS, kinds.LATE_SEGMENTS, kinds.JUMBF, *kinds.RECORDS),
+    },
     inside=_inside,
     behind=_behind,
     companions=frozenset({kinds.GAIN_MAP, kinds.VIDEO}),

@@ -16,7 +16,7 @@ from kogao_core.base.atomic import Pieces
 from kogao_core.base.geometry import Image
 from kogao_core.base.language import Text
 from kogao_core.base.threads import default_threads, share_in_order
-from kogao_core.photo.formats.base import Content, FileFormat
+from kogao_core.photo.formats.base import BLOCKS, OF_PRINTS, Content, FileFormat
 from kogao_core.photo.metadata import kinds, trailers
 from kogao_core.photo.metadata.kinds import Extra, Kind
 from kogao_core.photo.model import Photo, channels_of
@@ -254,14 +254,7 @@ PNG: Final = FileFormat(
     is_lossless=True,
     encode=_encode,
     layouts={"uint8": (1, 2, 3, 4), "uint16": (1, 3, 4)},
-    kept=frozenset(
-        {
-            *(kinds.EXIF, kinds.EXIF_TAGS, kinds.MAKER_NOTE, kinds.XMP, kinds.IPTC, kinds.ICC),
-            *(kinds.GREY_PROFILE, kinds.RESOLUTION, kinds.ASPECT),
-            *(kinds.TEXTS, kinds.COLOURS, kinds.CHUNKS, kinds.THUMBNAIL),
-        }
-    ),
-    moved=frozenset({kinds.MOVED_NOTE}),
+    kept=BLOCKS | OF_PRINTS | {kinds.TEXTS, kinds.COLOURS, kinds.CHUNKS},
     inside=_inside,
     behind=_behind,
 )

@@ -22,7 +22,7 @@ from kogao_core.base.installed import adding
 from kogao_core.base.language import Text
 from kogao_core.photo.errors import UnreadablePhoto
 from kogao_core.photo.formats import colour, common
-from kogao_core.photo.formats.base import Content, FileFormat, Source
+from kogao_core.photo.formats.base import OF_PRINTS, Content, FileFormat, Source
 from kogao_core.photo.metadata import kinds, photoshop, tiff, tiff_extras, trailers
 from kogao_core.photo.metadata.kinds import Extra
 from kogao_core.photo.metadata.upright import turn_upright
@@ -210,12 +210,7 @@ TIFF: Final = FileFormat(
     is_lossless=True,
     encode=_encode,
     layouts=dict.fromkeys(("uint8", "uint16", "float32"), (1, 3, 4)),
-    kept=frozenset(
-        {
-            *(kinds.EXIF, kinds.XMP, kinds.IPTC, kinds.ICC, kinds.GREY_PROFILE),
-            *(kinds.RESOLUTION, kinds.ASPECT, kinds.TIFF_TAGS),
-        }
-    ),
+    kept=OF_PRINTS | {kinds.EXIF, kinds.XMP, kinds.ICC, kinds.TIFF_TAGS},
     moved=frozenset({kinds.MAKER_NOTE, kinds.MOVED_NOTE}),
     recognises=tiff.is_tiff,
     decode=_decode,
