@@ -178,16 +178,6 @@ def test_other_codes_are_made_anew_and_no_longer(tmp_path, options):
     assert len(scan_of(tmp_path / "out-in.jpg")) < len(scan_of(tmp_path / "out-usual.jpg"))
 
 
-def test_metadata_tell_the_size_of_the_whole_picture(tmp_path):
-    exif = Image.Exif()
-    exif.get_ifd(0x8769)[0xA002] = 7
-    path = jpeg_file(tmp_path / "in.jpg", textured_photo(160, 120), exif=exif)
-    source = photo.read(path)
-    photo.write(source, edited(source), tmp_path / "out.jpg")
-    with Image.open(tmp_path / "out.jpg") as seen:
-        assert seen.getexif().get_ifd(0x8769)[0xA002] == 160
-
-
 def two_frames(data):
     at = data.index(b"\xff\xc0")
     return data[:at] + data[at : at + 19] + data[at:]

@@ -36,7 +36,7 @@ def test_of_a_jpeg_only_what_changed_is_kept(tmp_path, kind, restarts):
     path.write_bytes(jpeg(picture, **options) + b"\xff\x00 a trailer \xff\xff\x00")
     source = photo.read(path)
     rng = np.random.default_rng(0)
-    for n in range(5):
+    for n in range(3):
         pixels = source.pixels.copy()
         top, left = rng.integers(0, (400, 560))
         pixels[top : top + 64, left : left + 64] //= 2  # 1.3 to 3.3 % of all units
