@@ -32,8 +32,8 @@ READING = """
         digest = hashlib.sha256(one.pixels.tobytes()).hexdigest()
         return [digest, one.pixels.shape, one.notes, one.jpeg is not None]
     for kind, names in json.load(sys.stdin).items():
-        by_opencv, found = 0, list(map(told, names))
-        read[kind] = [found, by_opencv / len(names)]
+        by_opencv = 0
+        read[kind] = [[told(name) for name in names], by_opencv / len(names)]
     print(json.dumps(read))
 """
 
