@@ -2,7 +2,6 @@
 
 import ast
 import inspect
-import io
 import textwrap
 
 import cv2
@@ -253,9 +252,7 @@ def test_whatever_codes_a_part_its_blocks_are_as_the_files_are(tmp_path, options
 
     def coded(**how):
         def encode(part):
-            with io.BytesIO() as out:
-                Image.fromarray(255 - picture[part.slices]).save(out, "JPEG", **how)
-                return out.getvalue()
+            return files.saved(255 - picture[part.slices], "JPEG", **how)
 
         kept = keep_blocks(path.read_bytes(), picture, 255 - picture, encode, tmp_path)
         seen = cv2.imdecode(np.frombuffer(kept.data, np.uint8), cv2.IMREAD_COLOR_RGB)

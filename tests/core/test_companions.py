@@ -28,9 +28,7 @@ FILM = metadata_cases.MP4
 
 
 def jpeg(pixels, *segments, **options):
-    with io.BytesIO() as out:
-        Image.fromarray(pixels).save(out, "JPEG", **{"quality": 92, "subsampling": 0} | options)
-        data = out.getvalue()
+    data = files.saved(pixels, "JPEG", **{"quality": 92, "subsampling": 0} | options)
     at = 4 + int.from_bytes(data[4:6], "big")  # behind JFIF
     return data[:at] + b"".join(segments) + data[at:]
 

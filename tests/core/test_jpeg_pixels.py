@@ -1,12 +1,12 @@
 """The pixels of JPEG files are the same whoever decodes them, OpenCV or Pillow."""
 
-import io
 import json
 import subprocess
 import sys
 import textwrap
 from pathlib import Path
 
+import files
 import numpy as np
 import pytest
 from damaging import bytewise, parts
@@ -42,9 +42,7 @@ BEHIND = (b"\xff\xc4\0\x16\0" + b"\xff" * 19, b"\xff\xc0\0\x0b\x08\0\x10\0\x10\1
 
 
 def saved(pixels, mode="RGB", **options):
-    with io.BytesIO() as out:
-        Image.fromarray(pixels).convert(mode).save(out, "JPEG", **options)
-        return out.getvalue()
+    return files.saved(Image.fromarray(pixels).convert(mode), "JPEG", **options)
 
 
 def sound():

@@ -223,9 +223,7 @@ def test_the_first_of_two_profiles_counts(tmp_path):
 
 def test_a_second_profile_does_not_outlive_its_colours(tmp_path):
     other = metadata_cases.profile_part(1, 1, metadata_cases.MARK)
-    with io.BytesIO() as out:
-        Image.fromarray(metadata_cases.pixels()).convert("CMYK").save(out, "JPEG")
-        data = out.getvalue()
+    data = files.saved(Image.fromarray(metadata_cases.pixels()).convert("CMYK"), "JPEG")
     both = data[:2] + metadata_cases.profile_part(1, 1, files.SRGB) + other + data[2:]
     said, written, _ = changed(tmp_path, "in.jpg", both, "out.jpg")
     assert "not kept: a second colour profile" in said
@@ -250,9 +248,7 @@ def test_the_first_of_two_packets_counts_and_neither_tells_of_what_is_gone(tmp_p
 def test_a_thumbnail_shows_the_result_as_it_lies_and_nothing_else_in_its_block_moves(
     tmp_path, suffix, orientation
 ):
-    with io.BytesIO() as out:
-        Image.fromarray(metadata_cases.pixels()).save(out, "JPEG", quality=95)
-        small = out.getvalue()
+    small = files.saved(metadata_cases.pixels(), "JPEG", quality=95)
     exif = files.exif_block(
         orientation, metadata_cases.WIDTH, metadata_cases.HEIGHT, thumbnail=small
     )
