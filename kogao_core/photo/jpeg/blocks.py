@@ -50,10 +50,13 @@ def keep_blocks(
             raise CannotKeepBlocks(Text("its size has changed"))
         changed = _changed_units(before, after, whole.frame.unit_px)
         units = _around(changed)
-        box = _pixels(units, whole)
+        high, wide = whole.frame.unit_px
+        box = Box(units.left * wide, units.top * high, units.right * wide, units.bottom * high)
+        box = box.clipped(Box.of(before))
         encoded = encode(box)
         part = coefficients.read(encoded, place / "part")
-        if not _are_alike(whole, part):
+        layouts = [(one.frame.colours, one.frame.factors) for one in (whole, part)]
+        if layouts[0] != layouts[1] or not np.array_equal(whole.used, part.used):
             part = _by_component(after[box.slices], whole, place / "part")
         _put(part, whole, units, changed)
         merged = dataclasses.replace(whole, tables=part.tables, numbers=part.numbers)
@@ -80,19 +83,6 @@ def _around(changed: Mask) -> Box:
     if not len(rows):
         return Box(0, 0, 1, 1)
     return Box(int(columns[0]), int(rows[0]), int(columns[-1]) + 1, int(rows[-1]) + 1)
-
-
-def _pixels(units: Box, whole: Coefficients) -> Box:
-    height, width = whole.frame.unit_px
-    image = Box(0, 0, whole.frame.width, whole.frame.height)
-    return Box(
-        units.left * width, units.top * height, units.right * width, units.bottom * height
-    ).clipped(image)
-
-
-def _are_alike(whole: Coefficients, part: Coefficients) -> bool:
-    same = whole.frame.colours == part.frame.colours, whole.frame.factors == part.frame.factors
-    return all(same) and np.array_equal(whole.used, part.used)
 
 
 def _by_component(pixels: Image, whole: Coefficients, copy: Path) -> Coefficients:
