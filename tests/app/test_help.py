@@ -19,13 +19,13 @@ LINK = re.compile(r"\]\((?!https?:)([^)#]*)(#[^)]*)?\)")
 
 
 @pytest.fixture
-def shown(qtbot):
+def shown(qapp):  # noqa: ARG001
     """The pages, without an editor behind them."""
     window = QWidget()
-    qtbot.addWidget(window)
     made = HelpDialog(DOCS, window)
     made.show()
-    return made
+    yield made
+    window.deleteLater()
 
 
 def name(shown):
