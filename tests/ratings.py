@@ -5,10 +5,9 @@ from __future__ import annotations
 import random
 from pathlib import Path
 
-from kogao_core.lab.study.conduct import Answer
+from kogao_core.lab.study.design import Answer
 from kogao_core.lab.study.plan import Study
-from kogao_core.lab.study.results import Log
-from kogao_core.lab.study.session import Display, Record, Session
+from kogao_core.lab.study.results import Display, Log, Record, Session
 
 DISPLAY = Display((960, 720), (1280, 960), 1.25, 19.5, 600.0)
 

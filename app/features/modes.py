@@ -19,7 +19,7 @@ from kogao_core.background.find import held_of
 from kogao_core.background.holding import Held
 from kogao_core.base.display import Rgb8, reduced
 from kogao_core.base.geometry import Box
-from kogao_core.faces.differences import Differences, differences, matching
+from kogao_core.faces.targets import Differences, differences, matching
 from kogao_core.pipeline import Rendering, render
 from kogao_core.projects.project import Mode, Sheet
 from kogao_core.projects.sidecar import Applied

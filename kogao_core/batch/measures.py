@@ -11,8 +11,7 @@ from typing import Any, Final
 from kogao_core.base.atomic import put
 from kogao_core.faces.face import Face
 from kogao_core.pipeline import Rendering
-from kogao_core.warp.dose import asked_percent
-from kogao_core.warp.measures import measures, moved
+from kogao_core.warp.measures import asked_percent, measures, moved
 
 _DIGITS: Final = 6  # behind the point
 # The columns, and what each one means.

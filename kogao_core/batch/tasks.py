@@ -103,7 +103,7 @@ class Outcome:
     key: str = ""  # hash of the bytes of source, project and output, and of the choices
     faces: int = 0  # how many were worked on
     seconds: float = 0.0  # time from reading to written
-    # How far each face came towards its centre, % of D (`kogao_core.warp.dose`).
+    # How far each face came towards its centre, % of D (`kogao_core.warp.measures`).
     achieved_percent: tuple[float, ...] = ()
     edit: str = ""  # hash of the project that was done
     # What each face measures (`kogao_core.batch.measures.COLUMNS`).

@@ -234,7 +234,8 @@ def report(rows: Sequence[Sequence[Stimulus]], recipe: Recipe) -> Report:
     document["pictures"] = records
     parts: list[Part] = [Row(seen), Table(title, header, cells, note)]
     lead = Text("One face in pictures that differ by the dose alone.")
-    return Report(title, lead, parts, records, document)
+    hung = [(f"{one.percent:+g} %", rgb8(one.pixels)) for one in rows[0]]
+    return Report(title, lead, parts, records, document, {Text("Pictures"): hung})
 
 
 # -- fields for other programs ---------------------------------------------------------------------

@@ -18,9 +18,9 @@ from ratings import judged, taken_back
 from timeouts import LONGEST_S
 
 from kogao_core.lab.study import page, plan, results
-from kogao_core.lab.study.conduct import Conduct
+from kogao_core.lab.study.design import Conduct
 from kogao_core.lab.study.plan import Study
-from kogao_core.lab.study.session import Session
+from kogao_core.lab.study.results import Session
 
 NAMES = tuple(f"{number:016x}.jpg" for number in range(30))
 STUDY = Study("a-study", NAMES[:25], NAMES[25:])

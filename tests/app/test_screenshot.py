@@ -82,6 +82,12 @@ def test_a_line_can_be_protected_in_the_picture(source, photo, tmp_path):
     assert free.read_bytes() != held.read_bytes()
 
 
+def test_a_picture_leaves_nothing_beside_the_photo(source, photo, shot):
+    before = set(photo.parent.iterdir())
+    assert run(source, photo, "--screenshot", shot, "--percent", 9) == 0
+    assert set(photo.parent.iterdir()) == {*before, shot}
+
+
 def test_an_unreadable_photo_ends_with_3_and_one_line(source, tmp_path, shot, capsys):
     assert run(source, tmp_path / "none.jpg", "--screenshot", shot) == 3
     lines = capsys.readouterr().err.strip().splitlines()

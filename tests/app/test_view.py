@@ -21,7 +21,7 @@ from PySide6.QtWidgets import (
 from scenes import ALONE
 
 from kogao_core.recipe.recipe import LOSSLESS_PX
-from kogao_core.warp.counts import pixel_counts
+from kogao_core.warp.domain import pixel_counts
 
 
 def picture(driver) -> np.ndarray:

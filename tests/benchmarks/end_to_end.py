@@ -29,8 +29,7 @@ from paired import Case, Row, beside_floor, measured
 from processes import CLI, EDITOR, Cost, run
 
 from kogao_core.lab.reports.charts import Chart, Series
-from kogao_core.lab.reports.page import page
-from kogao_core.lab.reports.report import Made, Report, Table, machine
+from kogao_core.lab.reports.report import Made, Report, Table, machine, page
 from kogao_core.lab.reports.spread import in_turns
 
 HERE = Path(__file__).resolve().parent

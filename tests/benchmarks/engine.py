@@ -27,7 +27,7 @@ from scenes import oval_face, textured_photo
 
 from kogao_core.base.geometry import Affine, Image
 from kogao_core.faces.face import Face
-from kogao_core.lab.methods.scattered import PIECEWISE_AFFINE, THIN_PLATE
+from kogao_core.lab.methods import PIECEWISE_AFFINE, THIN_PLATE
 from kogao_core.lab.reports.report import machine
 from kogao_core.pipeline import Rendering, render
 from kogao_core.recipe.recipe import Recipe

@@ -25,10 +25,10 @@ from scenes import oval_face, textured_photo
 
 from kogao_core.base import assets
 from kogao_core.batch.tasks import Outcome
-from kogao_core.faces.landmarks.template import template_face
+from kogao_core.faces.landmarks.sources import template_face
 from kogao_core.lab.experiments import trials
-from kogao_core.lab.study import origin, plan, results, session
-from kogao_core.lab.study.variants import variants
+from kogao_core.lab.study import plan, results
+from kogao_core.lab.study.design import variants
 from kogao_core.projects import interchange
 from kogao_core.projects.json import face_dict
 from kogao_core.projects.project import Original, Project, Sheet, to_dict
@@ -101,13 +101,13 @@ def study() -> dict[str, bytes]:
     graded = tuple(sorted(n for n, kind in names.items() if kind.kind == "satisfaction"))
     rated = tuple(sorted(set(names) - set(graded)))
     shown = plan.Study("a-study", rated, graded)
-    measured = origin.PictureFigures(4.0, 1.5)
+    measured = plan.PictureFigures(4.0, 1.5)
     meanings = {name: plan.Meaning(0, kind, measured) for name, kind in names.items()}
-    photographed = origin.PhotoRecord("a.jpg", "0" * 64, ((1.0, 2.0), (3.0, 4.0)))
-    made = origin.Origin("1.0", "2026-11-01T12:00:00+00:00", "mesh")
+    photographed = plan.PhotoRecord("a.jpg", "0" * 64, ((1.0, 2.0), (3.0, 4.0)))
+    made = plan.Origin("1.0", "2026-11-01T12:00:00+00:00", "mesh")
     key = plan.Key("a-study", "s", PAPER, (photographed,), meanings, made)
     order = (*rated, *graded)
-    asked = session.Session(shown, "r1", order)
+    asked = results.Session(shown, "r1", order)
     lines = [{**results.header(shown, "r1", "program"), "keys": "fj", "order": list(order)}]
     while asked.current is not None:
         is_graded = asked.current in graded

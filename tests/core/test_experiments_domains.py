@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 from scenes import oval_face, textured_photo
 
-from kogao_core.lab.experiments import domains, domains_report
-from kogao_core.lab.reports.page import page
-from kogao_core.lab.reports.report import Made
+from kogao_core.lab.experiments import domains
+from kogao_core.lab.reports.report import Made, page
 from kogao_core.lab.reports.spread import Spread
 from kogao_core.lab.subjects import Subject
 from kogao_core.pipeline import render
@@ -20,7 +19,7 @@ from kogao_core.recipe.recipe import LOSSLESS_PX, PAPER
 def measured(request):
     subject = Subject("a photo (1).png", textured_photo(dtype=request.param), (oval_face(),))
     found = domains.measure(subject, PAPER, repeats=2)
-    pictures = dict(domains_report.pictures(subject.stem, found.masks))
+    pictures = dict(domains.pictures(subject.stem, found.masks))
     assert list(pictures) == ["a-photo-1-png-control-points.png", "a-photo-1-png-threshold.png"]
     for name, picture in zip(("control-points", "threshold"), pictures.values(), strict=True):
         assert picture.shape == (360, 480)
@@ -28,7 +27,7 @@ def measured(request):
         white = (found.shown[name] == 255).all(axis=2)
         np.testing.assert_array_equal(white & (picture == 0), picture == 0)
     assert not (found.masks["threshold"] & ~found.masks["control-points"]).any()
-    return found.without_masks()
+    return found
 
 
 @pytest.mark.parametrize("dtype", [np.uint8, np.float32])
@@ -48,7 +47,7 @@ def test_section_4_1_to_the_letter_is_counted_beside(measured):
     near = (np.abs(at[:, :, None] - cell).max(axis=3) <= 3).any(axis=2)
     assert measured.literal == near.sum() >= measured.counts["control-points"]
     result = domains.DomainsResult((measured,), PAPER)
-    (row,) = [r for r in domains_report.report(result).tables[0].rows if "4.1" in r[1]]
+    (row,) = [r for r in domains.report(result).tables[0].rows if "4.1" in r[1]]
     assert row[2] == str(measured.literal)
 
 
@@ -93,7 +92,7 @@ def test_no_warp_has_no_domain_and_no_error():
     assert found.counts == {"image": 480 * 360, "control-points": 0, "threshold": 0}
     assert {step.cut for step in found.steps} == {domains.Error(0.0, None, 0.0)}
     assert "<table" in page(
-        domains_report.report(domains.DomainsResult((found,), still)), Made.now("kogao-cli")
+        domains.report(domains.DomainsResult((found,), still)), Made.now("kogao-cli")
     )
 
 
@@ -109,7 +108,7 @@ def photo_with(levels, psnr_db, pixels):
 def test_medians_come_first_and_lie_between_the_middle_two_of_an_even_number():
     photos = (photo_with(10.0, 50.0, 100), photo_with(11.0, 41.0, 103), photo_with(90.0, 40.0, 900))
     result = domains.DomainsResult((photo_with(1.0, None, 90), *photos), PAPER)
-    counts, errors = domains_report.report(result).tables
+    counts, errors = domains.report(result).tables
     assert [row[0] for row in counts.rows[:5]] == [*["median of 4"] * 4, "a.png"]
     assert [row[2] for row in counts.rows[:3]] == ["1000", "101.5", "101.5"]
     assert errors.rows[0][2:4] == ("10.5", "45.5")
@@ -117,14 +116,14 @@ def test_medians_come_first_and_lie_between_the_middle_two_of_an_even_number():
 
 def test_half_of_the_photos_without_an_error_leave_no_median():
     clean, cut = photo_with(0.0, None, 90), photo_with(3.0, 40.0, 90)
-    errors = domains_report.report(domains.DomainsResult((clean, cut), PAPER)).tables[1]
+    errors = domains.report(domains.DomainsResult((clean, cut), PAPER)).tables[1]
     assert errors.rows[0][3] == "\N{EN DASH}"
 
 
 def test_everything_is_told(measured):
     result = domains.DomainsResult((measured,), PAPER)
-    json.dumps(domains_report.report(result).document, allow_nan=False)
-    assert len(domains_report.report(result).records) == len(domains.THRESHOLDS)
-    told = page(domains_report.report(result), Made.now("kogao-cli"))
+    json.dumps(domains.report(result).document, allow_nan=False)
+    assert len(domains.report(result).records) == len(domains.THRESHOLDS)
+    told = page(domains.report(result), Made.now("kogao-cli"))
     assert told.count("<img") == 3
     assert told.count("<svg") == 6

@@ -11,11 +11,18 @@ from scenes import oval_face, textured_photo
 from kogao_core.base.geometry import Affine, Box
 from kogao_core.base.installed import adding
 from kogao_core.faces.targets import Pairs
-from kogao_core.lab.methods import METHODS, WarpTask, comparing, methods_report
-from kogao_core.lab.methods.own import LIQUIFY, MOVING_LEAST_SQUARES
-from kogao_core.lab.methods.scattered import PIECEWISE_AFFINE, RADIAL, THIN_PLATE
-from kogao_core.lab.reports.page import page
-from kogao_core.lab.reports.report import Made
+from kogao_core.lab.experiments import methods as comparing
+from kogao_core.lab.experiments import methods_report
+from kogao_core.lab.methods import (
+    LIQUIFY,
+    METHODS,
+    MOVING_LEAST_SQUARES,
+    PIECEWISE_AFFINE,
+    RADIAL,
+    THIN_PLATE,
+    WarpTask,
+)
+from kogao_core.lab.reports.report import Made, page
 from kogao_core.lab.subjects import Subject
 from kogao_core.pipeline import render
 from kogao_core.recipe.recipe import PAPER, Recipe

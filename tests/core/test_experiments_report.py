@@ -13,7 +13,6 @@ import pytest
 
 from kogao_core.base.wording import columns
 from kogao_core.lab.reports.charts import HEIGHT, WIDTH, Chart, Series, svg
-from kogao_core.lab.reports.page import page as page_of
 from kogao_core.lab.reports.report import (
     Heading,
     Made,
@@ -23,6 +22,7 @@ from kogao_core.lab.reports.report import (
     Table,
     recipe_in_words,
 )
+from kogao_core.lab.reports.report import page as page_of
 from kogao_core.recipe.recipe import PAPER
 
 NASTY = "<script>alert('1')</script> & \"quotes\""
@@ -100,16 +100,6 @@ def test_it_tells_how_it_was_made(page):
     words = " ".join(PageReader(page).words)
     for part in ("2026-11-21 15:04 UTC", "numpy", "2.4.6", "bad.jpg: no face", MADE.command):
         assert part in words
-
-
-def test_exact_pictures_keep_their_pixels():
-    import cv2
-
-    mask = np.random.default_rng(4).integers(0, 2, (50, 70)).astype(np.uint8) * 255
-    shown = page_of(Report("", "", [Picture(mask, "m", "m", exact=True)], [], {}), MADE)
-    source = PageReader(shown).all("img")[0]["src"]
-    data = np.frombuffer(base64.b64decode(source.split(",")[1]), np.uint8)
-    np.testing.assert_array_equal(cv2.imdecode(data, cv2.IMREAD_GRAYSCALE), mask)
 
 
 def test_a_table_reads_as_text():

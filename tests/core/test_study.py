@@ -23,26 +23,22 @@ from scenes import oval_face, textured_photo
 from kogao_core import __version__
 from kogao_core.base.strict import BadFile
 from kogao_core.faces.naturalness import DISTANCES, UNNATURAL
-from kogao_core.lab.reports import page as html_page
+from kogao_core.lab.reports import report as html_page
 from kogao_core.lab.reports.report import Made
 from kogao_core.lab.study import (
-    conduct,
     data,
+    design,
     making,
-    origin,
     page,
-    pictures,
     plan,
     report,
     results,
     tables,
-    words,
 )
-from kogao_core.lab.study.conduct import Conduct
+from kogao_core.lab.study.design import LATTICES, Conduct, Variant, variants
 from kogao_core.lab.study.plan import Study
-from kogao_core.lab.study.session import Record, Session
+from kogao_core.lab.study.results import Record, Session
 from kogao_core.lab.study.tally import Grades, Share, tally
-from kogao_core.lab.study.variants import LATTICES, Variant, variants
 from kogao_core.lab.subjects import Subject
 from kogao_core.photo import Photo
 from kogao_core.pipeline import render
@@ -157,8 +153,8 @@ def test_another_seed_face_or_landmark_brings_other_names(tmp_path, other, seed)
 
 def test_another_recipe_brings_other_names():
     exact = dataclasses.replace(PAPER, fit="exact")
-    assert origin.digest(subject(1), PAPER) != origin.digest(subject(1), exact)
-    assert origin.digest(subject(1), PAPER) == origin.digest(subject(1), PAPER)
+    assert plan.digest(subject(1), PAPER) != plan.digest(subject(1), exact)
+    assert plan.digest(subject(1), PAPER) == plan.digest(subject(1), PAPER)
 
 
 def test_the_key_tells_where_pictures_come_from_and_what_they_achieved(made):
@@ -179,15 +175,19 @@ def test_the_key_tells_where_pictures_come_from_and_what_they_achieved(made):
         assert ratio == pytest.approx(spacing / moved_px, abs=1e-4)
 
 
+def decoded_of(data):
+    with Image.open(io.BytesIO(data)) as image:
+        return np.asarray(image, int)
+
+
 def test_pictures_are_what_render_makes_at_the_papers_size():
     photo = Photo(textured_photo(300, 400), path=Path("one.png"), format="PNG")
-    shown = pictures.subject(photo, oval_face(300, 400))
+    shown = making.subject(photo, oval_face(300, 400))
     assert shown.size == (720, 960)
     variant = Variant("table1", 10.0, 1, 1.0)
     recipe = variant.recipe(PAPER)
-    drawn, _ = pictures.drawn(shown, variant, PAPER)
-    with Image.open(io.BytesIO(drawn)) as image:
-        decoded = np.asarray(image, int)
+    drawn, _ = making.drawn(shown, variant, PAPER)
+    decoded = decoded_of(drawn)
     wanted = render(shown.pixels, shown.faces, recipe).pixels.astype(int)
     assert np.abs(decoded - wanted).mean() < 2.0
     moved = np.abs(wanted - shown.pixels.astype(int)).mean()
@@ -227,8 +227,8 @@ def test_the_page_says_every_word_in_the_language_at_work(tmp_path, pseudolocale
     assert '<html lang="xx">' in text
     assert "<!--" not in text
     said = PseudoTranslations(gathered).gettext
-    assert all(html.escape(said(one)) in text for one in words.PAGE.values())
-    assert all(json.dumps(said(one.template))[1:-1] in text for one in words.SCRIPT.values())
+    assert all(html.escape(said(one)) in text for one in page.PAGE.values())
+    assert all(json.dumps(said(one.template))[1:-1] in text for one in page.SCRIPT.values())
     body = re.sub(
         r"<script>.*|<style>.*?</style>|<kbd>.*?</kbd>|<[^>]*>", "", text, flags=re.DOTALL
     )
@@ -238,8 +238,8 @@ def test_the_page_says_every_word_in_the_language_at_work(tmp_path, pseudolocale
 def test_what_the_page_says_has_its_place_and_no_other(tmp_path):
     text = page.page(STUDY, tmp_path)
     script = text[text.index("<script>") :]
-    assert {*re.findall(r'word\("(\w+)"', script)} <= {*words.SCRIPT}
-    assert all(f'"{name}"' in script for name in words.SCRIPT)
+    assert {*re.findall(r'word\("(\w+)"', script)} <= {*page.SCRIPT}
+    assert all(f'"{name}"' in script for name in page.SCRIPT)
 
 
 @pytest.mark.parametrize("served", [False, True])
@@ -316,7 +316,7 @@ def test_what_was_logged_is_read_again(tmp_path):
     assert log_of(log.path, STUDY, "r1").session == log.session
     head = json.loads(log.path.read_text().splitlines()[0])
     assert head["order"] == list(log.session.order)
-    assert head["surround"] == conduct.SURROUND
+    assert head["surround"] == design.SURROUND
 
 
 def test_a_line_cut_anywhere_loses_at_most_itself_and_the_log_goes_on(tmp_path):
@@ -633,7 +633,7 @@ def test_twins_that_are_answered_alike_are_counted(tmp_path):
 def test_below_0_a_face_becomes_larger_by_as_much():
     shown = subject(1)
     smaller, larger = (
-        pictures.drawn(shown, Variant("table1", percent, 2, 1.0, "exact"), PAPER)[1]
+        making.drawn(shown, Variant("table1", percent, 2, 1.0, "exact"), PAPER)[1]
         for percent in (4.0, -4.0)
     )
     assert (smaller.achieved, larger.achieved) == (4.0, -4.0)
@@ -642,8 +642,8 @@ def test_below_0_a_face_becomes_larger_by_as_much():
 @pytest.mark.parametrize("lattice", LATTICES)
 def test_a_matched_picture_achieves_what_its_name_says(lattice):
     variant = Variant("figure11", 4.0, 2, lattice)
-    _, plain = pictures.drawn(subject(1), variant, PAPER)
-    _, matched = pictures.drawn(subject(1), variant, PAPER, match=True)
+    _, plain = making.drawn(subject(1), variant, PAPER)
+    _, matched = making.drawn(subject(1), variant, PAPER, match=True)
     assert plain.asked is None
     assert matched.achieved == pytest.approx(4.0, abs=0.002)
     assert matched.asked == pytest.approx(4.0 * 4.0 / plain.achieved, rel=0.01)
@@ -651,13 +651,11 @@ def test_a_matched_picture_achieves_what_its_name_says(lattice):
 
 def test_a_pair_is_the_picture_and_the_photo_as_it_is(tmp_path):
     shown = subject(1)
-    alone, _ = pictures.drawn(shown, Variant("table1", 10.0, 2, 1.0), PAPER)
-    with Image.open(io.BytesIO(alone)) as image:
-        warped = np.asarray(image, int)
+    alone, _ = making.drawn(shown, Variant("table1", 10.0, 2, 1.0), PAPER)
+    warped = decoded_of(alone)
     for side in ("left", "right"):
-        both, _ = pictures.drawn(shown, Variant("table1", 10.0, 2, 1.0), PAPER, side=side)
-        with Image.open(io.BytesIO(both)) as image:
-            pixels = np.asarray(image, int)
+        both, _ = making.drawn(shown, Variant("table1", 10.0, 2, 1.0), PAPER, side=side)
+        pixels = decoded_of(both)
         halves = {"left": pixels[:, :240], "right": pixels[:, -240:]}
         differs = {name: np.abs(half - warped).mean() for name, half in halves.items()}
         assert min(differs, key=differs.get) == side
@@ -679,9 +677,8 @@ def test_answers_that_werent_asked_for_are_refused():
 
 def test_a_catch_picture_is_cut_in_two():
     shown = subject(1)
-    drawn, _ = pictures.drawn(shown, Variant("catch", 0.0, 2, 1.0), PAPER)
-    with Image.open(io.BytesIO(drawn)) as image:
-        cut = np.abs(np.asarray(image, int) - shown.pixels)
+    drawn, _ = making.drawn(shown, Variant("catch", 0.0, 2, 1.0), PAPER)
+    cut = np.abs(decoded_of(drawn) - shown.pixels)
     middle = int(shown.faces[0].outline[:, 1].mean())
     assert cut[middle + 40 :].mean() > 3.0 * cut[: middle - 40].mean()
 
@@ -799,23 +796,6 @@ def test_a_wrong_key_is_refused(copy, tmp_path):
     making.make([subject(3)], tmp_path / "third")
     with pytest.raises(BadFile, match="key of another study"):
         tally([(copy, plan.key_path(tmp_path / "third"))])
-
-
-def test_answers_about_another_face_are_named_and_not_counted(tmp_path):
-    kinds = variants()[:5]
-    for name, seed in (("one", 1), ("two", 2)):
-        choices = making.Choices(variants=kinds, seed="abc")
-        making.make([subject(seed)], tmp_path / name, choices)
-    strayed = rated(tmp_path / "one", "r1", strict)
-    (tmp_path / "two" / plan.RATINGS_FOLDER).mkdir()
-    path = Path(shutil.copy(strayed.path, tmp_path / "two" / plan.RATINGS_FOLDER))
-    found = counted(tmp_path / "two")
-    assert found.raters == {}
-    assert [one for one, _ in found.refused] == [path]
-    assert {share.answers for share in found.shares().values()} == {0}
-    (sentence,) = report.notes(found)
-    assert f"ratings of another study, {strayed.session.study.identity}" in sentence
-    assert sentence in html.unescape(as_html(found))
 
 
 def test_sessions_that_were_left_are_named_and_things_counted_in_words(copy):

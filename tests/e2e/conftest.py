@@ -98,7 +98,8 @@ def screen():
     if shutil.which("Xvfb") is None:
         pytest.skip("needs Xvfb")
     ours, theirs = os.pipe()
-    command = ["Xvfb", "-displayfd", str(theirs), "-screen", "0", "1024x768x24"]
+    # Without -noreset it begins anew when its last client goes, and the next one finds nobody.
+    command = ["Xvfb", "-displayfd", str(theirs), "-noreset", "-screen", "0", "1024x768x24"]
     with subprocess.Popen(command, pass_fds=[theirs], stderr=subprocess.DEVNULL) as server:
         os.close(theirs)
         with os.fdopen(ours) as told:

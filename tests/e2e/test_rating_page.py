@@ -8,11 +8,10 @@ from browser import Browser
 from scenes import oval_face, textured_photo
 from timeouts import LONGEST_S
 
-from kogao_core.lab.study import making, plan, quality, report, results
-from kogao_core.lab.study.conduct import Conduct
+from kogao_core.lab.study import design, making, plan, report, results
+from kogao_core.lab.study.design import Conduct, Variant
 from kogao_core.lab.study.server import Server
 from kogao_core.lab.study.tally import tally
-from kogao_core.lab.study.variants import Variant
 from kogao_core.lab.subjects import Subject, at_paper_size
 
 KINDS = (
@@ -106,7 +105,7 @@ def seen(browser):
     browser.ask("new Promise((f) => requestAnimationFrame(() => requestAnimationFrame(f)))")
     browser.ask("new Promise((f) => requestAnimationFrame(f))")
     # The page takes no answer before its least time has passed.
-    browser.until(f"performance.now() > {browser.ask('performance.now()') + quality.LEAST_MS}")
+    browser.until(f"performance.now() > {browser.ask('performance.now()') + design.LEAST_MS}")
 
 
 def log(study):
@@ -192,7 +191,7 @@ def test_time_in_another_tab_isnt_counted(study, address, browse):
     (record,) = log(study).records
     assert record.away_ms >= 1490
     whole = page.ask("performance.now()")
-    assert quality.LEAST_MS <= record.took_ms <= whole - record.away_ms
+    assert design.LEAST_MS <= record.took_ms <= whole - record.away_ms
 
 
 def shown(page):

@@ -8,8 +8,7 @@ import pytest
 from browser import Browser
 
 from kogao_core.lab.reports.charts import Chart, Series
-from kogao_core.lab.reports.page import page
-from kogao_core.lab.reports.report import Heading, Made, Report, Row, Table
+from kogao_core.lab.reports.report import Heading, Made, Report, Row, Table, page
 
 # What a page of A4 has between its margins, CSS px.
 _A4_PX = (688, 1017)

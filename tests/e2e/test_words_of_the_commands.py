@@ -16,7 +16,7 @@ from kogao_core.cli import commands as commands_of_cli
 from kogao_core.cli import words
 from kogao_core.cli.integrate import HOSTS
 from kogao_core.faces.landmarks import CHOICES
-from kogao_core.lab.study.conduct import Task
+from kogao_core.lab.study.design import Task
 from kogao_core.recipe.settings import CORNERS, SETTINGS
 
 WORD = re.compile(r"[A-Za-z]{2,}")

@@ -14,19 +14,21 @@ from PySide6.QtWidgets import QLineEdit
 
 from kogao_core.base import atomic
 from kogao_core.faces.landmarks import source
+from kogao_core.lab.experiments import EXPERIMENTS
+from kogao_core.lab.experiments.experiment import Experiment
 from kogao_core.lab.stimuli import doses, files_of
 from kogao_core.lab.subjects import Progress, Subject
 
-from ...i18n import sentence, tr, unwritten
+from ...i18n import sentence, tr, translated, unwritten
 from ...widgets.controls import named, row_of
 from ...widgets.dialogs import PathLine, ask_path
 from ..feature import Context, Feature
 from ..landmarks import LandmarkSources
 from .dialog import Asking, ExperimentDialog, Findings
-from .measure import ExperimentTask, brought, dosed, measured
+from .measure import brought, dosed, measured
 
 TRIALS: Final = "trials.jsonl"
-_NUMBERS: Final = (1, 2, 3, 4, 6)  # of their keys: 5 is the timing session's
+_NUMBERS: Final = (1, 2, 3, 4, 6, 9, 0)  # of their keys: others have 5, 7 and 8
 
 
 class _Stopped(Exception):
@@ -41,16 +43,16 @@ class Experiments(Feature):
     def __init__(self, context: Context, landmarks: LandmarkSources) -> None:
         super().__init__(context)
         self._landmarks = landmarks
-        self._trials = self.storage.data / TRIALS
         self._reports = self.storage.data / "reports"
         self._dialog: ExperimentDialog | None = None
         self._enough = threading.Event()
         self._running = self.lane(self._show, self._fail)
         self._progressed.connect(self._show_progress)
         self.starts: dict[str, QAction] = {}
-        for number, (name, (text, tip, _)) in zip(_NUMBERS, _words().items(), strict=True):
-            slot, key = partial(self.start, name), f"Ctrl+Alt+{number}"
-            self.starts[name] = self.add_action(f"experiment-{name}", text, key, tip, slot)
+        for one, number in zip(EXPERIMENTS, _NUMBERS, strict=False):
+            slot, key = partial(self.start, one), f"Ctrl+Alt+{number}"
+            entry, tip = translated(one.entry), translated(one.tip)
+            self.starts[one.name] = self.add_action(f"experiment-{one.name}", entry, key, tip, slot)
         self.add_action(
             "experiment-series",
             tr("&One person's photos…"),
@@ -66,15 +68,17 @@ class Experiments(Feature):
             self._ask_doses,
         )
 
-    def start(self, name: str) -> None:
+    def start(self, experiment: Experiment) -> None:
         """Run an experiment on the photo's faces that are on."""
         subject = self._subject()
         if subject is None:
             self._say_what_it_takes()
             return
         recipe, wanted = self.document.state.recipe, self._landmarks.wanted
-        task = ExperimentTask(subject, recipe, lambda: source(wanted), self._trials)
-        self._run(_words()[name][2], partial(measured, name, task))
+        work = partial(
+            measured, experiment, subject, recipe, lambda: source(wanted), self.storage.data
+        )
+        self._run(translated(experiment.title), work)
 
     def _ask_folder(self) -> None:
         ask_path(self.window, tr("The folder of one person's photos"), self.bring, "folder")
@@ -209,34 +213,3 @@ def _saved(dialog: ExperimentDialog, findings: Findings, file: Path) -> bool:
         dialog.state.setText(unwritten(file, problem))
         return False
     return True
-
-
-def _words() -> dict[str, tuple[str, str, str]]:
-    """Return of each experiment what the menu calls it, what it tells, and its title."""
-    return {
-        "timing": (
-            tr("Setting and computing &time…"),
-            tr("Manual and automatic, whole and reduced, on this photo (table 2)"),
-            tr("Setting and computing time (table 2)"),
-        ),
-        "domains": (
-            tr("Reduced &domains…"),
-            tr("Pixels of the three domains, and what a threshold costs (figures 14 and 15)"),
-            tr("Reduced domains (figures 14 and 15)"),
-        ),
-        "distortion": (
-            tr("D&istortion…"),
-            tr("What can be measured where people called faces unnatural (table 1, figure 11)"),
-            tr("Distortion beside table 1"),
-        ),
-        "methods": (
-            tr("&Methods side by side…"),
-            tr("Other warps on the same points: speed, exactness, folds"),
-            tr("Methods side by side"),
-        ),
-        "lens": (
-            tr("A face at the &edge of a wide photo…"),
-            tr("How far a lens stretches this face there, and what its correction leaves"),
-            tr("A face at the edge of a wide photo"),
-        ),
-    }

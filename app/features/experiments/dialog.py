@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
@@ -45,7 +45,7 @@ class Findings:
     lead: str  # what it asks, in a sentence
     tables: list[Table]  # its figures
     # By kind: captions and RGB pictures of one size, to look at in one place.
-    pictures: dict[str, list[tuple[str, Image]]] = field(default_factory=dict)
+    pictures: Mapping[str, Sequence[tuple[str, Image]]] = field(default_factory=dict)
     left_out: list[str] = field(default_factory=list)  # what couldn't be measured, and why
     # The report by kind of file: html, json and csv.
     texts: dict[str, str] = field(default_factory=dict)
@@ -107,7 +107,7 @@ class ExperimentDialog(Dialog):
             button.setEnabled(False)
         return buttons
 
-    def _show_pictures(self, pictures: dict[str, list[tuple[str, Image]]]) -> None:
+    def _show_pictures(self, pictures: Mapping[str, Sequence[tuple[str, Image]]]) -> None:
         if not pictures:
             return
         for kind in pictures:
@@ -117,7 +117,7 @@ class ExperimentDialog(Dialog):
         self.kinds.currentTextChanged.connect(lambda kind: self._hang(kind, pictures[kind]))
         self._hang(self.kinds.currentText(), pictures[self.kinds.currentText()])
 
-    def _hang(self, kind: str, pictures: list[tuple[str, Image]]) -> None:
+    def _hang(self, kind: str, pictures: Sequence[tuple[str, Image]]) -> None:
         while (item := self._gallery.takeAt(0)) is not None:
             if (old := item.widget()) is not None:
                 old.deleteLater()

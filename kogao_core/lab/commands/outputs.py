@@ -15,8 +15,7 @@ from kogao_core.base.display import png
 from kogao_core.base.geometry import Image
 from kogao_core.base.language import Text
 from kogao_core.cli import common, ending, words
-from kogao_core.lab.reports.page import files
-from kogao_core.lab.reports.report import Made, Report, translated_report
+from kogao_core.lab.reports.report import Made, Report, files, translated_report
 
 KINDS: Final = ("json", "csv", "html")
 STDOUT: Final = common.STDOUT
@@ -51,14 +50,7 @@ class Outputs:
                 _check_folder(file.parent, made=False)
         if folder is not None:
             _check_folder(folder, made=True)
-            if folder.is_dir() and any(folder.iterdir()) and not force:
-                raise ending.Stop(
-                    Text(
-                        "{folder} isn't empty; choose another, or --force to replace files in it",
-                        folder=folder,
-                    ),
-                    ending.USAGE,
-                )
+            check_empty(folder, force)
 
     def keep(self, files: Iterable[tuple[str, Image | str]]) -> None:
         """Write pictures, grey or RGB, and texts by their names, where a folder was asked for."""
@@ -93,6 +85,18 @@ def _writing(place: Path) -> AbstractContextManager[None]:
             reason=reason,
         )
     )
+
+
+def check_empty(folder: Path, force: bool) -> None:
+    """Stop where files of a folder could be replaced without having been asked to."""
+    if folder.is_dir() and any(folder.iterdir()) and not force:
+        raise ending.Stop(
+            Text(
+                "{folder} isn't empty; choose another, or --force to replace files in it",
+                folder=folder,
+            ),
+            ending.USAGE,
+        )
 
 
 def _check_folder(folder: Path, *, made: bool) -> None:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import click
 
@@ -14,10 +15,13 @@ from kogao_core.base.wording import shown
 from kogao_core.cli import common, ending, options, reading, words
 from kogao_core.cli.common import ProgressLine
 from kogao_core.lab import series as one_person
+from kogao_core.lab.commands import outputs
 from kogao_core.lab.experiments.figures import figures as drawings_of
 from kogao_core.lab.reports.report import translated_report
 from kogao_core.lab.stimuli import (
     STIMULI,
+    Export,
+    Mask,
     Posed,
     Stimulus,
     Wanted,
@@ -28,7 +32,6 @@ from kogao_core.lab.stimuli import (
 )
 from kogao_core.lab.subjects import Subject
 from kogao_core.photo import CannotWrite
-from kogao_core.recipe.recipe import Recipe
 
 _KINDS: Final = ("png", "svg")
 _writes_pictures = words.option(
@@ -37,15 +40,27 @@ _writes_pictures = words.option(
 )  # fmt: skip
 
 
-def _check_names(photos: Sequence[Path]) -> None:
-    """Stop where pictures of two photos would have one name."""
-    stems = [photo.stem for photo in photos]
-    twice = [stem for stem in stems if stems.count(stem) > 1]
-    if twice:
+def _photos(given: Mapping[str, Any]) -> list[Path]:
+    """Return the photos to read; stop where pictures of two would have one name."""
+    photos = reading.input_paths(given["inputs"], given["sample"])
+    (stem, count), *_ = Counter(photo.stem for photo in photos).most_common(1)
+    if count > 1:
         raise ending.Stop(
-            Text("several photos are called {twice}; give those their own folder", twice=twice[0]),
+            Text("several photos are called {twice}; give those their own folder", twice=stem),
             ending.USAGE,
         )
+    return photos
+
+
+def _posed(path: Path, given: Mapping[str, Any]) -> Posed:
+    photo = reading.read_photo(path, given["max_megapixels"])
+    known = reading.points_of(photo)
+    if known is None:
+        faces = reading.find_faces(photo, given["landmarks"])
+        return Posed(photo, tuple(reading.selected(faces, given["which"])))
+    chosen = reading.selected([face for face, _ in known], given["which"])
+    points = tuple(points for face, points in known if any(face is one for one in chosen))
+    return Posed(photo, tuple(chosen), points)
 
 
 @words.command("figures")
@@ -60,33 +75,21 @@ def _check_names(photos: Sequence[Path]) -> None:
 @options.chooses_percent
 @options.chooses_as_the_paper
 @common.forces
-def figures(
-    inputs: Sequence[Path],
-    sample: bool,
-    folder: Path,
-    kinds: str,
-    width_px: int,
-    percent: float | None,
-    recipe_file: Path | None,
-    which: str,
-    force: bool,
-    landmarks: str | None,
-    max_megapixels: float,
-) -> int:
+def figures(folder: Path, kinds: str, width_px: int, force: bool, **given: Any) -> int:
     """Draw the paper's figures of photos.
 
     Landmarks and targets (4, 5), directions (6), centre candidates (7), lattice (2), one point (1),
     control points of two (3), small, large and four lattices (8 to 10), domains (12 to 15), before
     and after (16), cut to the paper's 4 : 3 round the faces.
     """
-    recipe = options.paper_recipe_of(recipe_file, percent)
-    photos = reading.input_paths(inputs, sample)
-    _check_names(photos)
+    recipe = options.paper_recipe_of(given["recipe_file"], given["percent"])
+    photos = _photos(given)
 
     def draw(photo: Path) -> None:
-        read = reading.read_photo(photo, max_megapixels)
-        faces = reading.selected(reading.find_faces(read, landmarks), which)
-        drawings = drawings_of(Subject(photo.name, read.pixels, tuple(faces)), recipe, width_px)
+        posed = _posed(photo, given)
+        drawings = drawings_of(
+            Subject(photo.name, posed.photo.pixels, posed.faces), recipe, width_px
+        )
         targets = {
             folder / f"{photo.stem}-{drawing.name}.{kind}": (drawing, kind)
             for drawing in drawings
@@ -149,36 +152,30 @@ def _size(_: click.Context, __: click.Parameter, value: str | None) -> tuple[int
 @options.chooses_as_the_paper
 @common.forces
 def stimuli(
-    inputs: Sequence[Path],
-    sample: bool,
     folder: Path,
     percents: tuple[float, ...],
     size: tuple[int, int] | None,
-    mask: str | None,
-    exports: tuple[str, ...],
+    mask: Mask | None,
+    exports: tuple[Export, ...],
     form: str,
-    recipe_file: Path | None,
-    which: str,
     force: bool,
-    landmarks: str | None,
-    max_megapixels: float,
+    **given: Any,
 ) -> int:
     """Make each photo's faces smaller and larger, by exactly the doses asked for.
 
     Beside each picture lie its points: those of --points, all of them moved, or the 27 found.
     measures.csv tells what each face asked for, achieved and measures; contact.png shows all.
     """
-    recipe = options.recipe_of(recipe_file, {}, STIMULI)
-    wanted = Wanted(percents, recipe, size, mask, exports)  # type: ignore[arg-type]  # click's
-    photos = reading.input_paths(inputs, sample)
-    _check_names(photos)
+    recipe = options.recipe_of(given["recipe_file"], {}, STIMULI)
+    wanted = Wanted(percents, recipe, size, mask, exports)
+    photos = _photos(given)
     for photo in photos:
         for file in files_of(photo, percents, folder):
             common.check_free(file, force)
     rows: list[list[Stimulus]] = []
 
     def make(path: Path) -> None:
-        posed = _posed(path, landmarks, max_megapixels, which)
+        posed = _posed(path, given)
         with ending.writing(folder):
             rows.append(written(posed, wanted, folder, form))
         ending.print_text(f"{path}: {', '.join(f'{one.name}.png' for one in rows[-1])}")
@@ -191,17 +188,6 @@ def stimuli(
     return code
 
 
-def _posed(path: Path, landmarks: str | None, max_megapixels: float, which: str) -> Posed:
-    photo = reading.read_photo(path, max_megapixels)
-    known = reading.points_of(photo)
-    if known is None:
-        faces = reading.selected(reading.find_faces(photo, landmarks), which)
-        return Posed(photo, tuple(faces))
-    chosen = reading.selected([face for face, _ in known], which)
-    points = tuple(points for face, points in known if any(face is one for one in chosen))
-    return Posed(photo, tuple(chosen), points)
-
-
 @words.command("series")
 @reading.takes_photos
 @_writes_pictures
@@ -211,31 +197,19 @@ def _posed(path: Path, landmarks: str | None, max_megapixels: float, which: str)
     help="A saved recipe (JSON).",
 )  # fmt: skip
 @common.forces
-def series(
-    inputs: Sequence[Path],
-    sample: bool,
-    folder: Path,
-    percent: float | None,
-    recipe_file: Path | None,
-    force: bool,
-    landmarks: str | None,
-    max_megapixels: float,
-) -> int:
+def series(folder: Path, force: bool, **given: Any) -> int:
     """Bring photos of one person, as you say, to one result.
 
     Each gets the amount at which its jaw, in shares of the distance between the eyes, is as wide as
     in the median photo after --percent. Heads that are turned too far are left out. series.csv
     tells what each photo gets.
     """
-    recipe = options.recipe_of(recipe_file, {"percent": percent}, Recipe())
-    photos = reading.input_paths(inputs, sample)
-    if folder.is_dir() and any(folder.iterdir()) and not force:
-        raise ending.Stop(
-            Text("{folder} isn't empty; choose another, or --force to replace files in it",
-                 folder=folder), ending.USAGE,
-        )  # fmt: skip
+    recipe = options.recipe_of(given["recipe_file"], {"percent": given["percent"]})
+    photos = reading.input_paths(given["inputs"], given["sample"])
+    outputs.check_empty(folder, force)
+    landmarks = given["landmarks"]
     source = reading.landmark_source(landmarks)
-    given = reading.point_files()[0] is not None
+    known = reading.point_files()[0] is not None
     progress = ProgressLine()
     progress.begin(str(folder))
     with (
@@ -245,8 +219,8 @@ def series(
     ):
         brought, left_out = one_person.one_result(
             photos, folder, recipe, source, force=force, progress=progress.step,
-            max_megapixels=max_megapixels,
-            find=(lambda photo: reading.find_faces(photo, landmarks)) if given else None,
+            max_megapixels=given["max_megapixels"],
+            find=(lambda photo: reading.find_faces(photo, landmarks)) if known else None,
         )  # fmt: skip
     progress.end()
     for sentence in left_out:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import threading
+import webbrowser
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -20,14 +21,13 @@ from kogao_core.cli.common import ProgressLine
 from kogao_core.faces.face import select
 from kogao_core.lab.commands import outputs
 from kogao_core.lab.study import data as answer_tables
-from kogao_core.lab.study import making, pictures, plan, tally
-from kogao_core.lab.study.conduct import Conduct, Task
+from kogao_core.lab.study import making, plan, tally
+from kogao_core.lab.study.design import Conduct, Task, variants
 from kogao_core.lab.study.making import Choices
 from kogao_core.lab.study.plan import Key
 from kogao_core.lab.study.report import notes
 from kogao_core.lab.study.report import report as made_report
 from kogao_core.lab.study.server import Server
-from kogao_core.lab.study.variants import variants
 from kogao_core.lab.subjects import Subject
 from kogao_core.recipe.settings import PAPER_CENTERS, Fit
 
@@ -202,7 +202,7 @@ def make(
         # `--points` are of the photos, not of this one.
         photo = reading.read_photo(reading.input_path(None, True), max_megapixels)
         (face,) = select(source.find(photo.pixels), "largest")
-        other = pictures.subject(photo, face)
+        other = making.subject(photo, face)
     with ending.stopping(making.RefusedFolder, ending.USAGE), ending.writing(folder):
         key = _make(_subjects(photos, landmarks, max_megapixels), folder, choices, other)
     ending.print_text(
@@ -225,7 +225,7 @@ def _subjects(
     for path in photos:
         photo = reading.read_photo(path, max_megapixels)
         (face,) = select(reading.find_faces(photo, landmarks), "largest")
-        shown = pictures.subject(photo, face)
+        shown = making.subject(photo, face)
         found.append(dataclasses.replace(shown, sha256=reading.hash_of(path)))
     return found
 
@@ -261,8 +261,6 @@ def rate(folder: Path, no_browser: bool) -> None:
 
 
 def _browse(address: str) -> None:
-    import webbrowser  # takes as long to load as all other commands
-
     if not webbrowser.open(address):
         ending.print_message(Text("no browser was found; open the address in one"))
 

@@ -20,6 +20,7 @@ from kogao_core.background.lines import bends
 from kogao_core.base.geometry import Array, Box, Image
 from kogao_core.base.language import Text
 from kogao_core.faces.face import Face, LandmarkSource
+from kogao_core.lab.experiments.experiment import Experiment, Work
 from kogao_core.lab.reports.report import NONE, Part, Picture, Report, Row, Table, recipe_in_words
 from kogao_core.lab.subjects import Progress, Subject, no_progress
 from kogao_core.pipeline import Rendering, render
@@ -306,6 +307,7 @@ def report(result: LensResult) -> Report:
             "recipe": result.recipe.to_dict(),
             "stretches": [asdict(one) for one in result.stretches],
         },
+        {Text("At the edge"): list(zip(SHOWN, result.shown, strict=False))},
     )
 
 
@@ -356,3 +358,24 @@ def _spread(group: Sequence[Stretch], figure: Callable[[Stretch], float | None])
         return NONE
     worst = max(values, key=abs)
     return f"{np.median(values):.2f} ({worst:.2f})"
+
+
+def _run(work: Work) -> Report:
+    found: list[Stretch] = []
+    seen: list[Image] = []
+    for subject in work.subjects:
+        seen = seen or shown(subject, work.recipe)
+        found += measure(subject, work.source, work.recipe, progress=work.progress)
+    return report(LensResult(tuple(found), work.recipe, tuple(seen)))
+
+
+EXPERIMENT: Final = Experiment(
+    "lens",
+    Text("A face at the &edge of a wide photo…"),
+    Text("How far a lens stretches this face there, and what its correction leaves"),
+    Text("A face at the edge of a wide photo"),
+    Text("Bring a face back that a wide lens stretched at the edge: what is left of the truth."),
+    _run,
+    takes_percent=False,
+    recipe=Recipe(),
+)

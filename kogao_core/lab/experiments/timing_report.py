@@ -11,26 +11,23 @@ from typing import Final
 
 from kogao_core.base.language import Text
 from kogao_core.base.timing import STAGES
+from kogao_core.lab.experiments import timing
+from kogao_core.lab.experiments.experiment import Experiment, ExperimentOption, Work
 from kogao_core.lab.experiments.timing import (
     AGAIN,
     PROCEDURES,
     SIZES,
+    Around,
     Procedure,
     Size,
     Timing,
     TimingResult,
 )
-from kogao_core.lab.experiments.trials import Trial
+from kogao_core.lab.experiments.trials import Trial, read
 from kogao_core.lab.reports.charts import Chart, Series
 from kogao_core.lab.reports.report import NONE, Report, Table, recipe_in_words
 from kogao_core.lab.reports.spread import Spread, in_columns, rounded
 
-_TITLE: Final = Text("Table 2: setting and computing time")
-_LEAD: Final = Text(
-    "How long does it take to make a face smaller when landmarks and targets are "
-    "set by hand or found, and when the whole image or only the reduced domain "
-    "is warped?"
-)
 _NAMES: Final[dict[Size, str]] = {
     "960x720": Text("960 x 720 px"),
     "own": Text("the photos' own size"),
@@ -64,8 +61,12 @@ def report(result: TimingResult) -> Report:
         repeats=result.repeats,
     )
     return Report(
-        _TITLE,
-        _LEAD,
+        Text("Table 2: setting and computing time"),
+        Text(
+            "How long does it take to make a face smaller when landmarks and targets are "
+            "set by hand or found, and when the whole image or only the reduced domain "
+            "is warped?"
+        ),
         [*parts, *_by_hand(result), *_around(result), _photos(result), how],
         _records(result),
         _document(result),
@@ -391,3 +392,54 @@ def _document(result: TimingResult) -> dict[str, object]:
         "around": [asdict(one) for one in result.around],
         "timings": [asdict(timing) for timing in result.timings],
     }
+
+
+def _run(work: Work) -> Report:
+    given = work.given
+    trials = tuple(given["trials"])
+    sizes = [one for one in SIZES if given["size"] in (one, "both")]
+    timings: list[Timing] = []
+    around: list[Around] = []
+    for subject in work.subjects:
+        subject = timing.with_trial(subject, trials)
+        found, missing = timing.measure(
+            subject, work.source, work.recipe, sizes=sizes, repeats=given["repeats"],
+            warm_up=given["warm_up"], progress=work.progress,
+        )  # fmt: skip
+        timings += found
+        if (one := timing.measure_around(subject, work.new_source, work.recipe)) is not None:
+            around.append(one)
+        for sentence in missing:
+            work.leave_out(sentence)
+    return report(
+        TimingResult(
+            tuple(timings), trials, work.recipe, given["repeats"], given["warm_up"], tuple(around)
+        )
+    )
+
+
+EXPERIMENT: Final = Experiment(
+    "timing",
+    Text("Setting and computing &time…"),
+    Text("Manual and automatic, whole and reduced, on this photo (table 2)"),
+    Text("Setting and computing time (table 2)"),
+    Text("Table 2: setting and computing time by hand and found, whole and reduced."),
+    _run,
+    (
+        ExperimentOption(
+            "size",
+            "both",
+            names=("own", "960x720", "both"),
+            help=Text("The photo's own size, or the paper's (cut to its shape and scaled)."),
+        ),
+        ExperimentOption("repeats", 10, in_window=5),
+        ExperimentOption("warm-up", 2, least=0, in_window=1),
+        ExperimentOption(
+            "trials",
+            read=read,
+            help=Text(
+                "Trials of setting by hand that the editor recorded (JSON lines); repeatable."
+            ),
+        ),
+    ),
+)

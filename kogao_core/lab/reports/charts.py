@@ -1,4 +1,7 @@
-"""Small charts as SVG whose lines differ by marks, dashes and words as well as by colour."""
+"""Small charts as SVG whose lines differ by marks, dashes and words as well as by colour.
+
+Whatever text its elements, and those of HTML, are given stays text: the serializer escapes it.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +11,6 @@ from dataclasses import dataclass
 from typing import Final
 from xml.etree.ElementTree import Element
 
-from kogao_core.lab.reports.markup import element
 from kogao_core.lab.reports.spread import rounded
 
 WIDTH: Final = 440
@@ -22,6 +24,7 @@ _LABELS, _BARS_END = 172, 380  # of a bar chart: where its names end, and its lo
 _BAR_PX: Final = 12
 _GAP_PX: Final = 10
 _MOST_TICKS: Final = 6  # beside which their names would touch
+_DIGITS: Final = 1  # decimals of a coordinate, px
 _LEAST: Final = 1e-3  # smaller values are told as such
 
 
@@ -220,3 +223,24 @@ def _in_words(chart: Chart) -> str:
         )
         for series in chart.series
     )
+
+
+# -- elements --------------------------------------------------------------------------------------
+
+
+def element(tag: str, *content: Element | str, **attributes: str | float) -> Element:
+    """Return an element."""
+    named = {name.strip("_").replace("_", "-"): _told(v) for name, v in attributes.items()}
+    made = Element(tag, {name: value for name, value in named.items() if value})
+    for part in content:
+        if isinstance(part, Element):
+            made.append(part)
+        elif len(made):
+            made[-1].tail = (made[-1].tail or "") + part
+        else:
+            made.text = (made.text or "") + part
+    return made
+
+
+def _told(value: str | float) -> str:
+    return value if isinstance(value, str) else f"{round(value, _DIGITS):g}"

@@ -1,6 +1,6 @@
 """From which distance on faces look unnatural: a curve through the answers, and how sure it is.
 
-scipy comes with the extra ``experiments``.
+This is loaded where scipy is: it comes with the extra ``experiments``.
 """
 
 from __future__ import annotations
@@ -9,14 +9,14 @@ import random
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from importlib.util import find_spec
 from typing import Final
 
 import numpy as np
 import numpy.typing as npt
+from scipy.special import chdtrc, expit
 
+from kogao_core.lab.study.design import Group
 from kogao_core.lab.study.tally import Answered
-from kogao_core.lab.study.variants import Group
 
 Floats = npt.NDArray[np.float64]
 RESAMPLES: Final = 400
@@ -43,11 +43,6 @@ class Estimate:
         """Return a figure with the percentiles of its resamples."""
         low, high = np.percentile(resampled, (2.5, 97.5))
         return Estimate(float(value), float(low), float(high))
-
-    @property
-    def told_apart(self) -> bool:
-        """Whether 0 lies outside the interval."""
-        return self.low > 0.0 or self.high < 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,11 +81,7 @@ class Curves:
     faces: int
     # Raters, with faces in proportion, to tell 0.5 % of D between two centres, 4 times of 5.
     raters_needed: int | None
-
-
-def is_here() -> bool:
-    """Return whether scipy is there."""
-    return find_spec("scipy") is not None
+    resamples: int  # behind the intervals
 
 
 def fitted(rows: Sequence[Answered], *, floor: float = 0.0) -> Curves | None:
@@ -117,11 +108,10 @@ def fitted(rows: Sequence[Answered], *, floor: float = 0.0) -> Curves | None:
     members = {group: np.array([one in (group, None) for one in cells.group]) for group in groups}
     whole, _ = cells.curve(np.ones(len(cells.group), bool), weights)
     found = {group: cells.curve(inside, weights) for group, inside in members.items()}
-    later, needed = _compared(found, cells.asked.shape[0])
+    raters = cells.asked.shape[0]
+    later, needed = _compared(found, raters)
     by_group = {group: one for group, (one, _) in found.items()}
-    return Curves(
-        whole, by_group, later, _cochran(usable), cells.asked.shape[0], cells.faces, needed
-    )
+    return Curves(whole, by_group, later, _cochran(usable), raters, cells.faces, needed, RESAMPLES)
 
 
 def _compared(
@@ -142,8 +132,6 @@ def _compared(
 
 def _cochran(rows: Sequence[Answered]) -> float | None:
     """Return the p of Cochran's Q (Biometrika 37, 1950, 256-266) of the centres."""
-    from scipy.stats import chi2  # an extra
-
     blocks: defaultdict[tuple[object, ...], dict[Group, bool]] = defaultdict(dict)
     for row in rows:
         if row.variant.kind == "table1":
@@ -159,7 +147,7 @@ def _cochran(rows: Sequence[Answered]) -> float | None:
     if spread == 0:
         return None
     between = count * (said.sum(axis=0) ** 2).sum() - said.sum() ** 2
-    return float(chi2.sf((count - 1) * between / spread, count - 1))
+    return float(chdtrc(count - 1, (count - 1) * between / spread))
 
 
 class _Cells:
@@ -214,8 +202,6 @@ def _fitted(
 
     Fisher's scoring of ``a + b x`` for each of a few lapses, all rows at once.
     """
-    from scipy.special import expit  # an extra
-
     span = max(float(np.ptp(at)), 1.0)
     x, h, n = at - at.mean(), hits[:, None, :], asked[:, None, :]
     lapse = _LAPSES[:, None]

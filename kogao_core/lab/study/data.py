@@ -13,9 +13,8 @@ from typing import Any, Final, Generic, TypeVar
 
 from kogao_core.base.language import Text
 from kogao_core.batch.measures import table_text
-from kogao_core.lab.study.quality import Quality
-from kogao_core.lab.study.session import Display
-from kogao_core.lab.study.tally import Answered, Tally
+from kogao_core.lab.study.results import Display
+from kogao_core.lab.study.tally import Answered, Quality, Tally
 
 _Row = TypeVar("_Row")
 

@@ -1,4 +1,4 @@
-"""The rating session as one HTML file: no outside request, no label."""
+"""The rating session as one HTML file, and what it says: no outside request, no label."""
 
 from __future__ import annotations
 
@@ -8,15 +8,125 @@ import html
 import json
 from importlib import resources
 from pathlib import Path
+from typing import Final
 
 from PIL import Image as Pillow
 
-from kogao_core.base.language import language, translated
-from kogao_core.lab.study import results, words
-from kogao_core.lab.study.conduct import SURROUND
+from kogao_core.base.language import Text, language, translated
+from kogao_core.lab.study import results
+from kogao_core.lab.study.design import LEAST_MS, SURROUND
 from kogao_core.lab.study.plan import Study
-from kogao_core.lab.study.quality import LEAST_MS
 from kogao_core.lab.subjects import PAPER_SIZE
+
+PAGE: Final = {
+    "title": Text("Natural or unnatural?"),
+    "back_key": Text("take the last answer back"),
+    "then": Text("Then you grade some pictures from 0 to 100."),
+    "stop_alone": Text("You may stop at any time and go on later in this browser."),
+    "stop_served": Text("You may stop at any time and go on later."),
+    "kept": Text(
+        "Kept are your answers, how long each took and how large the pictures were, under"
+        " the code below: no name, no address."
+    ),
+    "stay_alone": Text(
+        "They stay on this computer until you save the file at the end and hand it over yourself."
+    ),
+    "stay_served": Text("They stay on this computer."),
+    "window": Text("Make this window as large as you can, and leave it so."),
+    "again": Text("To go on later, type the same code again: keep it."),
+    "agree": Text("I have read this and agree to take part."),
+    "measure": Text("How large is this screen?"),
+    "card": Text(
+        "Hold a bank card, or any card of that size, against the screen, and move the slider until"
+        " the field below is exactly as wide."
+    ),
+    "card_width": Text("Width of the field"),
+    "fits": Text("It is as wide as the card"),
+    "full": Text("Full screen"),
+    "code": Text("Your code; leave it as it is unless you were given one"),
+    "code_rule": Text("a to z, 0 to 9 and dashes"),
+    "begin": Text("Begin"),
+    "go_on": Text("Go on"),
+    "picture": Text("The face to judge"),
+    "next": Text("Next"),
+    "not_mine": Text("Not my picture"),
+    "progress": Text("Progress"),
+    "take_back": Text("Take back"),
+    "save_so_far": Text("Save answers so far"),
+    "thanks": Text("Thank you"),
+    "close": Text("You may close this page."),
+    "save": Text("Save my answers"),
+    "last_back": Text("Take the last answer back"),
+}
+"""What stands in `page.html`, by the name of its place."""
+
+SCRIPT: Final = {
+    "natural": Text("Natural"),
+    "unnatural": Text("Unnatural"),
+    "left": Text("The left one"),
+    "right": Text("The right one"),
+    "same": Text("The same"),
+    "different": Text("Different"),
+    "task_pair": Text(
+        "You will see {n} times two pictures side by side. Say, without thinking long, in which"
+        " the face looks more natural."
+    ),
+    "task_same": Text(
+        "You will see {n} times two pictures side by side. Say, without thinking long, whether"
+        " they are the same or differ."
+    ),
+    "ask_pair": Text("In which picture does the face look more natural?"),
+    "ask_same": Text("Are these pictures the same?"),
+    "task_slider": Text(
+        "You will see {n} pictures one after another. Say of each, without thinking long, how"
+        " natural the face looks."
+    ),
+    "scale_satisfied": Text("0 not at all satisfied, 100 wholly satisfied"),
+    "scale_natural": Text("0 not at all natural, 100 wholly natural"),
+    "ask_slider": Text("How natural does this face look?"),
+    "distance": Text("Sit so that your eyes are {cm} cm from the screen, and stay so."),
+    "break": Text("A break"),
+    "practised": Text("That was for practice; now it begins"),
+    "practice": Text("Practice {done} of {total}"),
+    "small_screen": Text(
+        "This screen is too small for this study: its pictures need {size} px, and the screen has"
+        " {screen}. Go on with the same code on a larger one."
+    ),
+    "not_full": Text("This study is shown on the full screen only."),
+    "never_full": Text(
+        "This browser can't show a page on the full screen. Go on with the same code in another."
+    ),
+    "disagrees": Text("Who doesn't agree doesn't take part: you may close this page."),
+    "completion": Text("Your completion code: {code}"),
+    "code": Text("Code: {rater}"),
+    "task_one": Text(
+        "You will see one picture. Say, without thinking long, whether the face looks "
+        "natural or unnatural."
+    ),
+    "task": Text(
+        "You will see {n} pictures one after another. Say of each, without thinking long,"
+        " whether the face looks natural or unnatural."
+    ),
+    "ended": Text(
+        "Kogao has ended. Nothing is lost: start it again, and go on with your code on "
+        "the page that it opens."
+    ),
+    "keeps_nothing": Text(
+        "This browser keeps nothing for a file: do the session in one go, and save at the end."
+    ),
+    "place": Text("{done} of {total}"),
+    "ask_satisfied": Text("How satisfied are you with this picture of yourself?"),
+    "ask_natural": Text("Does this face look natural or unnatural?"),
+    "missing": Text("The picture {name} is missing: copy the whole folder again."),
+    "larger": Text(
+        "Make this window larger: the pictures of a session keep their size, and need "
+        "{size} px beside the buttons."
+    ),
+    "elsewhere": Text("This session went on in another window; here it goes on from there."),
+    "said": Text("{n} answers are kept under the code {rater}."),
+    "hand": Text("Hand the file {file} to whoever asked you."),
+}
+"""What `page.js` says as a session goes on; it fills the fields."""
 
 
 def page(study: Study, folder: Path, *, served: bool = False) -> str:
@@ -34,7 +144,7 @@ def page(study: Study, folder: Path, *, served: bool = False) -> str:
         f"style-src {_digest(style)}; base-uri 'none'; form-action 'none'"
     )
     filled = {"POLICY": policy, "STYLE": style, "SCRIPT": script}
-    filled |= {name: html.escape(translated(text)) for name, text in words.PAGE.items()}
+    filled |= {name: html.escape(translated(text)) for name, text in PAGE.items()}
     filled["LANGUAGE"] = language()
     text = _part("page.html")
     for name, value in filled.items():
@@ -49,7 +159,7 @@ def _data(study: Study, folder: Path, served: bool) -> str:
         "box": _box(study, folder),
         "least_ms": LEAST_MS,
         "served": served,
-        "words": {name: translated(text) for name, text in words.SCRIPT.items()},
+        "words": {name: translated(text) for name, text in SCRIPT.items()},
     }
     return json.dumps(content).replace("<", "\\u003c")
 

@@ -1,7 +1,7 @@
 """What raters may see of a study, and what only its maker may.
 
 The two halves are two files: `Study` lies in the folder that raters get and names pictures only;
-`Key` lies beside that folder and says what each picture is.
+`Key` lies beside that folder and says what each picture is, and where it comes from.
 """
 
 from __future__ import annotations
@@ -13,19 +13,133 @@ import json
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any, Final, Literal, get_args
+from typing import Any, Final, Literal
 
+import numpy as np
+
+from kogao_core import __version__
 from kogao_core.base.atomic import put
 from kogao_core.base.language import Text
 from kogao_core.base.strict import BadFile, Node, parse
-from kogao_core.base.wording import system_reason
-from kogao_core.lab.study.conduct import CONDUCT, Conduct
-from kogao_core.lab.study.origin import Origin, PhotoRecord, PictureFigures
-from kogao_core.lab.study.quality import RULES, Rules
-from kogao_core.lab.study.variants import Kind, Variant
+from kogao_core.base.wording import printable, system_reason
+from kogao_core.lab.study.design import CONDUCT, RULES, Conduct, Kind, Rules, Variant, one_of
+from kogao_core.lab.subjects import Subject
+from kogao_core.pipeline import Rendering
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.recipe.settings import PAPER_CENTERS, Fit
+
+_MOST_POINTS: Final = 1000
+_LARGEST: Final = 1e9
+_DIGITS: Final = 2  # decimals of landmarks, px at the paper's size
+
+
+@dataclass(frozen=True, slots=True)
+class Origin:
+    """How a study came to be."""
+
+    program: str  # version of Kogao
+    made: str  # when, ISO 8601 in UTC
+    landmarks: str  # name of the landmark source; empty where faces came from elsewhere
+
+    @staticmethod
+    def now(landmarks: str) -> Origin:
+        """Return the origin of a study that this program makes at this moment."""
+        return Origin(__version__, datetime.now(UTC).isoformat(timespec="seconds"), landmarks)
+
+    @staticmethod
+    def parse(node: Node) -> Origin:
+        """Read what a key holds."""
+        node.only(("program", "made", "landmarks"))
+        program, made, landmarks = (
+            node.field(name).text(200) for name in ("program", "made", "landmarks")
+        )
+        return Origin(program, made, landmarks)
+
+
+@dataclass(frozen=True, slots=True)
+class PhotoRecord:
+    """One face of a study."""
+
+    name: str  # its photo's file name
+    sha256: str = ""  # of that file; empty where there was none
+    points: tuple[tuple[float, float], ...] = ()  # landmarks in px of its pictures, unwarped
+
+    @staticmethod
+    def of(subject: Subject) -> PhotoRecord:
+        """Return what a key holds of a subject; letters that can't be printed become '?'."""
+        name = printable(subject.name)
+        points = [(float(x), float(y)) for x, y in _points(subject)]
+        return PhotoRecord(name, subject.sha256, tuple(points))
+
+    @staticmethod
+    def parse(node: Node) -> PhotoRecord:
+        """Read what a key holds."""
+        node.only(("name", "sha256", "points"))
+        points = [
+            [one.number(-_LARGEST, _LARGEST) for one in point.items(2)]
+            for point in node.field("points").items(_MOST_POINTS)
+        ]
+        if any(len(point) != 2 for point in points):
+            node.field("points").refuse("must be pairs of x and y")
+        return PhotoRecord(
+            node.field("name").text(4096),
+            node.field("sha256").text(64),
+            tuple((x, y) for x, y in points),
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class PictureFigures:
+    """What a picture's warp amounts to."""
+
+    # How far the landmarks came towards the centre, % of D (`kogao_core.warp.measures`).
+    achieved: float
+    # Lattice spacing in mean warp distances, the paper's R in figures 10 and 11.
+    lattice_in_warps: float | None
+    # What the recipe asked for, % of D, where that was chosen so that something else is achieved.
+    asked: float | None = None
+
+    @staticmethod
+    def of(rendering: Rendering) -> PictureFigures:
+        """Return what the rendering of one face amounts to."""
+        (pairs,), (lattice,) = rendering.pairs, rendering.field.lattices
+        moved = pairs.warp_distance_px
+        return PictureFigures(
+            round(rendering.achieved[0], 4),
+            round(lattice.grid.spacing_px / moved, 4) if moved > 0.0 else None,
+        )
+
+    @staticmethod
+    def parse(node: Node) -> PictureFigures:
+        """Read what a key holds."""
+        ratio, asked = (
+            None if one.value is None else one.number(-_LARGEST, _LARGEST)
+            for one in (node.field("lattice_in_warps"), node.field("asked"))
+        )
+        return PictureFigures(node.field("achieved").number(-100.0, 100.0), ratio, asked)
+
+
+def digest(subject: Subject, recipe: Recipe) -> str:
+    """Return the SHA-256 of what all pictures of a subject follow from: pixels, landmarks, recipe.
+
+    Another photo, other landmarks or another recipe have another one, whatever their names.
+    """
+    content: dict[str, Any] = {
+        "shape": subject.pixels.shape,
+        "points": _points(subject).tolist(),
+        "recipe": recipe.to_dict(),
+    }
+    total = hashlib.sha256(json.dumps(content, sort_keys=True).encode())
+    total.update(np.ascontiguousarray(subject.pixels).tobytes())
+    return total.hexdigest()
+
+
+def _points(subject: Subject) -> np.ndarray:
+    # The sum turns -0.0 into 0.0, which is the same place.
+    return np.round(np.vstack([face.points for face in subject.faces]), _DIGITS) + 0.0
+
 
 STUDY_FILE: Final = "study.json"
 RATINGS_FOLDER: Final = "ratings"
@@ -58,17 +172,9 @@ class Study:
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain JSON values."""
-        return {
-            "format": _STUDY_FORMAT,
-            "version": VERSION,
-            "study": self.identity,
-            "ratings": list(self.ratings),
-            "satisfaction": list(self.satisfaction),
-            "practice": list(self.practice),
-            "faces": list(map(list, self.faces)),
-            "twins": list(map(list, self.twins)),
-            "conduct": self.conduct.to_dict(),
-        }
+        values = dataclasses.asdict(self)
+        identity = values.pop("identity")
+        return {"format": _STUDY_FORMAT, "version": VERSION, "study": identity, **values}
 
 
 @dataclass(frozen=True, slots=True)
@@ -236,22 +342,17 @@ def _checked_name(node: Node) -> str:
 def _meaning(node: Node, subjects: int) -> Meaning:
     figures = ("achieved", "lattice_in_warps", "asked")
     node.only(("subject", "kind", "percent", "center", "lattice", "fit", "side", *figures))
-    text = node.field("kind").text(20, get_args(Kind))
-    kind: Kind = next(kind for kind in get_args(Kind) if kind == text)
-    named = node.field("fit").text(20, get_args(Fit))
-    given = None if node.field("side").value is None else node.field("side").text(5, get_args(Side))
-    side: Side | None = next((side for side in get_args(Side) if side == given), None)
-    fit: Fit = next(fit for fit in get_args(Fit) if fit == named)
+    side = node.field("side")
     variant = Variant(
-        kind,
+        one_of(node.field("kind"), Kind),
         node.field("percent").number(-15.0, 15.0),
         node.field("center").whole(1, len(PAPER_CENTERS)),
         node.field("lattice").number(0.0, 100.0),
-        fit,
+        one_of(node.field("fit"), Fit),
     )
     return Meaning(
         node.field("subject").whole(0, max(0, subjects - 1)),
         variant,
         PictureFigures.parse(node),
-        side,
+        None if side.value is None else one_of(side, Side, 5),
     )

@@ -5,19 +5,19 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import asdict
-from typing import Final
+from importlib.util import find_spec
+from typing import TYPE_CHECKING, Final
 
 from kogao_core.base.language import Text
 from kogao_core.lab.reports.report import NONE, Heading, Part, Report, Row, Table, recipe_in_words
-from kogao_core.lab.study import curve, tables
-from kogao_core.lab.study.conduct import Task
-from kogao_core.lab.study.curve import Curves
-from kogao_core.lab.study.origin import PictureFigures
-from kogao_core.lab.study.plan import Key
-from kogao_core.lab.study.quality import Quality
+from kogao_core.lab.study import tables
+from kogao_core.lab.study.design import Task, Variant
+from kogao_core.lab.study.plan import Key, PictureFigures
 from kogao_core.lab.study.tables import PUBLISHED_SATISFACTION, Shares, of_kind
-from kogao_core.lab.study.tally import Grades, Share, Tally
-from kogao_core.lab.study.variants import Variant
+from kogao_core.lab.study.tally import Grades, Quality, Share, Tally
+
+if TYPE_CHECKING:
+    from kogao_core.lab.study.curve import Curves
 
 _TITLE: Final = Text("How natural do the faces look?")
 _LEADS: Final[Mapping[Task, Text]] = {
@@ -41,8 +41,7 @@ _ALIKE: Final = 0.02  # sizes, as angles, that differ by no larger a share are o
 def report(tally: Tally) -> Report:
     """Return the report of a tally."""
     shares, everybody = tally.shares(), tally.shares(tally.answers)
-    floor = 0.5 if tally.task == "pair" else 0.0
-    found = curve.fitted(tally.counted, floor=floor) if curve.is_here() else None
+    found = _curves(tally) if _has_scipy() else None
     differs = shares != everybody
     whose = Text("those who count") if differs else Text("everybody")
     graded = tally.naturalness()
@@ -72,6 +71,16 @@ def report(tally: Tally) -> Report:
     parts += [Text("Note: {sentence}.", sentence=sentence) for sentence in notes(tally)]
     records = _records(tally, shares, everybody)
     return Report(_TITLE, _LEADS[tally.task], parts, records, _document(tally, records, found))
+
+
+def _has_scipy() -> bool:
+    return find_spec("scipy") is not None
+
+
+def _curves(tally: Tally) -> Curves | None:
+    from kogao_core.lab.study import curve  # needs an extra
+
+    return curve.fitted(tally.counted, floor=0.5 if tally.task == "pair" else 0.0)
 
 
 def care(tally: Tally) -> Table:
@@ -179,7 +188,7 @@ def notes(tally: Tally) -> list[str]:
                 "raters saw pictures at different sizes, which are pooled; see the table of raters"
             )
         )
-    if not curve.is_here():
+    if not _has_scipy():
         sentences.append(
             Text("the curve and its 50 % point need scipy: pip install 'kogao[experiments]'")
         )

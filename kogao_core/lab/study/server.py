@@ -22,8 +22,8 @@ from kogao_core.base.language import Text
 from kogao_core.base.strict import BadFile, Node, parse
 from kogao_core.base.wording import system_reason
 from kogao_core.lab.study import page, plan, results
-from kogao_core.lab.study.results import Log
-from kogao_core.lab.study.session import Record, Session
+from kogao_core.lab.study.design import one_of
+from kogao_core.lab.study.results import Log, Record, Session
 
 if sys.platform == "win32":
     import msvcrt
@@ -97,7 +97,9 @@ class Sessions:
                 if not begins and not (path.exists() and b"\n" in path.read_bytes()):
                     return {"number": len(list(path.parent.glob(f"*{results.SUFFIX}")))}
                 order = plan.names(beginning.field("order")) if begins else ()
-                keys = results.keys_of(beginning.field("keys")) if begins else "fj"
+                keys: results.Keys = (
+                    one_of(beginning.field("keys"), results.Keys, 2) if begins else "fj"
+                )
                 path.parent.mkdir(exist_ok=True)
                 file = _locked(path, rater)
                 try:

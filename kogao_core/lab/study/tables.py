@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from statistics import fmean
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -14,12 +14,12 @@ from kogao_core.base.language import Text
 from kogao_core.faces.naturalness import DISTANCES, STUDENTS, SUBJECTS, UNNATURAL
 from kogao_core.lab.reports.charts import Chart, Series
 from kogao_core.lab.reports.report import NONE, Table
-from kogao_core.lab.study import curve
-from kogao_core.lab.study.conduct import Task
-from kogao_core.lab.study.curve import Curve, Curves, Estimate
+from kogao_core.lab.study.design import Group, Kind, Task, Variant
 from kogao_core.lab.study.tally import Grades, Share, Tally
-from kogao_core.lab.study.variants import Group, Kind, Variant
 from kogao_core.recipe.settings import SETTINGS
+
+if TYPE_CHECKING:
+    from kogao_core.lab.study.curve import Curve, Curves, Estimate
 
 PUBLISHED_SATISFACTION: Final = 92
 PUBLISHED_USERS: Final = 20
@@ -171,7 +171,7 @@ def curves(found: Curves, shares: Shares) -> Table:
             "A logistic curve with a share of lapses at both ends, by greatest likelihood, over "
             "pictures of table 1 and the photo as it is. Intervals of 95 % are from {n} draws of "
             "raters and faces ({raters} and {faces}) with replacement. {hint}",
-            n=curve.RESAMPLES, raters=found.raters, faces=found.faces, hint=hint,
+            n=found.resamples, raters=found.raters, faces=found.faces, hint=hint,
         ),
     )  # fmt: skip
 

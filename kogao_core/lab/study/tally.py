@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import math
 import statistics
 from collections import Counter, defaultdict
@@ -13,18 +14,18 @@ from typing import Final
 
 from kogao_core.base.language import Text
 from kogao_core.base.strict import BadFile
-from kogao_core.lab.study import plan, quality, results
-from kogao_core.lab.study.conduct import Task
-from kogao_core.lab.study.origin import PictureFigures
-from kogao_core.lab.study.plan import Key, Meaning
-from kogao_core.lab.study.quality import Quality
-from kogao_core.lab.study.results import Ratings
-from kogao_core.lab.study.session import Record, Session
-from kogao_core.lab.study.variants import Variant
+from kogao_core.lab.study import plan, results
+from kogao_core.lab.study.design import Rules, Task, Variant
+from kogao_core.lab.study.plan import Key, Meaning, PictureFigures
+from kogao_core.lab.study.results import Ratings, Record, Session
 
 _MOST_FILES: Final = 10_000
 # The standard normal quantile of 97.5 %.
 _Z: Final = 1.959963984540054
+# Distances, % of D, that table 1's students all but agreed on, and that most called unnatural: only
+# who saw both must have said both.
+_NATURAL_PERCENT: Final = 2.0
+_UNNATURAL_PERCENT: Final = 10.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,6 +108,50 @@ class Answered:
     def is_early(self) -> bool:
         """Whether it came before the least time of the study's rules."""
         return self.record.took_ms < self.key.rules.least_ms
+
+
+@dataclass(frozen=True, slots=True)
+class Quality:
+    """What the answers of one rater say of their care; practice isn't among them."""
+
+    rater: str
+    answers: int
+    median_ms: float
+    quick: float  # share of answers that came sooner than the rules' least time, 0 to 1
+    is_straight: bool  # whether all answers are the same
+    unnatural: float | None  # share of "unnatural"; None where nothing is answered by that
+    distances: tuple[float, float]  # smallest and largest asked for, % of D
+    longest_run: int  # most times in a row that the same was said
+    # Pairs of pictures that are the same, and how many of them were answered the same.
+    pairs: int
+    agreeing: int
+    # Catch pictures, and how many were called unnatural.
+    catches: int
+    caught: int
+    away_ms: int  # in another tab or window while a picture was on the screen
+    taken_back: int  # answers
+    sizes: tuple[tuple[int, int], ...]  # in which pictures were shown, CSS px, most often first
+    degrees: tuple[float, float] | None  # smallest and largest width of a picture
+    reasons: tuple[Text, ...] = ()  # why the answers are left out
+
+    def broken(self, rules: Rules) -> tuple[Text, ...]:
+        """Return why the answers are left out by some rules; empty where they count."""
+        reasons = []
+        if self.quick > rules.most_quick:
+            share = Text(
+                "{share:.0f} % of answers in under {ms} ms",
+                share=100.0 * self.quick,
+                ms=rules.least_ms,
+            )
+            reasons.append(share)
+        low, high = self.distances
+        ends = low <= _NATURAL_PERCENT and high >= _UNNATURAL_PERCENT
+        if ends and self.answers >= rules.straight and self.is_straight:
+            reasons.append(Text("the same answer to all {n} pictures", n=self.answers))
+        if self.catches and self.caught < rules.least_caught * self.catches:
+            caught = Text("{n} of {of} catch pictures seen", n=self.caught, of=self.catches)
+            reasons.append(caught)
+        return tuple(reasons)
 
 
 @dataclass(slots=True)
@@ -299,8 +344,49 @@ def _judge_raters(total: Tally, exclude: Collection[str]) -> None:
         by_rater[row.session.rater].append(row)
     for rater, rows in sorted(by_rater.items()):
         rules = rows[0].key.rules
-        one = quality.of_rater(rows, rules)
-        reasons = rules.broken_by(one)
+        one = of_rater(rows, rules)
+        reasons = one.broken(rules)
         if rater in exclude:
             reasons = (Text("left out by hand"), *reasons)
         total.raters[rater] = dataclasses.replace(one, reasons=reasons)
+
+
+def of_rater(rows: Sequence[Answered], rules: Rules) -> Quality:
+    """Return what the answers of one rater say."""
+    judged = [row for row in rows if row.record.answer is not None]
+    asked = [abs(row.variant.percent) for row in judged if row.variant.kind != "catch"]
+    catches = [row for row in judged if row.variant.kind == "catch"]
+    others = [row for row in judged if row.variant.kind != "catch"]
+    said = [row.record.answer for row in others]
+    times = [row.record.took_ms for row in rows]
+    runs = (len(list(same)) for _, same in itertools.groupby(said))
+    shown = [row.record.display for row in rows if row.record.display is not None]
+    widths = [one.degrees for one in shown if one.degrees is not None]
+    twins = _twins(others)
+    sessions = {id(row.session): row.session for row in rows}.values()
+    return Quality(
+        rows[0].session.rater,
+        len(rows),
+        statistics.median(times),
+        sum(ms < rules.least_ms for ms in times) / len(times),
+        len(set(said)) == 1,
+        sum(bool(row.is_unnatural) for row in others) / len(said) if said else None,
+        (min(asked, default=0.0), max(asked, default=0.0)),
+        max(runs, default=0),
+        len(twins),
+        sum(first == second for first, second in twins),
+        len(catches),
+        sum(bool(row.is_unnatural) for row in catches),
+        sum(row.record.away_ms for row in rows),
+        sum(record.back for session in sessions for record in session.records),
+        tuple(sorted({one.shown for one in shown}, key=[one.shown for one in shown].count)[::-1]),
+        (min(widths), max(widths)) if widths else None,
+    )
+
+
+def _twins(rows: Sequence[Answered]) -> list[tuple[bool | None, bool | None]]:
+    """Return the answers to each two pictures that are the same but for their names."""
+    same = defaultdict(list)
+    for row in rows:
+        same[row.key.identity, row.meaning.subject, row.variant.what].append(row.is_unnatural)
+    return [pair for answers in same.values() for pair in itertools.combinations(answers, 2)]

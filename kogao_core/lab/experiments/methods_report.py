@@ -9,25 +9,21 @@ from typing import Final
 
 from kogao_core.base.geometry import Image
 from kogao_core.base.language import Text
-from kogao_core.lab.methods.base import Method
-from kogao_core.lab.methods.comparing import (
+from kogao_core.lab.experiments import methods
+from kogao_core.lab.experiments.experiment import Experiment, ExperimentOption, Work
+from kogao_core.lab.experiments.methods import (
     DIFFERENCE_GAIN,
     SAMPLES_PX,
     Compared,
     Comparison,
     MethodsResult,
 )
+from kogao_core.lab.methods import Method
 from kogao_core.lab.reports.charts import Chart, Series
 from kogao_core.lab.reports.report import NONE, Heading, Part, Picture, Report, Row, Table
 from kogao_core.lab.reports.spread import Spread, in_columns, rounded
 from kogao_core.recipe.settings import FITS
 
-_TITLE: Final = Text("Methods side by side")
-_LEAD: Final = Text(
-    "The same landmarks go to the same targets by the methods of the paper's "
-    "references and of today's practice: how exactly, how fast, over how many "
-    "pixels, and does it fold?"
-)
 _FITS: Final[dict[str, Text]] = {fit.name: fit.word for fit in FITS}
 _FIGURES: Final = (
     *("quick_psnr_db", "residual_mean_px", "residual_max_px", "landing_mean_px", "min_det"),
@@ -56,7 +52,25 @@ def report(result: MethodsResult) -> Report:
     ]
     for photo in result.photos:
         parts += _photo(photo, _tables(f", {photo.subject.name}", [photo]) if several else [])
-    return Report(_TITLE, _LEAD, parts, _records(result), _document(result))
+    records = [_record(photo, one) for photo in result.photos for one in photo.methods]
+    document: dict[str, object] = {
+        "experiment": "methods",
+        "recipe": recipe.to_dict(),
+        "repeats": result.repeats,
+        "photos": records,
+    }
+    return Report(
+        Text("Methods side by side"),
+        Text(
+            "The same landmarks go to the same targets by the methods of the paper's "
+            "references and of today's practice: how exactly, how fast, over how many "
+            "pixels, and does it fold?"
+        ),
+        parts,
+        records,
+        document,
+        _gallery(result.photos[0]),
+    )
 
 
 def _bars(photos: Sequence[Comparison]) -> list[Chart]:
@@ -210,10 +224,6 @@ def _times_the_first(
     return statistics.median(ratios)
 
 
-def _records(result: MethodsResult) -> list[dict[str, object]]:
-    return [_record(photo, one) for photo in result.photos for one in photo.methods]
-
-
 def _record(photo: Comparison, one: Compared) -> dict[str, object]:
     return {
         "photo": photo.subject.name,
@@ -228,15 +238,6 @@ def _record(photo: Comparison, one: Compared) -> dict[str, object]:
         "quick_median_ms": one.quick_ms and one.quick_ms.median,
         "quick_processor_median_ms": one.quick_processor_ms and one.quick_processor_ms.median,
         **{name: getattr(one, name) for name in _FIGURES},
-    }
-
-
-def _document(result: MethodsResult) -> dict[str, object]:
-    return {
-        "experiment": "methods",
-        "recipe": result.recipe.to_dict(),
-        "repeats": result.repeats,
-        "photos": _records(result),
     }
 
 
@@ -284,3 +285,43 @@ def _caption(one: Compared, kind: str) -> Text:
         ),
     }
     return Text("{method}: {fact}", method=one.method.title, fact=facts[kind])
+
+
+def _gallery(photo: Comparison) -> dict[str, list[tuple[str, Image]]]:
+    kinds = {
+        "result": Text("Result"),
+        "difference": Text("Difference to the photo, amplified"),
+        "heat": Text("Displacement"),
+    }
+    hung: dict[str, list[tuple[str, Image]]] = {
+        title: [(one.method.title, one.pictures[kind]) for one in photo.methods]
+        for kind, title in kinds.items()
+    }
+    hung[kinds["result"]].insert(0, (Text("The photo"), photo.subject.pixels))
+    return hung
+
+
+def _run(work: Work) -> Report:
+    for sentence in methods.missing():
+        work.name_absent(sentence)
+    photos = []
+    for subject in work.subjects:
+        comparison, failed = methods.measure(
+            subject, work.recipe, progress=work.progress, **work.given
+        )
+        for sentence in failed:
+            work.leave_out(sentence)
+        work.keep(pictures(comparison))
+        photos.append(comparison.views())
+    return report(MethodsResult(tuple(photos), work.recipe, work.given["repeats"]))
+
+
+EXPERIMENT: Final = Experiment(
+    "methods",
+    Text("&Methods side by side…"),
+    Text("Other warps on the same points: speed, exactness, folds"),
+    Text("Methods side by side"),
+    Text("B-splines beside other warps: speed, exactness, folds, domain, pictures."),
+    _run,
+    (ExperimentOption("repeats", 3, in_window=2),),
+)
