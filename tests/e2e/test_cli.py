@@ -702,19 +702,21 @@ def test_doctor_says_how_to_get_an_extra_and_calls_nothing_broken(cli, monkeypat
 @pytest.mark.parametrize(("user", "sudo"), [(0, ""), (1000, "sudo ")])
 def test_doctor_names_missing_libraries_and_the_one_command(cli, tmp_path, monkeypatch, user, sudo):
     monkeypatch.setattr(os, "geteuid", lambda: user)
-    missing = ("libxcb-cursor.so.0", "libEGL.so.1")
+    missing = {
+        "libEGL.so.1": "libegl1",
+        "libX11.so.6": "libx11-6",
+        "libglib-2.0.so.0": "libglib2.0-0",
+        "libxcb-cursor.so.0": "libxcb-cursor0",
+    }
     monkeypatch.setattr(sys, "platform", "linux")
     monkeypatch.setattr(installed, "_loads", lambda name: name not in missing)
     code, said, _ = cli("doctor", "--json", tmp_path / "found.json")
     assert code == 1
     found = json.loads((tmp_path / "found.json").read_text())
-    assert found["missing_libraries"] == {
-        "libxcb-cursor.so.0": "libxcb-cursor0",
-        "libEGL.so.1": "libegl1",
-    }
-    assert found["mend"] == [f"{sudo}apt-get install libegl1 libxcb-cursor0"]
+    assert found["missing_libraries"] == missing
+    assert found["mend"] == [f"{sudo}apt-get install libegl1 libglib2.0-0 libx11-6 libxcb-cursor0"]
     assert "libxcb-cursor.so.0: missing (Debian and Ubuntu: libxcb-cursor0)" in said
-    assert f"To mend it: {sudo}apt-get install libegl1 libxcb-cursor0" in said
+    assert f"To mend it: {found['mend'][0]}" in said
 
 
 @pytest.mark.usefixtures("portrait")
