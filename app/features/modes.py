@@ -27,8 +27,7 @@ from kogao_core.projects.sidecar import Applied
 from ..canvas.handles import name
 from ..document import State
 from ..i18n import reason, tr
-from ..render.pictures import scaled
-from ..render.pyramid import PicturePyramid
+from ..render.pictures import PicturePyramid, scaled
 from ..theme import GRID_PX
 from ..view_state import Handle
 from ..widgets.controls import column_of, heading, muted_label

@@ -17,8 +17,7 @@ from kogao_core.base.wording import shown
 from kogao_core.cli import common, ending, words
 from kogao_core.photo.disclosure.credentials import Signer, check_signer
 from kogao_core.photo.disclosure.disclosing import Disclosure
-from kogao_core.photo.disclosure.label import check_label
-from kogao_core.photo.disclosure.label_picture import LabelPicture, check_picture
+from kogao_core.photo.disclosure.label import LabelPicture, check_label, check_picture
 from kogao_core.photo.errors import CannotDisclose, MissingExtra
 from kogao_core.photo.export import LONGEST_PX, Export
 from kogao_core.recipe import presets

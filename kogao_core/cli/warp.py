@@ -309,7 +309,7 @@ def _save_project(
         off = frozenset(n for n, face in enumerate(found) if id(face) not in chosen)
         sheet = project.Sheet(tuple(found), off, done.recipe)
         kept = project.Project(original, "automatic", sheet, None, done.protection, done.loose)
-    place = sidecar.sidecar_of(photo.path)
+    place = sidecar_of(photo.path)
     with ending.writing(place):
         project.save(kept, place)
     return place

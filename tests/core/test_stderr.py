@@ -18,7 +18,7 @@ from scenes import textured_photo
 
 from kogao_core import photo
 from kogao_core.base.stderr import hushed, if_unsaid
-from kogao_core.photo.formats import deep
+from kogao_core.photo.formats import colour
 
 posix = pytest.mark.skipif(sys.platform == "win32", reason="closes a descriptor")
 SAVING = """
@@ -208,7 +208,7 @@ def test_opencv_stays_silent_while_any_thread_decodes_and_gets_its_level_back(mo
         return np.zeros((1, 1), np.uint16)
 
     monkeypatch.setattr(cv2, "imdecode", decode)
-    threads = [threading.Thread(target=deep.decode, args=(bytes([k]),)) for k in range(2)]
+    threads = [threading.Thread(target=colour.decoded_deep, args=(bytes([k]),)) for k in range(2)]
     for thread, there in zip(threads, began, strict=True):
         thread.start()
         there.wait()

@@ -27,7 +27,7 @@ from kogao_core.batch import workers
 from kogao_core.batch.measures import COLUMNS
 from kogao_core.faces.landmarks import pixels
 from kogao_core.photo.disclosure.disclosing import Disclosure
-from kogao_core.photo.disclosure.label_picture import LabelPicture
+from kogao_core.photo.disclosure.label import LabelPicture
 from kogao_core.recipe.recipe import Recipe
 
 

@@ -625,8 +625,8 @@ print(sorted(UNUSED & warped | qt & {name.split(".")[0] for name in whole}))
 # What a warp has no use for.
 UNUSED = {
     *("webbrowser", "urllib.request", "email", "importlib.metadata", "numpy.ma", "distributed"),
-    *("secrets", "kogao_core.photo.disclosure.edit_record", "kogao_core.lab", "kogao_core.batch"),
-    *("kogao_core.cli.batch", "kogao_core.cli.doctor", "kogao_core.lab.commands.experiment"),
+    *("secrets", "kogao_core.lab", "kogao_core.batch", "kogao_core.cli.batch"),
+    *("kogao_core.cli.doctor", "kogao_core.lab.commands.experiment"),
 }
 
 
