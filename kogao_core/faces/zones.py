@@ -25,8 +25,7 @@ import numpy.typing as npt
 from kogao_core.base.geometry import Array, smoothstep
 from kogao_core.faces.face import Face
 from kogao_core.faces.reshape import across
-from kogao_core.recipe.recipe import Recipe
-from kogao_core.recipe.settings import SHAPE
+from kogao_core.recipe.recipe import SHAPE, Recipe
 
 # Directions in which a zone stands alone, in degrees from the chin: four landmarks lie between two
 # of them. On the mean face the chin passes into the jaw below the corners of the mouth, half way,
