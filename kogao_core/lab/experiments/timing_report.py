@@ -10,7 +10,6 @@ from itertools import chain
 from typing import Final
 
 from kogao_core.base.language import Text
-from kogao_core.base.timing import STAGES
 from kogao_core.lab.experiments import timing
 from kogao_core.lab.experiments.experiment import Experiment, ExperimentOption, Work
 from kogao_core.lab.experiments.timing import (
@@ -27,6 +26,7 @@ from kogao_core.lab.experiments.trials import Trial, read
 from kogao_core.lab.reports.charts import Chart, Series
 from kogao_core.lab.reports.report import NONE, Report, Table, recipe_in_words
 from kogao_core.lab.reports.spread import Spread, in_columns, rounded
+from kogao_core.pipeline import STAGES
 
 _NAMES: Final[dict[Size, str]] = {
     "960x720": Text("960 x 720 px"),
