@@ -140,8 +140,7 @@ def test_every_rival_is_run_both_ways(comparison):
         is_rival = one.method.library != "Kogao"
         assert (one.quick_ms is not None) == is_rival
         assert (one.quick_psnr_db is not None) == is_rival
-    result = comparing.MethodsResult((comparison.views(),), PAPER, 1)
-    table = methods_report.report(result).tables[0]
+    table = methods_report.report([comparison.views()], PAPER, 1).tables[0]
     assert table.rows[0][5] == "1.00"
     assert [row[6] == "\N{EN DASH}" for row in table.rows] == 3 * [True] + 5 * [False]
 
@@ -235,11 +234,11 @@ def test_points_that_a_method_cannot_take_are_named():
 
 
 def test_the_report_shows_all(comparison):
-    result = comparing.MethodsResult((comparison.views(),), PAPER, 1)
-    json.dumps(methods_report.report(result).document, allow_nan=False)
-    told = page(methods_report.report(result), Made.now("kogao-cli"))
+    report = methods_report.report([comparison.views()], PAPER, 1)
+    json.dumps(report.document, allow_nan=False)
+    told = page(report, Made.now("kogao-cli"))
     assert told.count("<img") == 1 + 3 * len(METHODS)
     assert len(list(methods_report.pictures(comparison))) == 3 * len(METHODS)
-    cost, effect = methods_report.report(result).tables
+    cost, effect = report.tables
     assert len(cost.rows) == len(effect.rows) == len(METHODS)
     assert cost.rows[0][5] == "1.00"

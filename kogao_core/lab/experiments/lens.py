@@ -72,15 +72,6 @@ class Stretch:
     dragged_px: float | None  # a neighbour beside it, at 1000 px of height
 
 
-@dataclass(frozen=True, eq=False)
-class LensResult:
-    """All places of all photos."""
-
-    stretches: tuple[Stretch, ...]
-    recipe: Recipe
-    shown: tuple[Image, ...] = ()  # of the first: before, after, the truth
-
-
 def measure(
     subject: Subject, source: LandmarkSource, recipe: Recipe, *, progress: Progress = no_progress
 ) -> list[Stretch]:
@@ -282,17 +273,21 @@ def _aspect(truth: Face, after: Array) -> float:
 # -- the report ------------------------------------------------------------------------------------
 
 
-def report(result: LensResult) -> Report:
-    """Return what is left by scene, focal length and place, photos together."""
-    name = result.stretches[0].photo
+def report(stretches: Sequence[Stretch], recipe: Recipe, seen: Sequence[Image]) -> Report:
+    """Return what is left by scene, focal length and place, photos together.
+
+    `seen` are pictures of the first photo, as `shown` makes them.
+    """
+    name = stretches[0].photo
     pictures = [
         Picture(pixels, Text("{photo}, {what}", photo=name, what=what), what)
-        for what, pixels in zip(SHOWN, result.shown, strict=False)
+        for what, pixels in zip(SHOWN, seen, strict=False)
     ]
+    records = [asdict(one) for one in stretches]
     parts: list[Part] = [
         *([Row(pictures)] if pictures else []),
-        Text("{recipe}.", recipe=recipe_in_words(result.recipe)),
-        _table(result),
+        Text("{recipe}.", recipe=recipe_in_words(recipe)),
+        _table(stretches),
     ]
     return Report(
         Text("A face at the edge of a wide photo"),
@@ -301,19 +296,15 @@ def report(result: LensResult) -> Report:
             "homography of a camera aimed elsewhere; how far does the correction bring it back?"
         ),
         parts,
-        [asdict(one) for one in result.stretches],
-        {
-            "experiment": "lens",
-            "recipe": result.recipe.to_dict(),
-            "stretches": [asdict(one) for one in result.stretches],
-        },
-        {Text("At the edge"): list(zip(SHOWN, result.shown, strict=False))},
+        records,
+        {"experiment": "lens", "recipe": recipe.to_dict(), "stretches": records},
+        {Text("At the edge"): list(zip(SHOWN, seen, strict=False))},
     )
 
 
-def _table(result: LensResult) -> Table:
+def _table(stretches: Sequence[Stretch]) -> Table:
     groups: dict[tuple[Scene, float, float], list[Stretch]] = {}
-    for one in result.stretches:
+    for one in stretches:
         groups.setdefault((one.scene, one.focal_mm, one.share), []).append(one)
     return Table(
         Text("A face that the lens stretched, before and after: median (worst)"),
@@ -366,7 +357,7 @@ def _run(work: Work) -> Report:
     for subject in work.subjects:
         seen = seen or shown(subject, work.recipe)
         found += measure(subject, work.source, work.recipe, progress=work.progress)
-    return report(LensResult(tuple(found), work.recipe, tuple(seen)))
+    return report(found, work.recipe, seen)
 
 
 EXPERIMENT: Final = Experiment(
