@@ -15,9 +15,8 @@ from typing import TYPE_CHECKING, Final
 
 from kogao_core.base import installed, interrupts
 from kogao_core.base.language import languages, system_languages, tr, translated, use_language
-from kogao_core.base.memory import end_at_once
 from kogao_core.base.stderr import open_standard_streams
-from kogao_core.base.threads import take_short_turns, without_blas_threads
+from kogao_core.base.threads import end_at_once, take_short_turns, without_blas_threads
 from kogao_core.base.wording import shown
 from kogao_core.recipe.recipe import Recipe
 

@@ -14,7 +14,7 @@ from kogao_core.faces.face import Face, LandmarkSource
 from kogao_core.photo import Photo, read
 
 from .render.colour import pyramid_of
-from .render.pyramid import PicturePyramid
+from .render.pictures import PicturePyramid
 
 
 class Ahead:

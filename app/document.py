@@ -29,7 +29,7 @@ from kogao_core.warp.lens import Heads
 from kogao_core.warp.protection import NOTHING, Protection
 
 if TYPE_CHECKING:
-    from .render.pyramid import PicturePyramid
+    from .render.pictures import PicturePyramid
 
 # A landmark marked by hand and where it goes, px of the photo.
 Mark = tuple[tuple[float, float], tuple[float, float]]

@@ -18,7 +18,6 @@ from .features.batch import Batch
 from .features.both import BothModes
 from .features.chosen import SettingsForMany
 from .features.commands import Commands
-from .features.compare import Compare
 from .features.errand import Errand
 from .features.export import Exporting
 from .features.faces import Faces
@@ -32,7 +31,7 @@ from .features.history import History
 from .features.landmarks import Exchange, LandmarkSources
 from .features.manual import Manual
 from .features.modes import Modes
-from .features.overlays import Marks, Overlays
+from .features.overlays import Marks, Overlays, Surroundings
 from .features.points import Points, SoftSelection
 from .features.preferences import Preferences
 from .features.presets import Presets
@@ -43,10 +42,9 @@ from .features.readings import Figure, Readings
 from .features.recent import Recent
 from .features.recipe import RecipeEditing
 from .features.recovery import Recovery
-from .features.screen import Hints, Screen
+from .features.screen import Compare, Hints, Screen
 from .features.speech import Speech
 from .features.strip import Strip
-from .features.surroundings import Surroundings
 from .features.workspaces import Workspaces
 from .i18n import reason, tr
 from .render.live import Live

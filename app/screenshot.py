@@ -47,6 +47,7 @@ class Screenshot(QObject):
         super().__init__(editor)
         self._editor, self._path, self._percent, self._protect = editor, path, percent, protect
         self._code, self._line = 0, ""
+        editor.saver.keeps = False  # whoever looks at a photo edits nothing
         if show is not None:
             editor.marks.show_all()
             self._show(show)

@@ -23,8 +23,7 @@ if TYPE_CHECKING:
     from kogao_core.base.assets import sample
     from kogao_core.base.strict import BadFile
     from kogao_core.faces.face import Face
-    from kogao_core.faces.landmarks.sources import find, source
-    from kogao_core.faces.landmarks.template import template_face
+    from kogao_core.faces.landmarks.sources import find, source, template_face
     from kogao_core.photo.errors import CannotWrite, UnreadablePhoto
     from kogao_core.photo.formats.companions import accompanied
     from kogao_core.photo.model import Photo
@@ -67,8 +66,11 @@ __all__ = [
 _HOMES = {
     "base.assets": {"sample": "sample"},
     "faces.face": {"Face": "Face"},
-    "faces.landmarks.sources": {"find": "find", "source": "source"},
-    "faces.landmarks.template": {"template_face": "template_face"},
+    "faces.landmarks.sources": {
+        "find": "find",
+        "source": "source",
+        "template_face": "template_face",
+    },
     "photo.formats.companions": {"accompanied": "accompanied"},
     "photo.errors": {"CannotWrite": "CannotWrite", "UnreadablePhoto": "UnreadablePhoto"},
     "photo.model": {"Photo": "Photo"},

@@ -19,19 +19,17 @@ from kogao_core.recipe.recipe import Recipe
 from kogao_core.recipe.settings import DomainName
 from kogao_core.warp import domain as domains
 from kogao_core.warp.brush import UNTOUCHED, Brushwork, brushed
-from kogao_core.warp.canvas import Canvas, flag_of, warp_alike
-from kogao_core.warp.counts import pixel_counts
-from kogao_core.warp.dose import achieved_percent
-from kogao_core.warp.falloff import falloff_of
+from kogao_core.warp.canvas import FLAGS, Canvas, reduced, size_of, warp_alike
+from kogao_core.warp.domain import pixel_counts
 from kogao_core.warp.field import Field, Residual, residual
 from kogao_core.warp.fit import problems_of, solve
 from kogao_core.warp.frame import cut_note, slid
 from kogao_core.warp.guard import hold_back
 from kogao_core.warp.lens import Heads
 from kogao_core.warp.limits import check_corners, check_strokes
+from kogao_core.warp.measures import achieved_percent
 from kogao_core.warp.one_to_one import OneToOne, check_one_to_one
-from kogao_core.warp.protection import NOTHING, Protection
-from kogao_core.warp.reduction import reduced, size_of
+from kogao_core.warp.protection import NOTHING, Protection, falloff_of
 from kogao_core.warp.surround import surrounds_of
 
 
@@ -137,7 +135,7 @@ class Rendering:
 
     @cached_property
     def achieved(self) -> tuple[float, ...]:
-        """How far the landmarks of each face come towards its centre, % of D (`dose`)."""
+        """How far the landmarks of each face come towards its centre, % of D (`measures`)."""
         with one_blas_thread():
             return achieved_percent(self.field, self.pairs)
 
@@ -259,7 +257,7 @@ def render(
         size = size_of(Box.of(photo), longest_px)
         if size != (photo.shape[1], photo.shape[0]):
             with watch.lap("warp"):
-                flag = flag_of(recipe.interpolation)
+                flag = FLAGS[recipe.interpolation]
                 pixels, changed = reduced(photo, field, area.bounds, size, flag, threads), []
         else:
             with watch.lap("copy"):

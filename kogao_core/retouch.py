@@ -13,6 +13,7 @@ from kogao_core.base.originals import Originals
 from kogao_core.photo import Photo, accompanied, write, write_in_place
 from kogao_core.photo.disclosure.disclosing import Disclosure, disclose, signing, undisclosed
 from kogao_core.photo.export import AS_IT_IS, Export
+from kogao_core.photo.formats.jpeg import JPEG
 from kogao_core.photo.model import is_same
 from kogao_core.photo.optics import optics_of
 from kogao_core.photo.writing import Sign
@@ -72,7 +73,9 @@ def retouch(
     optics, rendering, is_changed = optics_of(photo), None, False
     left = optics.note(done.recipe)
     done = dataclasses.replace(done, recipe=optics.settled(done.recipe))
-    goes_along = export.coding is None and any(extra.data for extra in photo.extras)
+    goes_along = export.coding is None and any(
+        extra.data and extra.kind in JPEG.companions for extra in photo.extras
+    )
     if drawn is None or export.reduces(photo) or goes_along:
         held = held_of(photo.pixels, done, finder)
         rendering = render(

@@ -26,7 +26,7 @@ XMP = (
     'xmlns:tiff="http://ns.adobe.com/tiff/1.0/" tiff:Orientation="{}" dc:format="image/x">'
     "<dc:creator>Me &amp; 顔</dc:creator></rdf:Description></rdf:RDF></x:xmpmeta>"
 )
-_SIZES = {1: 1, 2: 1, 3: 2, 4: 4, 5: 8, 7: 1, 10: 8}
+_SIZES = {1: 1, 2: 1, 3: 2, 4: 4, 5: 8, 7: 1, 8: 2, 10: 8, 11: 4, 12: 8}
 
 
 def directory(entries, at, order="<", follow=0):
@@ -44,7 +44,7 @@ def directory(entries, at, order="<", follow=0):
         elif isinstance(value, bytes):
             data = value
         else:
-            letter = {3: "H", 4: "I", 5: "I", 10: "i"}[kind]
+            letter = {3: "H", 4: "I", 5: "I", 8: "h", 10: "i", 11: "f", 12: "d"}[kind]
             numbers = np.ravel(value).tolist()
             data = struct.pack(f"{order}{len(numbers)}{letter}", *numbers)
         count = 1 if isinstance(value, dict) else len(data) // _SIZES[kind]
@@ -89,7 +89,7 @@ def camera_tags(orientation, width, height):
     }  # fmt: skip
 
 
-def exif_block(orientation, width, height, order="<"):
+def exif_block(orientation, width, height, order="<", thumbnail=THUMBNAIL):
     """Return an EXIF block with a thumbnail, as JPEG, PNG and WebP hold it."""
     head = {"<": b"II*\0", ">": b"MM\0*"}[order] + struct.pack(order + "I", 8)
     tags = camera_tags(orientation, width, height)
@@ -97,8 +97,8 @@ def exif_block(orientation, width, height, order="<"):
     second = 8 + length + length % 2
     main = directory(tags, 8, order, second).ljust(length + length % 2, b"\0")
     place = second + 2 + 3 * 12 + 4
-    thumbnail = {0x0103: (3, 6), 0x0201: (4, place), 0x0202: (4, len(THUMBNAIL))}
-    return b"Exif\0\0" + head + main + directory(thumbnail, second, order) + THUMBNAIL
+    small = {0x0103: (3, 6), 0x0201: (4, place), 0x0202: (4, len(thumbnail))}
+    return b"Exif\0\0" + head + main + directory(small, second, order) + thumbnail
 
 
 def resources():

@@ -150,8 +150,8 @@ def photo_mechanic():
     return record + struct.pack(">I", len(record)) + b"cbipcbbl"
 
 
-def fotostation():
-    return CAPTION + struct.pack(">HI", 1, len(CAPTION) + 10) + b"\xa1\xb2\xc3\xd4"
+def fotostation(tag=1, record=CAPTION):
+    return record + struct.pack(">HI", tag, len(record) + 10) + b"\xa1\xb2\xc3\xd4"
 
 
 def box(name, body):
@@ -182,10 +182,10 @@ def rare_exif():
     return jpeg(exif=b"Exif\0\0II*\0" + struct.pack("<I", 8) + files.directory(tags, 8))
 
 
-def between_scans():
-    data = jpeg(progressive=True)
-    at = data.index(b"\xff\xda", data.index(b"\xff\xda") + 2)
-    return data[:at] + files.segment(0xFE, MARK) + data[at:]
+def between_scans(segment, *more, **options):
+    data = jpeg(*more, progressive=True, **options)
+    at = data.rindex(b"\xff\xda")
+    return data[:at] + segment + data[at:]
 
 
 def png(*chunks, end=b""):
@@ -245,6 +245,25 @@ def _extended(content):
     return jpeg(more, xmp=packet(f'xmpNote:HasExtendedXMP="{"5" * 32}"'))
 
 
+def _several():
+    ends = MP4 + MARK + fotostation(4, files.THUMBNAIL)
+    return ends + afcp(len(jpeg() + ends))
+
+
+def kept():
+    """Return a JPEG with one of each of what a changed one keeps, and with a true thumbnail."""
+    small = jpeg(profile=None)
+    more = (
+        files.segment(0xE1, files.exif_block(6, WIDTH, HEIGHT, thumbnail=small)),
+        files.segment(0xE1, XMP_HEAD + packet('hdrgm:Version="1.0"')),
+        *(jumbf(b"json"), files.segment(0xFE, MARK), files.segment(0xE7, b"Maker\0" + MARK)),
+        *(profile_part(1, 1, files.SRGB), profile_part(1, 2, MARK)),
+    )
+    ends = samsung(0x0A01, b"Image_UTC_Data", b"1700000000000") + photo_mechanic() + fotostation()
+    between = files.segment(0xFE, MARK) + files.segment(0xE1, XMP_HEAD + packet())
+    return between_scans(between, *more, xmp=packet(name="two"), profile=None) + ends
+
+
 XMP_HEAD = b"http://ns.adobe.com/xap/1.0/\0"
 CASES = [
     Case("Ultra HDR", ".jpg", ultra_hdr(), kinds.GAIN_MAP,
@@ -259,16 +278,22 @@ CASES = [
          kinds.VIDEO, (MARK, b"SEFT")),
     Case("Samsung", ".jpg", jpeg(end=samsung(0x0A01, b"Image_UTC_Data", b"1700000000000")),
          kinds.SAMSUNG, (b"1700000000000", b"SEFT")),
+    Case("Samsung's pictures", ".jpg",
+         jpeg(end=samsung(0x0AB1, b"DualShot_DepthMap_1", b"\1" + MARK)), kinds.UNKNOWN,
+         (MARK, b"SEFT"), "Samsung's data at the end"),
     Case("AFCP", ".jpg", jpeg(end=afcp(len(jpeg()))), kinds.AFCP),
     Case("AFCP in a TIFF", ".tif", tiff(end=afcp(len(tiff()))), kinds.AFCP),
     Case("Photo Mechanic", ".jpg", jpeg(end=photo_mechanic()), kinds.PHOTO_MECHANIC),
     Case("FotoStation", ".jpg", jpeg(end=fotostation()), kinds.FOTOSTATION),
+    Case("FotoStation's preview", ".jpg", jpeg(end=fotostation(4, MARK + files.THUMBNAIL)),
+         kinds.UNKNOWN, name="FotoStation's data at the end"),
     *(Case(f"unknown end, {suffix}", suffix, make(end=MARK), kinds.UNKNOWN,
            name="20 bytes of unknown data at the end")
       for suffix, make in ((".jpg", jpeg), (".png", png), (".tif", tiff), (".webp", webp))),
-    Case("several ends", ".jpg", jpeg(end=MP4 + MARK + photo_mechanic() + fotostation()),
+    Case("several ends", ".jpg",
+         jpeg(end=_several()),
          kinds.VIDEO, name="the motion photo's video, 20 bytes of unknown data at the end, "
-         "Photo Mechanic's data at the end, FotoStation's data at the end"),
+         "FotoStation's data at the end, AFCP data at the end"),
     Case("second picture", ".jpg", jpeg(multi_picture(9), end=gain_map(packet())), kinds.FURTHER),
     Case("pages", ".tif", tiff(follow=files.directory({256: (4, 1), 257: (4, 1)}, 0)),
          kinds.FURTHER, ()),
@@ -287,17 +312,24 @@ CASES = [
     Case("credentials of a TIFF", ".tif", tiff({52545: (7, MARK)}), kinds.CREDENTIALS),
     Case("credentials of a WebP", ".webp", webp((b"C2PA", MARK)), kinds.CREDENTIALS),
     Case("JUMBF", ".jpg", jpeg(jumbf(b"json")), kinds.JUMBF),
+    Case("JUMBF of another kind", ".jpg", jpeg(jumbf(b"bidb")), kinds.UNKNOWN,
+         name="JUMBF data (APP11)"),
     Case("two profiles", ".jpg",
          jpeg(profile_part(1, 1, files.SRGB), profile_part(1, 1, MARK), profile=None),
          kinds.SECOND_PROFILE),
     Case("half a profile", ".jpg",
          jpeg(profile_part(1, 1, files.SRGB), profile_part(1, 2, MARK), profile=None),
          kinds.SECOND_PROFILE, name="an incomplete colour profile"),
-    Case("two packets", ".jpg", jpeg(files.segment(0xE1, XMP_HEAD + MARK), xmp=packet()),
+    Case("two packets", ".jpg", jpeg(files.segment(0xE1, XMP_HEAD + packet()), xmp=MARK),
          kinds.SECOND_XMP),
     Case("extended XMP", ".jpg", _extended(MARK), kinds.XMP_EXTENSION, (MARK, b"HasExtendedXMP")),
     Case("comment", ".jpg", jpeg(files.segment(0xFE, MARK)), kinds.COMMENTS),
-    Case("comment between scans", ".jpg", between_scans(), kinds.LATE_SEGMENTS),
+    Case("comment between scans", ".jpg", between_scans(files.segment(0xFE, MARK)),
+         kinds.LATE_SEGMENTS),
+    *(Case(f"{label} between scans", ".jpg", between_scans(files.segment(code, head + MARK)),
+           kinds.UNKNOWN, name="metadata between the scans")
+      for label, code, head in (
+          ("preview", 0xE4, files.THUMBNAIL), ("XMP", 0xE1, XMP_HEAD), ("EXIF", 0xE1, b"Exif\0"))),
     *(Case(label, ".jpg", jpeg(files.segment(code, head + MARK)), kinds.SEGMENTS)
       for label, code, head in (
           ("CIFF", 0xE0, b"II\x1a\0\0\0HEAPJPGM"), ("AVI1", 0xE0, b"AVI1\0"),
@@ -335,10 +367,16 @@ CASES = [
     Case("background of a palette", ".png", png((b"bKGD", b"\7")), kinds.UNSAFE_CHUNKS,
          (b"bKGD",), "PNG chunks bKGD"),
     Case("WebP chunk", ".webp", webp((b"wxyz", MARK)), kinds.RIFF_CHUNKS, name="WebP chunks wxyz"),
+    Case("WebP chunk with a preview", ".webp", webp((b"wxyz", MARK + files.THUMBNAIL)),
+         kinds.UNKNOWN, name="WebP chunks wxyz"),
     Case("layers", ".tif", tiff({37724: (7, b"Adobe Photoshop Document Data Block\0" + MARK)}),
          kinds.LAYERS),
-    Case("private tags", ".tif", tiff({42112: (2, MARK + b"\0"), 65000: (7, MARK)}),
-         kinds.TIFF_TAGS, name="TIFF tags 42112 65000"),
+    Case("texts in private tags", ".tif", tiff({42112: (2, MARK + b"\0"), 42113: (3, 7)}),
+         kinds.TIFF_TAGS, name="TIFF tags 42112 42113"),
+    Case("bytes in private tags", ".tif", tiff({65000: (7, MARK), 65001: (4, 8)}),
+         kinds.UNKNOWN, name="TIFF tags 65000 65001"),
+    Case("texts in private tags, turned", ".tif", tiff({42112: (2, MARK + b"\0"), 274: (3, 3)}),
+         kinds.UNKNOWN, name="TIFF tags 42112"),
     Case("five channels", ".tif", tiff(channels=5), kinds.CHANNELS, (), "2 extra channels"),
     Case("fourth channel", ".tif", tiff(channels=4), kinds.CHANNELS, (), "1 extra channel"),
 ]  # fmt: skip

@@ -10,12 +10,13 @@ from functools import lru_cache
 import cv2
 import numpy as np
 
-from kogao_core.base.geometry import Affine
+from kogao_core.base.geometry import Affine, Box
 from kogao_core.faces.face import FOREHEAD_POINTS, Face, OnFace, ignored
 from kogao_core.faces.targets import aim
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.warp.field import Field
 from kogao_core.warp.fit import fit
+from kogao_core.warp.frame import edges_px
 
 # The face alone moves, as in the paper, by the retoucher's fit.
 ALONE = Recipe(head_follows=0.0, keep_features=False)
@@ -131,3 +132,16 @@ def resized(picture: np.ndarray, scale: float) -> tuple[np.ndarray, Affine]:
     return other, Affine.resize(
         other.shape[1] / picture.shape[1], other.shape[0] / picture.shape[0]
     )
+
+
+def read_outside_px(field: Field, photo: Box, step_px: float = 1.0) -> float:
+    """Return how far outside the photo a one-to-one field reads at most, px: at its edges."""
+    low, high = edges_px(photo)
+    farthest = 0.0
+    for axis in (0, 1):
+        along = np.arange(low[1 - axis], high[1 - axis] + step_px, step_px)
+        for edge, sign in ((low, -1.0), (high, 1.0)):
+            places = np.empty((len(along), 2))
+            places[:, axis], places[:, 1 - axis] = edge[axis], along
+            farthest = max(farthest, float((sign * field.at(places)[:, axis]).max(initial=0.0)))
+    return farthest

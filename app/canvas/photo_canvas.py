@@ -26,10 +26,9 @@ from ..i18n import tr
 from ..view_state import Handle, ViewState
 from .handles import ON_OUTLINE, apart, corners, face_at, handles
 from .overlays import glyphs
-from .overlays.compare import KNOB_PX
 from .overlays.listed import kinds
 from .overlays.overlay import Place, affine
-from .overlays.unlisted import badges
+from .overlays.unlisted import KNOB_PX, badges
 from .spoken import Parts
 from .viewport import Viewport, notches
 

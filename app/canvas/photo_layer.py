@@ -18,8 +18,7 @@ from PySide6.QtWidgets import QStyleOptionGraphicsItem, QWidget
 from kogao_core.base.display import Rgb8
 from kogao_core.base.geometry import Box
 
-from ..render.pictures import qt_image
-from ..render.pyramid import PicturePyramid
+from ..render.pictures import PicturePyramid, qt_image
 from ..view_state import GAIN, RenderedFrame, ViewState
 from .overlays.overlay import viewport_of
 

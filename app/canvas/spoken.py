@@ -16,8 +16,8 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QAccessibleWidget
 
 from kogao_core.base.geometry import Array
-from kogao_core.faces.differences import matching
 from kogao_core.faces.doubt import SEEN
+from kogao_core.faces.targets import matching
 
 from ..accessibility import FOCUS, NOTHING, PRESS, speak
 from ..document import Document

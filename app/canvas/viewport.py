@@ -13,11 +13,10 @@ from PySide6.QtWidgets import QGraphicsView, QLabel
 from kogao_core.base.geometry import Array
 
 from ..i18n import tr
-from ..render.pyramid import PicturePyramid
+from ..render.pictures import PicturePyramid
 from ..view_state import RenderedFrame, ViewState, VisiblePart
-from .overlays.compare import Loupe
 from .overlays.overlay import Layers
-from .overlays.unlisted import stack
+from .overlays.unlisted import Loupe, stack
 from .photo_layer import PhotoItem, pixels_in
 
 _LARGEST_ZOOM: Final = 32.0

@@ -25,8 +25,7 @@ from kogao_core.warp.lens import (
 from ..ahead import FaceSearch
 from ..document import State
 from ..i18n import reason, sentence, tr, translated
-from ..render.pictures import face_icon
-from ..render.pyramid import PicturePyramid
+from ..render.pictures import PicturePyramid, face_icon
 from ..widgets.controls import column_of, heading
 from ..widgets.docks import Dock
 from ..widgets.messages import BarAction

@@ -19,7 +19,7 @@ from kogao_core.background.find import held_of
 from kogao_core.background.holding import Held
 from kogao_core.base.display import Rgb8, reduced
 from kogao_core.base.geometry import Box
-from kogao_core.faces.differences import Differences, differences, matching
+from kogao_core.faces.targets import Differences, differences, matching
 from kogao_core.pipeline import Rendering, render
 from kogao_core.projects.project import Mode, Sheet
 from kogao_core.projects.sidecar import Applied
@@ -27,8 +27,7 @@ from kogao_core.projects.sidecar import Applied
 from ..canvas.handles import name
 from ..document import State
 from ..i18n import reason, tr
-from ..render.pictures import scaled
-from ..render.pyramid import PicturePyramid
+from ..render.pictures import PicturePyramid, scaled
 from ..theme import GRID_PX
 from ..view_state import Handle
 from ..widgets.controls import column_of, heading, muted_label

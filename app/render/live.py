@@ -19,7 +19,7 @@ from kogao_core.warp.protection import NOTHING
 from ..document import State
 from ..view_state import RenderedFrame, VisiblePart
 from ..workers import Lane
-from .pyramid import PicturePyramid, to_photo
+from .pictures import PicturePyramid, to_photo
 
 if TYPE_CHECKING:
     from ..canvas.photo_canvas import PhotoCanvas

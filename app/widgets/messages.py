@@ -10,6 +10,7 @@ from PySide6.QtCore import QElapsedTimer, QSize, Qt, QTimer, Signal
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QStatusBar
 
 from kogao_core.photo import Photo, formats, has_gain_map
+from kogao_core.photo.formats.base import FileFormat
 from kogao_core.photo.metadata import kinds
 
 from ..i18n import tr, translated
@@ -266,6 +267,8 @@ class StatusLine(QStatusBar):
         self._zoom.setText(f"{zoom * 100:.0f} %")
 
 
-def _copied_as(photo: Photo) -> formats.FileFormat:
+def _copied_as(photo: Photo) -> FileFormat:
     """Return the format of a copy like the photo, or the one that holds most."""
-    return next((form for form in formats.WRITTEN if form.name == photo.format), formats.TIFF)
+    return next(
+        (form for form in formats.WRITTEN if form.name == photo.format), formats.BY_NAME["TIFF"]
+    )

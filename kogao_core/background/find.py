@@ -141,19 +141,20 @@ class BackgroundFinder:
             found = straight_lines(photo, people)
             return off_faces(found, [face.outline for face in faces])
 
+        note = ""
         try:
             people = self.people.find(photo, faces)
+            if not people.looks:
+                note = Text(
+                    "people couldn't be told from the background, so {hair_counts}",
+                    hair_counts=_HAIR_COUNTS,
+                )
         except (AssetMissing, ModelRefused):
             why = Text(
                 "the network that tells people apart is missing or damaged (see kogao-cli doctor)"
             )
             note = Text("{why}, so {hair_counts}", why=why, hair_counts=_HAIR_COUNTS)
-            return Background(lines(), (), shortest, note, told=False)
-        if not people.looks:
-            note = Text(
-                "people couldn't be told from the background, so {hair_counts}",
-                hair_counts=_HAIR_COUNTS,
-            )
+        if note:
             return Background(lines(), (), shortest, note, told=False)
         sharp, grown = lines(people), people.grown(_APART)
         rough = off_faces(rough_lines(photo, sharp, people), [face.outline for face in faces])

@@ -24,8 +24,8 @@ from kogao_core.base.geometry import Affine, Array, ramp
 from kogao_core.faces.face import Face
 from kogao_core.warp.field import Field
 from kogao_core.warp.fit import STILL_STEP, Problem, on_quanta, summed
-from kogao_core.warp.frame import edges_px, kept_inside
-from kogao_core.warp.guard import is_safe
+from kogao_core.warp.frame import edges_px
+from kogao_core.warp.guard import bisected, is_safe
 from kogao_core.warp.lattice import Grid, Lattice, groups, matrices
 from kogao_core.warp.one_to_one import least_det
 
@@ -61,7 +61,6 @@ _MOST_ROWS: Final = 350
 # A change leaves det J at least so large, and at least this share of what it was without.
 _LEAST_DET: Final = 0.5
 _LEAST_SHARE: Final = 0.9
-_BISECTIONS: Final = 10
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -118,35 +117,23 @@ def hold(field: Field, problems: Sequence[Problem], faces: Sequence[Face], held:
 def _allowed(field: Field, which: Sequence[int], after: Sequence[Lattice]) -> Sequence[Lattice]:
     """Return as much of some lattices' change as leaves the photo in shape."""
     before = [field.lattices[k] for k in which]
-    limits = _Limits(dataclasses.replace(field, lattices=tuple(before)))
+    unchanged = dataclasses.replace(field, lattices=tuple(before))
+    least = min(_LEAST_DET, _LEAST_SHARE * least_det(unchanged))
+    was_safe = is_safe(unchanged)
 
     def mixed(share: float) -> list[Lattice]:
         return [
             on_quanta(a.plus(b.minus(a).scaled(share))) for a, b in zip(before, after, strict=True)
         ]
 
-    if all(a is b for a, b in zip(before, after, strict=True)) or limits.allow(after):
+    def allow(lattices: Sequence[Lattice]) -> bool:
+        changed = dataclasses.replace(field, lattices=tuple(lattices))
+        det = least_det(changed, least)
+        return det >= least and (is_safe(changed, det) or not was_safe)
+
+    if all(a is b for a, b in zip(before, after, strict=True)) or allow(after):
         return after
-    low, high = 0.0, 1.0
-    for _ in range(_BISECTIONS):
-        middle = (low + high) / 2.0
-        low, high = (middle, high) if limits.allow(mixed(middle)) else (low, middle)
-    return mixed(low)
-
-
-class _Limits:
-    """How far a field may be changed: what it is to stay clear of, and what it was."""
-
-    def __init__(self, before: Field) -> None:
-        self._before = before
-        self._least_det = min(_LEAST_DET, _LEAST_SHARE * least_det(before))
-        self._was_safe = is_safe(before)
-
-    def allow(self, lattices: Sequence[Lattice]) -> bool:
-        """Return whether changed lattices squeeze and fold no more than they may."""
-        field = dataclasses.replace(self._before, lattices=tuple(lattices))
-        det = least_det(field, self._least_det)
-        return det >= self._least_det and (is_safe(field, det) or not self._was_safe)
+    return mixed(bisected(lambda share: allow(mixed(share)), 1.0))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -174,12 +161,8 @@ class _Rows:
     def both_ways(cls, places: Array, wanted: Array, weight: Array | float) -> _Rows:
         """Return rows for x and for y; `wanted` is of shape (N, 2)."""
         weights = np.broadcast_to(np.asarray(weight, np.float64), (len(places),))
-        ways = (np.array([(1.0, 0.0)]), np.array([(0.0, 1.0)]))
-        parts = [
-            cls.of(places, np.repeat(way, len(places), axis=0), wanted[:, axis], weights)
-            for axis, way in enumerate(ways)
-        ]
-        return cls.joined(parts)
+        ways = np.repeat(np.eye(2), len(places), axis=0)
+        return cls.of(np.tile(places, (2, 1)), ways, wanted.T.ravel(), np.tile(weights, 2))
 
     @classmethod
     def joined(cls, parts: Sequence[_Rows]) -> _Rows:
@@ -293,7 +276,7 @@ def _changed(lattice: Lattice, problem: Problem, room: _Room, rows: _Rows) -> La
         [waves_y @ ((y.T @ (one[:, None] * x)) / costs) @ waves_x.T for one in strength.T], -1
     )
     whole = summed(lattice, dataclasses.replace(room.empty, phi=phi))
-    return on_quanta(whole if problem.photo is None else kept_inside(whole, problem.photo))
+    return on_quanta(problem.within(whole))
 
 
 def _waves(shares: Array) -> tuple[Array, Array]:

@@ -32,6 +32,11 @@ def smoothstep(share: Array) -> Array:
     return np.asarray(t * t * (3.0 - 2.0 * t))
 
 
+def arc_lengths(line: Array) -> Array:
+    """Return how far along a line (N, 2) each of its points lies, (N,); the first at 0."""
+    return np.append(0.0, np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1)))
+
+
 _ROUND: Final = 0.3  # of the way of a ramp are its round ends, each
 
 

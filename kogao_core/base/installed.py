@@ -12,6 +12,7 @@ import sysconfig
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Final
+from urllib.parse import unquote
 
 from kogao_core.base.language import Text
 
@@ -128,8 +129,7 @@ def _pip(*words: str, does: str = "install") -> str:
 
 def _requirement(extra: str = "") -> list[str] | None:
     """Return what pip is to be given to install Kogao from where it came; None if that is lost."""
-    from importlib import metadata  # these two load a lot
-    from urllib.request import url2pathname
+    from importlib import metadata  # loads a lot
 
     try:
         told = metadata.distribution("kogao").read_text("direct_url.json")
@@ -139,7 +139,7 @@ def _requirement(extra: str = "") -> list[str] | None:
         return None
     asked = f"[{extra}]" if extra else ""
     if url.startswith("file:"):
-        path = url2pathname(url.removeprefix("file://"))
+        path = unquote(url.removeprefix("file:///" if sys.platform == "win32" else "file://"))
         if not os.path.exists(path):
             return None
         return [*(["-e"] if origin.get("dir_info", {}).get("editable") else []), path + asked]

@@ -4,8 +4,7 @@ It may use all rooms but the command line and the laboratory.
 """
 
 from kogao_core.batch.planning import NothingToDo, check_free, plan
-from kogao_core.batch.report import measures_of, record
-from kogao_core.batch.tasks import Outcome, Task, work
+from kogao_core.batch.tasks import Outcome, Task, measures_of, record, work
 from kogao_core.batch.workers import NoWorkers, Workers, run
 from kogao_core.projects.results import REPORT
 

@@ -9,8 +9,7 @@ from pathlib import Path
 from kogao_core.base.atomic import is_aside
 from kogao_core.base.language import Text
 from kogao_core.base.strict import BadFile
-from kogao_core.batch.report import keys_of
-from kogao_core.batch.tasks import Task
+from kogao_core.batch.tasks import Task, keys_of
 from kogao_core.photo.disclosure.disclosing import NO_DISCLOSURE, Disclosure
 from kogao_core.photo.export import AS_IT_IS, Export
 from kogao_core.photo.formats import READABLE

@@ -1,21 +1,23 @@
-"""Many photos through one recipe: in other processes, one bad file never stops the rest."""
+"""One photo of a batch, what became of it, and the report: a line of JSON for each, once done."""
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import json
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cache
 from pathlib import Path
 from typing import Any, Final, Literal
 
 from kogao_core.background.find import BackgroundFinder
+from kogao_core.base.atomic import appended
 from kogao_core.base.geometry import Box, Image
 from kogao_core.base.language import Text
 from kogao_core.base.strict import BadFile
-from kogao_core.batch.measures import measured
+from kogao_core.batch.measures import COLUMNS, measured
 from kogao_core.faces.doubt import AllDoubted, choose
 from kogao_core.faces.face import Face, LandmarkSource
 from kogao_core.faces.landmarks import CHOICES, source
@@ -26,7 +28,7 @@ from kogao_core.photo.writing import Sign
 from kogao_core.pipeline import Rendering
 from kogao_core.projects import interchange
 from kogao_core.projects.project import load, sha256_of
-from kogao_core.projects.results import Results
+from kogao_core.projects.results import Results, objects_in
 from kogao_core.projects.sidecar import Applied, apply
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.retouch import retouch, to_file
@@ -34,6 +36,7 @@ from kogao_core.warp.protection import NOTHING
 
 Status = Literal["done", "skipped", "result", "no face", "failed"]
 _CHUNK_BYTES: Final = 1 << 20
+_START: Final = b'{"s'  # ource, the first field of a report's line
 
 
 class _NoFace(Exception):
@@ -100,7 +103,7 @@ class Outcome:
     key: str = ""  # hash of the bytes of source, project and output, and of the choices
     faces: int = 0  # how many were worked on
     seconds: float = 0.0  # time from reading to written
-    # How far each face came towards its centre, % of D (`kogao_core.warp.dose`).
+    # How far each face came towards its centre, % of D (`kogao_core.warp.measures`).
     achieved_percent: tuple[float, ...] = ()
     edit: str = ""  # hash of the project that was done
     # What each face measures (`kogao_core.batch.measures.COLUMNS`).
@@ -228,3 +231,47 @@ def _sentence(error: Exception) -> str:
             text=text,
         )
     return text or type(error).__name__
+
+
+def record(
+    outcomes: Iterable[Outcome],
+    report: Path,
+    results: Results,
+    then: Callable[[Outcome], object],
+) -> None:
+    """Add every outcome to a report, which is made or gone on with, and results to their list."""
+    if report.is_file():
+        with report.open("rb") as file:
+            if not _START.startswith(file.read(len(_START))):
+                raise FileExistsError(errno.EEXIST, Text("it is no report of a batch"), str(report))
+    with appended(report) as lines:
+        for outcome in outcomes:
+            lines.write(outcome.to_json().encode() + b"\n")
+            lines.flush()
+            if outcome.status == "done":
+                results.add(Path(outcome.source), Path(outcome.output), outcome.edit)
+            then(outcome)
+
+
+def keys_of(report: Path | None) -> dict[str, str]:
+    """Return the keys of what a report lists as done, by output."""
+    done = (entry for entry in _entries(report) if entry["status"] in ("done", "skipped"))
+    return {entry["output"]: entry["key"] for entry in done}
+
+
+def measures_of(report: Path, tasks: Sequence[Task]) -> list[Mapping[str, Any]]:
+    """Return what a report says of each face of the tasks' results, in their order."""
+    # Of what was done before and skipped now, the line before tells.
+    latest = {one["output"]: one for one in _entries(report) if one["status"] != "skipped"}
+    of_each = (latest.get(task.output, {}).get("measures") for task in tasks)
+    rows = (row for rows in of_each if isinstance(rows, list) for row in rows)
+    return [row for row in rows if isinstance(row, dict) and COLUMNS.keys() <= row.keys()]
+
+
+def _entries(report: Path | None) -> Iterator[dict[str, Any]]:
+    """Yield the lines of a report; damaged ones don't count."""
+    if report is None or not report.is_file():
+        return
+    for entry in objects_in(report):
+        if all(isinstance(entry.get(name), str) for name in ("output", "status", "key")):
+            yield entry

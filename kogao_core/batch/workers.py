@@ -20,8 +20,8 @@ import cv2
 
 from kogao_core.base import interrupts
 from kogao_core.base.language import Text
-from kogao_core.base.memory import keep_freed
 from kogao_core.base.stderr import open_standard_streams
+from kogao_core.base.threads import keep_freed
 from kogao_core.batch.tasks import Outcome, Task, work
 
 # Photos handed out ahead of each worker: enough to keep it busy, few enough to stop at once.

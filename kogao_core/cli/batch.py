@@ -141,16 +141,16 @@ def command(
         with ending.writing(measures):
             write(batch.measures_of(report, tasks), measures)
     progress.end(report)
-    return ending.SOME_FAILED if progress.bad else ending.OWN_RESULT if progress.own else 0
+    if progress.counts["failed"] or progress.counts["no face"]:
+        return ending.SOME_FAILED
+    return ending.OWN_RESULT if progress.counts["result"] else 0
 
 
 def _check_free(tasks: Sequence[Task]) -> None:
     try:
         batch.check_free(tasks)
     except batch.NothingToDo as error:
-        raise ending.Stop(
-            Text("{error}, or --force to replace them", error=error), ending.USAGE
-        ) from None
+        raise ending.Stop(Text("{error}, or --force to replace them", error=error)) from None
 
 
 def _expanded(inputs: tuple[Path, ...]) -> list[Path]:
@@ -163,7 +163,7 @@ def _expanded(inputs: tuple[Path, ...]) -> list[Path]:
         anchor = Path(path.anchor) if path.anchor else Path()
         found = sorted(anchor.glob(str(path.relative_to(anchor) if path.anchor else path)))
         if not found:
-            raise ending.Stop(Text("nothing matches {path}", path=path), ending.USAGE)
+            raise ending.Stop(Text("nothing matches {path}", path=path))
         paths += found
     return paths
 
@@ -183,13 +183,11 @@ def _workers(dask: str | None, jobs: int) -> Workers:
             Text(
                 "the dask scheduler at {dask} has no workers; start some with: dask worker {dask}",
                 dask=dask,
-            ),
-            ending.USAGE,
+            )
         ) from None
     except (OSError, ValueError) as error:
         raise ending.Stop(
-            Text("no dask scheduler answers at {dask} ({error})", dask=dask, error=error),
-            ending.USAGE,
+            Text("no dask scheduler answers at {dask} ({error})", dask=dask, error=error)
         ) from error
 
 
@@ -208,21 +206,11 @@ class _Progress:
     def __init__(self, total: int) -> None:
         self._total = total
         self._start = time.monotonic()
-        self._counts: Counter[str] = Counter()
-
-    @property
-    def bad(self) -> int:
-        """Photos that weren't done."""
-        return self._counts["failed"] + self._counts["no face"]
-
-    @property
-    def own(self) -> int:
-        """Photos that are results already."""
-        return self._counts["result"]
+        self.counts: Counter[str] = Counter()
 
     def add(self, outcome: Outcome) -> None:
         """Count one; what wasn't done is named at once."""
-        self._counts[outcome.status] += 1
+        self.counts[outcome.status] += 1
         if outcome.status in ("failed", "no face", "result"):
             named = outcome.reason.startswith(outcome.source)
             reason = translated(outcome.reason)
@@ -235,11 +223,11 @@ class _Progress:
         self._print(tr("{line}; see {report}", line=self._line(), report=report))
 
     def _line(self) -> str:
-        finished = sum(self._counts.values())
+        finished = sum(self.counts.values())
         counts = ", ".join(
-            f"{count} {translated(_STATES[name])}" for name, count in sorted(self._counts.items())
+            f"{count} {translated(_STATES[name])}" for name, count in sorted(self.counts.items())
         )
-        worked = finished - self._counts["skipped"]
+        worked = finished - self.counts["skipped"]
         line = tr(
             "{finished} of {total}: {counts}",
             finished=finished,

@@ -15,9 +15,8 @@ import kogao_core
 from kogao_core.base.installed import has_laboratory
 from kogao_core.base.interrupts import CODE
 from kogao_core.base.language import Text, system_languages, tr, translated, use_language
-from kogao_core.base.memory import end_at_once, keep_freed
 from kogao_core.base.stderr import open_standard_streams
-from kogao_core.base.threads import without_blas_threads
+from kogao_core.base.threads import end_at_once, keep_freed, without_blas_threads
 from kogao_core.base.wording import system_reason
 from kogao_core.cli import words
 from kogao_core.cli.ending import BROKEN, UNEXPECTED, UNREADABLE, USAGE, Stop, print_message
@@ -49,62 +48,42 @@ Errors are one line on stderr; nothing half-written is left behind.
 """)
 
 
-# The module of each command and its help's first sentence: a list of all takes 0.1 s, and 0.5 s
-# where each is loaded for its own.
+# Each command and its help's first sentence: a list of all takes 0.1 s, and 0.5 s where the module
+# of each is loaded for its own.
 _LATER = {
-    "warp": (
-        "kogao_core.cli.warp",
-        Text(
-            "Make the faces in the photo IN smaller and write the result to OUTPUT, or over IN"
-            " itself."
-        ),
+    "warp": Text(
+        "Make the faces in the photo IN smaller and write the result to OUTPUT, or over IN itself."
     ),
-    "restore": (
-        "kogao_core.cli.restore",
-        Text("Bring back, byte for byte, a photo that was changed in place."),
+    "restore": Text("Bring back, byte for byte, a photo that was changed in place."),
+    "verify": Text(
+        "Tell which blocks and which metadata of two JPEGs differ, and that nothing else does."
     ),
-    "verify": (
-        "kogao_core.cli.verify",
-        Text(
-            "Tell which blocks and which metadata of two JPEGs differ, and that nothing else does."
-        ),
+    "batch": Text(
+        "Make the faces in many photos smaller: files, folders, patterns such as 'in/*.jpg'."
     ),
-    "batch": (
-        "kogao_core.cli.batch",
-        Text("Make the faces in many photos smaller: files, folders, patterns such as 'in/*.jpg'."),
-    ),
-    "detect": ("kogao_core.cli.detect", Text("Find the faces in the photo IN.")),
-    "landmarks": ("kogao_core.cli.landmarks", Text("Give landmarks to other programs.")),
-    "presets": (
-        "kogao_core.cli.presets",
-        Text("List the recipes with names, and exchange them as files."),
-    ),
+    "detect": Text("Find the faces in the photo IN."),
+    "landmarks": Text("Give landmarks to other programs."),
+    "presets": Text("List the recipes with names, and exchange them as files."),
     # The door to the laboratory, whose command this is.
-    "experiment": (
-        "kogao_core.lab.commands.experiment",
-        Text("Repeat the paper's tables and figures on your own photos."),
+    "experiment": Text("Repeat the paper's tables and figures on your own photos."),
+    "integrate": Text(
+        "Put Kogao into the menus of the desktop, or among the tools of darktable, GIMP or Krita."
     ),
-    "integrate": (
-        "kogao_core.cli.integrate",
-        Text(
-            "Put Kogao into the menus of the desktop, or among the tools of darktable, GIMP or"
-            " Krita."
-        ),
-    ),
-    "doctor": (
-        "kogao_core.cli.doctor",
-        Text("Check versions, face networks and, on Linux, the libraries that Qt needs."),
-    ),
-    "licenses": (
-        "kogao_core.cli.licences",
-        Text("Print the licences of the program, its dependencies and its assets."),
-    ),
+    "doctor": Text("Check versions, face networks and, on Linux, the libraries that Qt needs."),
+    "licenses": Text("Print the licences of the program, its dependencies and its assets."),
+}
+_MODULES = {
+    **{name: f"kogao_core.cli.{name}" for name in _LATER},
+    "experiment": "kogao_core.lab.commands.experiment",
+    "licenses": "kogao_core.cli.licences",
 }
 if not has_laboratory():
     del _LATER["experiment"]
 
 
-@words.group(no_args_is_help=False, later=_LATER)
+@words.group(
+    no_args_is_help=False, later={name: (_MODULES[name], said) for name, said in _LATER.items()}
+)
 @words.chooses_language
 @click.version_option(
     kogao_core.__version__,

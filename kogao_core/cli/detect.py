@@ -16,7 +16,6 @@ from kogao_core.base.display import png
 from kogao_core.base.geometry import Box
 from kogao_core.base.language import Text, tr, translated
 from kogao_core.cli import common, ending, reading, words
-from kogao_core.cli import json_file as to_json
 from kogao_core.faces.doubt import Verdict, verdicts
 from kogao_core.faces.face import Face
 from kogao_core.faces.landmarks import ModelRefused
@@ -45,7 +44,7 @@ def _png(_: click.Context, __: click.Parameter, file: Path | None) -> Path | Non
     metavar="FILE.png", callback=_png,
     help="Write where people are round the faces: a grey PNG, people white.",
 )  # fmt: skip
-@to_json.writes_json
+@common.writes_json
 @common.forces
 def command(
     source: Path | None,
@@ -60,23 +59,22 @@ def command(
 
     Positions are pixels of the upright photo, counted from the centre of its first pixel.
     """
-    to_json.check(json_file, force)
-    to_json.check(mask_file, force)
+    common.check_report(json_file, force)
+    common.check_report(mask_file, force)
     path = reading.input_path(source, sample)
     known = reading.landmark_source(landmarks)
     photo = reading.read_photo(path, max_megapixels)
     faces = reading.find_faces(photo, landmarks, known)
-    judged = _judged(photo, faces)
+    judged = list(zip(faces, verdicts(faces, Box.of(photo.pixels)), strict=True))
     people = None if mask_file is None else _people(photo, faces)
     if mask_file is not None and people is not None:
-        _write_mask(mask_file, photo, people)
-    to_json.deliver(
+        with ending.refusing(
+            lambda reason: Text("{file} can't be written: {reason}", file=mask_file, reason=reason)
+        ):
+            put(png(people.picture(photo.width, photo.height)), mask_file)
+    common.deliver(
         lambda: _found(photo, judged, mask_file, people), lambda: _table(photo, judged), json_file
     )
-
-
-def _judged(photo: Photo, faces: Sequence[Face]) -> list[tuple[Face, Verdict]]:
-    return list(zip(faces, verdicts(faces, Box.of(photo.pixels)), strict=True))
 
 
 def _people(photo: Photo, faces: Sequence[Face]) -> PersonMask:
@@ -92,13 +90,6 @@ def _people(photo: Photo, faces: Sequence[Face]) -> PersonMask:
             )
         )
     return people
-
-
-def _write_mask(file: Path, photo: Photo, people: PersonMask) -> None:
-    with ending.refusing(
-        lambda reason: Text("{file} can't be written: {reason}", file=file, reason=reason)
-    ):
-        put(png(people.picture(photo.width, photo.height)), file)
 
 
 def _found(

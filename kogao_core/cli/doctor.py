@@ -17,7 +17,6 @@ import kogao_core
 from kogao_core.base import assets, installed
 from kogao_core.base.language import Text, tr, translated
 from kogao_core.cli import common, ending, words
-from kogao_core.cli import json_file as to_json
 from kogao_core.cli.licences import DEPENDENCIES, manifest
 
 OK: Final = Text("ok")
@@ -36,14 +35,14 @@ _FOUND: Final = {"PySide6-Essentials": "PySide6", "pyqtgraph": "pyqtgraph"}
 
 
 @words.command("doctor")
-@to_json.writes_json
+@common.writes_json
 @common.forces
 @click.pass_context
 def command(context: click.Context, json_file: Path | None, force: bool) -> None:
     """Check versions, face networks and, on Linux, the libraries that Qt needs."""
-    to_json.check(json_file, force)
+    common.check_report(json_file, force)
     findings = examine()
-    to_json.deliver(lambda: findings, lambda: text(findings), json_file)
+    common.deliver(lambda: findings, lambda: text(findings), json_file)
     context.exit(0 if findings["ok"] else ending.BROKEN)
 
 

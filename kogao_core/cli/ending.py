@@ -22,9 +22,9 @@ UNEXPECTED: Final = 70  # EX_SOFTWARE of sysexits.h
 
 
 class Stop(click.ClickException):
-    """Ends the command with one line on stderr and an exit code."""
+    """Ends the command with one line on stderr and an exit code, that of wrong usage mostly."""
 
-    def __init__(self, message: object, code: int) -> None:
+    def __init__(self, message: object, code: int = USAGE) -> None:
         super().__init__(str(message))
         self.code = code
 

@@ -18,7 +18,7 @@ from kogao_core.base import assets, installed
 from kogao_core.base.atomic import put
 from kogao_core.base.language import Text, translated
 from kogao_core.base.wording import system_reason
-from kogao_core.cli import common, default_programs, desktop, ending, words
+from kogao_core.cli import common, desktop, ending, words
 
 _OURS: Final = "-- by kogao-cli integrate"
 # Named by its path: where darktable is a Flatpak, `require` doesn't look among the user's scripts.
@@ -168,8 +168,8 @@ def command(context: click.Context, host: str | None, remove: bool, settings: Pa
 
 def _change_desktop(share: Path | None, remove: bool) -> list[Text]:
     if sys.platform in ("win32", "darwin"):
-        raise ending.Stop(Text("menus of this kind are those of Linux desktops"), ending.USAGE)
-    folder = share or default_programs.data_home()
+        raise ending.Stop(Text("menus of this kind are those of Linux desktops"))
+    folder = share or desktop.data_home()
     if remove:
         desktop.remove(folder)
         return [Text("Kogao is gone from {folder}", folder=folder)]

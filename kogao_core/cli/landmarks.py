@@ -13,7 +13,6 @@ from kogao_core.cli import common, ending, options, reading, words
 from kogao_core.projects import interchange
 
 _FORMATS: Final = ("tem", "pts", "csv", "json")
-_TEMPLATES: Final = ("27", "68", "189")
 
 
 @words.group("landmarks")
@@ -31,7 +30,7 @@ def command() -> None:
     help="WebMorph, iBUG, a table, or what detect --json writes.",
 )  # fmt: skip
 @words.option(
-    "--template", type=click.Choice(_TEMPLATES),
+    "--template", type=click.Choice(tuple(interchange.TEMPLATES)),
     help="How many points [tem, csv: 27, ours alone; pts: 68; the rest is a mean face's].",
 )  # fmt: skip
 @words.option(
@@ -60,11 +59,10 @@ def export(
             Text(
                 "several photos would be written to {twice}; give those their own folder",
                 twice=min(twice),
-            ),
-            ending.USAGE,
+            )
         )
     if template is not None and form == "json":
-        raise ending.Stop(Text("JSON holds our own points; leave --template out"), ending.USAGE)
+        raise ending.Stop(Text("JSON holds our own points; leave --template out"))
 
     def write(photo: Path) -> None:
         target = _target(photo, folder, form)

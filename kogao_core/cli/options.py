@@ -6,6 +6,7 @@ import dataclasses
 import re
 from collections.abc import Callable
 from functools import wraps
+from inspect import signature
 from pathlib import Path
 from typing import Any, Final, TypeVar
 
@@ -16,8 +17,7 @@ from kogao_core.base.wording import shown
 from kogao_core.cli import common, ending, words
 from kogao_core.photo.disclosure.credentials import Signer, check_signer
 from kogao_core.photo.disclosure.disclosing import Disclosure
-from kogao_core.photo.disclosure.label import check_label
-from kogao_core.photo.disclosure.label_picture import LabelPicture, check_picture
+from kogao_core.photo.disclosure.label import LabelPicture, check_label, check_picture
 from kogao_core.photo.errors import CannotDisclose, MissingExtra
 from kogao_core.photo.export import LONGEST_PX, Export
 from kogao_core.recipe import presets
@@ -201,9 +201,6 @@ _DISCLOSING: Final = (
         ),
     ),
 )
-_TOLD: Final = (
-    *("record", "label", "font", "picture", "corner", "share", "certificate", "key", "motion"),
-)
 
 
 def discloses(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -211,7 +208,7 @@ def discloses(command: Callable[..., Any]) -> Callable[..., Any]:
 
     @wraps(command)
     def disclosing(**given: Any) -> Any:
-        told = {name: given.pop(name) for name in _TOLD}
+        told = {name: given.pop(name) for name in signature(_disclosure).parameters}
         return command(**given, disclosure=_disclosure(**told))
 
     return words.together(*_DISCLOSING)(disclosing)
@@ -229,20 +226,18 @@ def _disclosure(
     motion: str,
 ) -> Disclosure:
     """Return what results disclose, after checking that they can."""
-    laid, signer = None, None
-    if label is not None or picture is not None or (certificate is not None and key is not None):
-        with (
-            ending.stopping(CannotDisclose, ending.USAGE),
-            ending.stopping(MissingExtra, ending.BROKEN),
-        ):
-            if label is not None:
-                check_label(label, font)
-            if picture is not None:
-                laid = LabelPicture(picture, corner, share)
-                check_picture(laid)
-            if certificate is not None and key is not None:
-                signer = Signer(certificate, key)
-                check_signer(signer)
+    laid = None if picture is None else LabelPicture(picture, corner, share)
+    signer = None if certificate is None or key is None else Signer(certificate, key)
+    with (
+        ending.stopping(CannotDisclose, ending.USAGE),
+        ending.stopping(MissingExtra, ending.BROKEN),
+    ):
+        if label is not None:
+            check_label(label, font)
+        if laid is not None:
+            check_picture(laid)
+        if signer is not None:
+            check_signer(signer)
     return Disclosure(record, label or "", font, laid, signer, film=motion == "keep")
 
 
@@ -299,8 +294,4 @@ def recipe_of(file: Path | None, choices: dict[str, Any], otherwise: Recipe = _D
     """Return the recipe in `file`, or another one, with the choices that were given."""
     given = {name: value for name, value in choices.items() if value is not None}
     with ending.stopping(ValueError, ending.USAGE):
-        return dataclasses.replace(_read(file) if file else otherwise, **given)
-
-
-def _read(file: Path) -> Recipe:
-    return presets.read(file)
+        return dataclasses.replace(presets.read(file) if file else otherwise, **given)

@@ -9,7 +9,6 @@ import click
 
 from kogao_core.base.language import Text, translated
 from kogao_core.cli import common, ending, words
-from kogao_core.cli import json_file as to_json
 from kogao_core.recipe import presets
 from kogao_core.recipe.recipe import Recipe
 
@@ -24,13 +23,13 @@ def command() -> None:
 
 
 @command.command("list")
-@to_json.writes_json
+@common.writes_json
 @common.forces
 def list_presets(json_file: Path | None, force: bool) -> None:
     """List presets: those of the program, then your own."""
-    to_json.check(json_file, force)
+    common.check_report(json_file, force)
     found = _all()
-    to_json.deliver(
+    common.deliver(
         lambda: {name: recipe.to_dict() for name, recipe in found.items()},
         lambda: "\n".join(map(translated, found)),
         json_file,
@@ -65,7 +64,7 @@ def export(name: str, output: Path, force: bool) -> None:
 def import_presets(files: tuple[Path, ...], name: str | None, force: bool) -> None:
     """Take recipes in files as presets of your own; none is taken unless all can be."""
     if name is not None and len(files) > 1:
-        raise ending.Stop(Text("--name names one preset; import one file"), ending.USAGE)
+        raise ending.Stop(Text("--name names one preset; import one file"))
     folder = presets.user_folder()
     with ending.stopping(ValueError, ending.USAGE):
         named = [
@@ -74,13 +73,9 @@ def import_presets(files: tuple[Path, ...], name: str | None, force: bool) -> No
         targets = [presets.file_of(folder, one) for one, _ in named]
     for (one, _), target in zip(named, targets, strict=True):
         if one in presets.BUILT_IN:
-            raise ending.Stop(
-                Text("{one} comes with the program; give yours a --name", one=one), ending.USAGE
-            )
+            raise ending.Stop(Text("{one} comes with the program; give yours a --name", one=one))
         if targets.count(target) > 1:
-            raise ending.Stop(
-                Text("several files are called {one}; rename one", one=one), ending.USAGE
-            )
+            raise ending.Stop(Text("several files are called {one}; rename one", one=one))
         common.check_free(target, force)
     for one, recipe in named:
         with ending.writing(presets.file_of(folder, one)):
@@ -99,7 +94,6 @@ def _named(name: str) -> Recipe:
         raise ending.Stop(
             Text(
                 "there is no preset {name}; kogao-cli presets list tells which there are", name=name
-            ),
-            ending.USAGE,
+            )
         )
     return found[name]

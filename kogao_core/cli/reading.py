@@ -21,6 +21,7 @@ from kogao_core.faces.landmarks import CHOICES, ModelRefused, networks_are_here,
 from kogao_core.photo import READABLE, Photo, UnreadablePhoto, bits_of, formats, read
 from kogao_core.projects import interchange
 from kogao_core.projects.interchange import PointSet
+from kogao_core.projects.project import sha256_of
 from kogao_core.projects.results import Results
 
 # The usual endings of the formats that can be written.
@@ -100,7 +101,7 @@ def refuse_result(path: Path) -> None:
 def input_path(source: Path | None, sample: bool) -> Path:
     """Return the photo to read; exactly one of the two must be asked for."""
     if (source is None) != sample:
-        raise ending.Stop(Text("name one photo, or use --sample"), ending.USAGE)
+        raise ending.Stop(Text("name one photo, or use --sample"))
     if source is not None:
         return source
 
@@ -111,7 +112,7 @@ def input_path(source: Path | None, sample: bool) -> Path:
 def input_paths(inputs: Sequence[Path], sample: bool) -> list[Path]:
     """Return the photos to read, those in folders too; or the sample, but not both."""
     if bool(inputs) == sample:
-        raise ending.Stop(Text("name photos or folders of photos, or use --sample"), ending.USAGE)
+        raise ending.Stop(Text("name photos or folders of photos, or use --sample"))
     if sample:
         return [input_path(None, sample)]
     paths: list[Path] = []
@@ -121,7 +122,7 @@ def input_paths(inputs: Sequence[Path], sample: bool) -> list[Path]:
             continue
         within = [p for p in sorted(path.rglob("*")) if p.suffix.lower() in READABLE]
         if not within:
-            raise ending.Stop(Text("there is no photo in {path}", path=path), ending.USAGE)
+            raise ending.Stop(Text("there is no photo in {path}", path=path))
         paths += within
     return paths
 
@@ -234,3 +235,9 @@ def selected(faces: Sequence[Face], which: str) -> list[Face]:
     """Return the faces that ``--face`` names, or stop where it names none of them."""
     with ending.stopping(ValueError, ending.USAGE):
         return select(faces, which)
+
+
+def hash_of(path: Path) -> str:
+    """Return the SHA-256 of a photo's file, or stop."""
+    with ending.stopping(OSError, ending.UNREADABLE):
+        return sha256_of(path)

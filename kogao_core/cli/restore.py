@@ -59,8 +59,7 @@ def _restored(store: Originals, file: Path, number: int | None, force: bool) -> 
                 "{path} has changed since it was written in place; --force "
                 "brings the original back all the same",
                 path=file,
-            ),
-            ending.USAGE,
+            )
         ) from None
     if there_was:
         return tr("{file} is as it was again", file=file)

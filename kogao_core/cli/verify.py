@@ -16,7 +16,11 @@ import numpy.typing as npt
 from kogao_core.base.language import Text, tr, translated
 from kogao_core.base.stderr import hushed
 from kogao_core.cli import common, ending, words
-from kogao_core.cli import json_file as to_json
+
+try:
+    import jpeglib
+except ImportError:
+    jpeglib = None
 
 _START, _SCAN, _END = b"\xff\xd8", 0xDA, 0xD9
 _MARKER: Final = re.compile(rb"\xff+([^\x00\xff\xd0-\xd7])")  # the next one, restarts left out
@@ -30,14 +34,14 @@ _FILE: Final = click.Path(path_type=Path, readable=False)
 @words.command("verify")
 @click.argument("result", metavar="RESULT", type=_FILE)
 @click.argument("original", metavar="ORIGINAL", type=_FILE)
-@to_json.writes_json
+@common.writes_json
 @common.forces
 def command(result: Path, original: Path, json_file: Path | None, force: bool) -> None:
     """Tell which blocks and which metadata of two JPEGs differ, and that nothing else does."""
-    to_json.check(json_file, force)
+    common.check_report(json_file, force)
     paths = result, original
     found = _beside(*map(_read, paths)) | _differing(*map(_blocks, paths))
-    to_json.deliver(lambda: found, lambda: _told(found), json_file)
+    common.deliver(lambda: found, lambda: _told(found), json_file)
 
 
 def _read(path: Path) -> bytes:
@@ -45,9 +49,7 @@ def _read(path: Path) -> bytes:
                                              reason=reason)):  # fmt: skip
         data = path.read_bytes()
     if not data.startswith(_START):
-        raise ending.Stop(
-            Text("{path} is no JPEG; name two JPEGs to compare", path=path), ending.USAGE
-        )
+        raise ending.Stop(Text("{path} is no JPEG; name two JPEGs to compare", path=path))
     return data
 
 
@@ -87,13 +89,11 @@ def _parts(data: bytes) -> dict[str, list[bytes]]:
 
 def _blocks(path: Path) -> tuple[list[npt.NDArray[np.int16]], list[tuple[int, int]], bytes, Any]:
     """Return each component's blocks, (rows, columns, 64), factors, tables, and the size in px."""
-    try:
-        import jpeglib  # slow to load
-    except ImportError:
+    if jpeglib is None:
         raise ending.Stop(
             Text("this bundle has no second reader of JPEGs; verify with an installation by pip"),
             ending.BROKEN,
-        ) from None
+        )
     try:
         with hushed(), jpeglib.version(_LIBRARY):
             jpeg = jpeglib.read_dct(str(path))

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import dataclasses
+import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from math import isfinite
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import click
 
@@ -14,9 +16,9 @@ from kogao_core.background.find import BackgroundFinder, Bends, measure
 from kogao_core.base.geometry import Box
 from kogao_core.base.language import Text
 from kogao_core.base.originals import Originals
+from kogao_core.base.strict import BadFile
 from kogao_core.base.wording import shown
-from kogao_core.cli import common, ending, options, projects, reading, summary, words
-from kogao_core.cli import json_file as to_json
+from kogao_core.cli import common, ending, options, reading, summary, words
 from kogao_core.faces.face import Face
 from kogao_core.photo import (
     CannotWrite,
@@ -29,11 +31,20 @@ from kogao_core.photo import (
 from kogao_core.photo.disclosure.disclosing import Disclosure
 from kogao_core.photo.export import Export
 from kogao_core.pipeline import Rendering
+from kogao_core.projects import project, sidecar
 from kogao_core.projects.results import Results
-from kogao_core.projects.sidecar import Applied
+from kogao_core.projects.sidecar import Applied, apply, sidecar_of
+from kogao_core.recipe.settings import SETTINGS
 from kogao_core.retouch import over_itself, retouch, to_file
 from kogao_core.warp.limits import OutOfBounds, check_protection
 from kogao_core.warp.protection import NOTHING, Protection
+
+# What a project says itself.
+_FROM_PROJECT: Final = (
+    *SETTINGS,
+    *("which", "doubtful", "recipe_file", "landmarks"),
+    *("lines", "width_px", "feather_px", "points", "points_map"),
+)
 
 
 def _lines(_: click.Context, __: click.Parameter, values: Sequence[str]) -> list[Any]:
@@ -92,7 +103,7 @@ def _corners(value: str) -> list[list[float]]:
 )  # fmt: skip
 @options.discloses
 @options.exports
-@to_json.writes_json
+@common.writes_json
 @reading.takes_results
 @words.option("--force", is_flag=True, help="Replace an existing output, even IN itself.")
 def command(
@@ -120,23 +131,23 @@ def command(
 ) -> None:
     """Make the faces in the photo IN smaller and write the result to OUTPUT, or over IN itself."""
     if project_file is not None:
-        projects.refuse_choices(click.get_current_context())
+        _refuse_choices(click.get_current_context())
     recipe = options.recipe_of(recipe_file, choices)
     path = reading.input_path(source, sample)
     is_searched = project_file is None and reading.point_files()[0] is None
     known = reading.landmark_source(landmarks) if is_searched else None
     to = _checked_output(path, sample, output, in_place, save_project, force, export)
-    to_json.check(json_file, force)
+    common.check_report(json_file, force)
     if not (results or in_place or sample):
         reading.refuse_result(path)
     if save_project:
-        projects.check_free(path, sample, force)
+        _check_project(path, sample, force)
     photo = reading.read_photo(path, max_megapixels, to)
     _check_photo(photo, to, in_place, export)
-    sha256 = projects.hash_of(path) if project_file is not None or save_project else ""
+    sha256 = reading.hash_of(path) if project_file is not None or save_project else ""
     found: list[Face] = []
     if project_file is not None:
-        done = projects.applied(project_file, photo, sha256)
+        done = _replayed(project_file, photo, sha256)
     else:
         protection = _protection(photo, lines, width_px, feather_px)
         found = reading.find_faces(photo, landmarks, known)
@@ -158,11 +169,11 @@ def command(
     written = Text.joined("; ", [made.written, made.undisclosed])
     notes = list(filter(None, [done.note, made.lens, note, written, bends.note]))
     if save_project:
-        place = projects.save(photo, sha256, found, done, project_file)
+        place = _save_project(photo, sha256, found, done, project_file)
         notes.append(Text("the project is {place}", place=place))
     assert made.rendering is not None
     told = photo, to, done.faces, made.rendering, bends, notes
-    to_json.tell(lambda: summary.as_json(*told), lambda: summary.as_text(*told), json_file)
+    common.tell(lambda: summary.as_json(*told), lambda: summary.as_text(*told), json_file)
 
 
 def _checked_output(
@@ -179,12 +190,11 @@ def _checked_output(
         _check_in_place(sample, output, save_project)
         if export.coding is not None:
             raise ending.Stop(
-                Text("size, quality and colours are those of copies; leave out --in-place"),
-                ending.USAGE,
+                Text("size, quality and colours are those of copies; leave out --in-place")
             )
         return path
     if output is None:
-        raise ending.Stop(Text("name an output with -o, or use --in-place"), ending.USAGE)
+        raise ending.Stop(Text("name an output with -o, or use --in-place"))
     _check_output(path, output, force)
     return output
 
@@ -195,8 +205,7 @@ def _check_output(path: Path, output: Path, force: bool) -> None:
             Text(
                 "{output} is the photo itself; choose another output, or --force to replace it",
                 output=output,
-            ),
-            ending.USAGE,
+            )
         )
     with _writing():
         check_output(output, force=True)
@@ -205,18 +214,15 @@ def _check_output(path: Path, output: Path, force: bool) -> None:
 
 def _check_in_place(sample: bool, output: Path | None, save_project: bool) -> None:
     if sample:
-        raise ending.Stop(
-            Text("the sample isn't written over; copy it to a folder first"), ending.USAGE
-        )
+        raise ending.Stop(Text("the sample isn't written over; copy it to a folder first"))
     if output is not None:
-        raise ending.Stop(Text("--in-place writes over IN; leave out -o"), ending.USAGE)
+        raise ending.Stop(Text("--in-place writes over IN; leave out -o"))
     if save_project:
         raise ending.Stop(
             Text(
                 "a project is about the photo as it was, which --in-place replaces; "
                 "leave out --save-project"
-            ),
-            ending.USAGE,
+            )
         )
 
 
@@ -255,3 +261,65 @@ def _writing() -> Iterator[None]:
         ending.stopping(RefusedOutput, ending.USAGE),
     ):
         yield
+
+
+def _refuse_choices(context: click.Context) -> None:
+    """Stop when choices are given beside a project, which holds all of them."""
+    for parameter in context.command.params:
+        if parameter.name in _FROM_PROJECT and words.is_given(parameter, context):
+            raise ending.Stop(
+                Text("--project holds every choice; leave out {option}", option=parameter.opts[0])
+            )
+
+
+def _replayed(file: Path, photo: Photo, sha256: str) -> Applied:
+    """Return what the project in a file makes of a photo, or stop."""
+    with _usable(file):
+        return apply(project.load(file), photo.pixels, sha256)
+
+
+def _check_project(photo: Path, sample: bool, force: bool) -> None:
+    """Stop when no project may be written beside a photo."""
+    if sample:
+        raise ending.Stop(Text("the sample keeps no project; copy it to a folder first"))
+    place = sidecar_of(photo)
+    common.check_free(place, force)
+    if place.parent.is_dir() and not os.access(place.parent, os.W_OK | os.X_OK):
+        raise ending.Stop(
+            Text(
+                "the folder {folder} isn't writable, so no project can be kept "
+                "beside the photo; leave out --save-project or copy the photo",
+                folder=place.parent,
+            ),
+            ending.UNREADABLE,
+        )
+
+
+def _save_project(
+    photo: Photo, sha256: str, found: Sequence[Face], done: Applied, file: Path | None
+) -> Path:
+    """Write what was done beside the photo, or stop."""
+    original = sidecar.original(photo.path, sha256, photo.pixels)
+    if file is not None:
+        with _usable(file):
+            kept = project.load(file).at_size(photo.width, photo.height)
+        kept = dataclasses.replace(kept, original=original)
+    else:
+        chosen = {id(face) for face in done.faces}
+        off = frozenset(n for n, face in enumerate(found) if id(face) not in chosen)
+        sheet = project.Sheet(tuple(found), off, done.recipe)
+        kept = project.Project(original, "automatic", sheet, None, done.protection, done.loose)
+    place = sidecar.sidecar_of(photo.path)
+    with ending.writing(place):
+        project.save(kept, place)
+    return place
+
+
+@contextmanager
+def _usable(file: Path) -> Iterator[None]:
+    try:
+        yield
+    except BadFile as error:
+        raise ending.Stop(
+            Text("the project {file} can't be used: {error}", file=file, error=error)
+        ) from error

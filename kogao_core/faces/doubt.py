@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, Final, Literal
@@ -126,7 +126,24 @@ def _verdict(face: Face, image: Box, company: bool) -> Verdict:
         return Verdict()
     rows = uncertain(face)
     share = len(rows) / len(face.points)
-    for reason, speaks, why in _against(face, image, share, company):
+    down_px = float(np.linalg.norm(face.mouth_center - face.eye_center))
+    unsure = Text(
+        "it is {n:.0f} % sure that this is a face, less than {least:.0f} %",
+        n=100.0 * face.score,
+        least=100.0 * SURE,
+    )
+    on_its_head = Text("it would stand on its head, and others are upright")
+    turned = Text("it is turned so far that one side of it is out of sight")
+    cut = Text("part of it lies outside the photo")
+    hidden = Text("{n:.0f} % of its landmarks are more likely hidden than seen", n=100.0 * share)
+    against: tuple[tuple[Reason, bool, Text], ...] = (
+        ("unsure", face.score < SURE, unsure),
+        ("on its head", company and abs(_roll(face)) > ON_ITS_HEAD, on_its_head),
+        ("turned", face.interocular_px < LEAST_ACROSS * down_px, turned),
+        ("cut", outside(face, image) > MOST_OUTSIDE, cut),
+        ("hidden", share > MOST_HIDDEN, hidden),
+    )
+    for reason, speaks, why in against:
         if speaks:
             return Verdict(reason, why=why)
     return Verdict(look_at=rows, why=_points(face, rows)) if share > MOST_UNCERTAIN else Verdict()
@@ -146,42 +163,6 @@ def _points(face: Face, rows: Sequence[int]) -> Text:
     ]
     return Text(
         "look at these points, they may be wrong: {points}", points=Text.joined(", ", named)
-    )
-
-
-def _against(
-    face: Face, image: Box, share: float, company: bool
-) -> Iterator[tuple[Reason, bool, Text]]:
-    """Yield each reason, whether it speaks against a face, and how it is said."""
-    yield (
-        "unsure",
-        face.score < SURE,
-        Text(
-            "it is {n:.0f} % sure that this is a face, less than {least:.0f} %",
-            n=100.0 * face.score,
-            least=100.0 * SURE,
-        ),
-    )
-    yield (
-        "on its head",
-        company and abs(_roll(face)) > ON_ITS_HEAD,
-        Text("it would stand on its head, and others are upright"),
-    )
-    down_px = float(np.linalg.norm(face.mouth_center - face.eye_center))
-    yield (
-        "turned",
-        face.interocular_px < LEAST_ACROSS * down_px,
-        Text("it is turned so far that one side of it is out of sight"),
-    )
-    yield (
-        "cut",
-        outside(face, image) > MOST_OUTSIDE,
-        Text("part of it lies outside the photo"),
-    )
-    yield (
-        "hidden",
-        share > MOST_HIDDEN,
-        Text("{n:.0f} % of its landmarks are more likely hidden than seen", n=100.0 * share),
     )
 
 

@@ -175,8 +175,7 @@ class Face:
         Face
             Sure of that landmark.
         """
-        outline = _with_row(self.outline, index, position)
-        return self._edited(outline=outline, confidence=self._sure_of(index % len(outline)))
+        return self._placed("outline", index, position, 0)
 
     def with_target(self, index: int, position: npt.ArrayLike | None) -> Face:
         """Return the face with one target set by hand, or automatic again.
@@ -213,10 +212,7 @@ class Face:
         Face
             Sure of that corner.
         """
-        row = len(self.outline) + index % 4
-        return self._edited(
-            eyes=_with_row(self.eyes, index, position), confidence=self._sure_of(row)
-        )
+        return self._placed("eyes", index, position, len(self.outline))
 
     def with_mouth_point(self, index: int, position: npt.ArrayLike) -> Face:
         """Return the face with one mouth corner moved.
@@ -233,17 +229,15 @@ class Face:
         Face
             Sure of that corner.
         """
-        row = len(self.outline) + 4 + index % 2
-        return self._edited(
-            mouth=_with_row(self.mouth, index, position), confidence=self._sure_of(row)
-        )
+        return self._placed("mouth", index, position, len(self.outline) + 4)
 
-    def _sure_of(self, row: int) -> Array | None:
-        if self.confidence is None:
-            return None
-        confidence = self.confidence.copy()
-        confidence[row] = 1.0
-        return confidence
+    def _placed(self, part: str, index: int, position: npt.ArrayLike, first_row: int) -> Face:
+        """Return the face with a point of a part moved, and sure of it."""
+        points, confidence = getattr(self, part), self.confidence
+        if confidence is not None:
+            confidence = _with_row(confidence, first_row + index % len(points), 1.0)
+        moved = {part: _with_row(points, index, position)}
+        return self._edited(confidence=confidence, **moved)
 
     def _edited(self, **changes: Any) -> Face:
         return dataclasses.replace(self, pinned_anchor=self.anchor, **changes)

@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from kogao_core.base.geometry import Affine, Array
+from kogao_core.base.geometry import Affine, Array, arc_lengths
 from kogao_core.faces.face import Face
 
 # Nearer to the midline than this, in landmark spacings, a landmark belongs to both sides.
@@ -49,8 +49,7 @@ def influence(outline: Array, index: int, reach_px: float) -> Array:
 
     Result (N,): 1 at the landmark, 0.5 half way, 0 from `reach_px` on.
     """
-    steps = np.linalg.norm(np.diff(outline, axis=0), axis=1)
-    along = np.append(0.0, np.cumsum(steps))
+    along = arc_lengths(outline)
     away = np.abs(along - along[index])
     near = np.clip(away / max(reach_px, 1e-12), 0.0, 1.0)
     weights = 0.5 * (1.0 + np.cos(np.pi * near))

@@ -1,15 +1,19 @@
-"""Section 3.2: centre candidates on the eye-mouth line, and targets on the lines to the centre."""
+"""Section 3.2: centre candidates on the eye-mouth line, and targets on the lines to the centre.
+
+And how two sets of points on one photo differ: marked by hand, and found.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from kogao_core.base.geometry import Array
 from kogao_core.faces.face import Face
-from kogao_core.faces.shape import Shape
-from kogao_core.faces.zones import evened, gains
+from kogao_core.faces.zones import Shape, evened, gains
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.recipe.settings import CENTERS
 
@@ -60,7 +64,7 @@ def aim(face: Face, recipe: Recipe, seen: Face | None = None) -> Pairs:
     Targets that the user placed by hand (`Face.targets`) stay where they are; a face with a recipe
     of its own (`Face.recipe`) goes by that. Where the recipe's zones count, the outline's sides are
     evened out first, and each zone then goes its own share of ``percent`` (`zones`);
-    width, length and the like come on top (`shape`). A face that a lens' correction shows elsewhere
+    width, length and the like come on top (`Shape`). A face that a lens' correction shows elsewhere
     (`seen`) is aimed there. Result: one pair for each point of the outline.
     """
     recipe, source = recipe.of_face(face.recipe), face.outline
@@ -76,3 +80,43 @@ def aim(face: Face, recipe: Recipe, seen: Face | None = None) -> Pairs:
     if face.targets is not None:
         target = np.where(np.isnan(face.targets), target, face.targets)
     return Pairs(source, target, center, None if seen is None else seen.outline)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Differences:
+    """Distances from each point of the first face to its partner on the second."""
+
+    # Int (N,): index of the partner: the same one where both outlines have as many points, else the
+    # nearest.
+    partners: npt.NDArray[np.intp]
+    # (N,): distance between partners, px.
+    landmarks_px: Array
+    targets_px: Array
+
+
+def differences(first: Face, second: Face, recipes: tuple[Recipe, Recipe]) -> Differences:
+    """Compare the landmarks and targets of two faces.
+
+    Result: for each outline point of the first face.
+    """
+    ours, theirs = aim(first, recipes[0]), aim(second, recipes[1])
+    between = np.linalg.norm(ours.source_px[:, None] - theirs.source_px, axis=2)
+    same_count = len(ours.source_px) == len(theirs.source_px)
+    partners = np.arange(len(between)) if same_count else between.argmin(axis=1)
+    return Differences(
+        partners,
+        between[np.arange(len(between)), partners],
+        np.linalg.norm(ours.target_px - theirs.target_px[partners], axis=1),
+    )
+
+
+def matching(face: Face, others: Sequence[Face]) -> int | None:
+    """Return which of `others` lies where `face` lies.
+
+    Result: index of the nearest; None when there is none near.
+    """
+    apart = [float(np.linalg.norm(other.middle - face.middle)) for other in others]
+    if not apart:
+        return None
+    nearest = int(np.argmin(apart))
+    return nearest if apart[nearest] < max(face.box[2:]) else None

@@ -15,8 +15,8 @@ import numpy as np
 from kogao_core.base.atomic import put
 from kogao_core.base.geometry import Affine, Box, Image
 from kogao_core.base.language import Text
-from kogao_core.faces.differences import matching
 from kogao_core.faces.face import Face, LandmarkSource
+from kogao_core.faces.targets import matching
 from kogao_core.faces.zones import turn
 from kogao_core.lab.reports.charts import Chart, Series
 from kogao_core.lab.reports.report import NONE, Part, Report, Table

@@ -22,6 +22,7 @@ from kogao_core.base.geometry import Image
 from kogao_core.base.language import Text
 from kogao_core.base.wording import shown
 from kogao_core.photo.formats import FORMATS, READ_ONLY
+from kogao_core.photo.metadata import jpeg_extras
 from kogao_core.photo.model import Photo, channels_of
 
 LONGEST_PX: Final = 65500
@@ -136,4 +137,5 @@ def _in_srgb(photo: Photo, pixels: Image) -> tuple[Photo, Image]:
         return photo, pixels  # grey without a profile is grey everywhere
     made = srgb.tobytes()
     undated = made[: _DATE.start] + bytes(12) + made[_DATE.stop :]
-    return dataclasses.replace(photo, icc_profile=undated), pixels
+    carried = tuple(one for one in photo.carried if not jpeg_extras.is_profile(one))
+    return dataclasses.replace(photo, icc_profile=undated, carried=carried), pixels

@@ -121,7 +121,13 @@ def write_in_place(
     with suppress(OSError):  # the photo is written; its original lies there whole
         lost = 0 if originals is None else originals.settle(photo.path)
         if lost:
-            note = Text.joined("; ", [note, _gone(lost)])
+            gone = Text.counted(
+                lost,
+                "the store of originals is full: the oldest one that it held has gone for good",
+                "the store of originals is full: the {n} oldest ones that it held have gone for "
+                "good",
+            )
+            note = Text.joined("; ", [note, gone])
     if source is photo and replaced_a_result:
         again = Text(
             "this photo was changed in place before, so its pixels are resampled twice; "
@@ -129,14 +135,6 @@ def write_in_place(
         )
         return Text.joined("; ", [note, again])
     return note
-
-
-def _gone(count: int) -> Text:
-    return Text.counted(
-        count,
-        "the store of originals is full: the oldest one that it held has gone for good",
-        "the store of originals is full: the {n} oldest ones that it held have gone for good",
-    )
 
 
 def _file_of(photo: Photo, originals: Originals | None) -> Path:

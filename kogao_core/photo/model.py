@@ -43,7 +43,7 @@ class Stamp:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Companion:
-    """What goes along behind the picture of a JPEG: a gain map for HDR, or a film."""
+    """What goes along behind the picture of a JPEG: a gain map for HDR, a film, or a record."""
 
     kind: Kind
     data: bytes  # its own file, as it was read
@@ -70,7 +70,8 @@ class Photo:
     photoshop : bytes, optional
         Photoshop image resources, which hold the IPTC record.
     carried : tuple of bytes
-        Segments of a JPEG or chunks of a PNG, as stored, that only its own format can hold.
+        Segments of a JPEG or chunks of a PNG or WebP, as stored, or a directory of a TIFF's rare
+        tags: what only its own format can hold.
     dpi : tuple of float, optional
         Print resolution (x, y).
     aspect : tuple of int, optional

@@ -18,17 +18,16 @@ from kogao_core.base.stderr import hushed
 from kogao_core.base.wording import system_reason
 from kogao_core.photo import formats
 from kogao_core.photo.errors import UnreadablePhoto
-from kogao_core.photo.formats import Source, common
-from kogao_core.photo.metadata import kinds, photoshop, stale, tiff_extras
+from kogao_core.photo.formats import common
+from kogao_core.photo.formats.base import Source
+from kogao_core.photo.metadata import kinds, photoshop, stale, tiff, tiff_extras
 from kogao_core.photo.metadata.kinds import Extra, Kind
 from kogao_core.photo.model import Photo, Stamp
 
 MAX_MEGAPIXELS: Final = 300.0
-_PILLOWS: Final = tuple(form.name for form in formats.ALL if form.reader is None)
-_READERS: Final = sorted(
-    (form.reader for form in formats.ALL if form.reader is not None),
-    key=lambda reader: not reader.is_by_name,
-)
+_PILLOWS: Final = tuple(form.name for form in formats.ALL if form.decode is None)
+# Raw photos are told by their names: most are TIFF files to those who don't know better.
+_OTHERS: Final = sorted(formats.ALL, key=lambda form: form.name != "RAW")
 _LOCK: Final = threading.Lock()
 
 
@@ -146,9 +145,9 @@ def _read_open(file: IO[bytes], path: Path, max_megapixels: float, bits: int) ->
 
 
 def _decoded(source: Source) -> Photo:
-    for reader in _READERS:
-        if reader.recognises(source.file, source.path):
-            return reader.decode(source)
+    for form in _OTHERS:
+        if form.recognises and form.decode and form.recognises(source.file, source.path):
+            return form.decode(source)
     return common.decode(source, _PILLOWS)
 
 
@@ -213,5 +212,5 @@ def _from_metadata(photo: Photo, note: Kind | None) -> Iterator[Extra]:
         return
     if note is not None and has_note:
         yield Extra(note)
-    if note is kinds.MAKER_NOTE and (rare := tiff_extras.rare_tags(tags)):
+    if note is kinds.MAKER_NOTE and (rare := list(filter(tiff.is_rare, tags))):
         yield Extra(kinds.EXIF_TAGS, Text("EXIF tags {tags}", tags=" ".join(map(str, rare))))

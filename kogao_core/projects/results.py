@@ -87,7 +87,7 @@ class Results:
 
     def of(self, photo: Path) -> list[Result]:
         """Return the results of a photo that are still there."""
-        made = self._read().by_source.get(os.path.realpath(photo), [])
+        made = self._read()[0].get(os.path.realpath(photo), [])
         return [one for one in made if os.path.exists(one.result)]
 
     def origin(self, path: Path) -> Provenance | None:
@@ -97,7 +97,7 @@ class Results:
         by its name.
         """
         try:
-            made = self._read().by_size.get(path.stat().st_size, [])
+            made = self._read()[1].get(path.stat().st_size, [])
             digest = sha256_of(path) if made else ""
             for one in made:
                 if one.sha256 == digest:
@@ -118,27 +118,25 @@ class Results:
         try:
             return _index(self.file, self.file.stat().st_mtime_ns)
         except OSError:
-            return _Index()
+            return {}, {}
 
 
-class _Index:
-    def __init__(self) -> None:
-        self.by_size: dict[int, list[Result]] = defaultdict(list)
-        self.by_source: dict[str, list[Result]] = defaultdict(list)
+# Results by their photos, and by their sizes.
+_Index = tuple[dict[str, list[Result]], dict[int, list[Result]]]
 
 
 @lru_cache(maxsize=2)
 def _index(file: Path, _: int) -> _Index:
-    index = _Index()
-    for entry in _lines(file):
+    by_source, by_size = defaultdict[str, list[Result]](list), defaultdict[int, list[Result]](list)
+    for entry in objects_in(file):
         try:
             one = Result(**entry)
         except TypeError:  # of another version
             continue
-        index.by_source[one.source].append(one)
+        by_source[one.source].append(one)
         if one.sha256:
-            index.by_size[one.size].append(one)
-    return index
+            by_size[one.size].append(one)
+    return by_source, by_size
 
 
 @lru_cache(maxsize=16)
@@ -146,12 +144,13 @@ def _outputs(report: Path, _: int) -> dict[str, str]:
     """Return the photos that a batch has worked on, by the names of their results."""
     return {
         Path(str(entry.get("output"))).name: str(entry.get("source"))
-        for entry in _lines(report)
+        for entry in objects_in(report)
         if entry.get("status") == "done"
     }
 
 
-def _lines(file: Path) -> list[dict[str, Any]]:
+def objects_in(file: Path) -> list[dict[str, Any]]:
+    """Return the objects in a file of JSON lines; damaged lines don't count."""
     found = []
     for line in file.read_text(encoding="utf-8", errors="replace").splitlines():
         try:

@@ -131,18 +131,15 @@ def match(project: Project, pixels: Image, sha256: str | None = None) -> tuple[P
     """
     height, width = pixels.shape[:2]
     at_hand = project.at_size(width, height)
-    _check_places(at_hand, Box.of(pixels))
-    return at_hand, _note(project, sha256, width)
-
-
-def _check_places(project: Project, image: Box) -> None:
+    image = Box.of(pixels)
     try:
-        for sheet in filter(None, (project.automatic, project.manual)):
+        for sheet in filter(None, (at_hand.automatic, at_hand.manual)):
             check_faces(sheet.faces, image)
-        check_protection(project.protection, image)
-        check_brushwork(project.brushwork, image)
+        check_protection(at_hand.protection, image)
+        check_brushwork(at_hand.brushwork, image)
     except OutOfBounds as error:
         raise BadFile(str(error)) from None
+    return at_hand, _note(project, sha256, width)
 
 
 def sheet_of(project: Project) -> Sheet:

@@ -83,7 +83,7 @@ class Recipe:
         How far the two sides go towards each other's mirror image, 0 to 100 % (`zones`).
     width, length : float
         The face narrower or shorter (below 0), wider or longer, in % of D, -15 to 15; these and
-        those below count beside the warp distance, whatever it is (`shape`).
+        those below count beside the warp distance, whatever it is (`zones.Shape`).
     jaw_width, chin_length, cheeks_width, left_width, right_width : float
         The same for a zone of the outline, towards the centre or away from it.
     forehead_height : float

@@ -75,8 +75,8 @@ class Setting:
         alternatives is true or false.
     unit : str
         Of a number.
-    per_face : bool
-        Whether each face may choose for itself; the rest is the photo's.
+    per_photo : bool
+        Whether all faces of a photo share it; of the rest each face may choose for itself.
     option : str
         What it is called on the command line; the name with hyphens, if not given.
     default_text : str
@@ -97,7 +97,7 @@ class Setting:
     is_whole: bool = False
     alternatives: tuple[Alternative[Any], ...] = ()
     unit: str = ""
-    per_face: bool = False
+    per_photo: bool = False
     option: str = ""
     default_text: str = ""
     word: Text | None = None
@@ -284,8 +284,19 @@ PAPER_CENTERS: Final = tuple(Center(share, Text("figure 7a")) for share in (1.0,
 # What there is to choose from; experiments ask for the paper's, which stay when this grows.
 CENTERS: Final = PAPER_CENTERS
 
-_GAIN: Final = (0.0, 200.0)
 _SIGNED: Final = (-15.0, 15.0)  # below 0 smaller, above it larger
+
+
+def _zone(name: str, title: Text, word: Text, what: Text) -> Setting:
+    """Return how far a part of the face goes beside the rest."""
+    within, unit = (0.0, 200.0), Text("%")
+    return Setting(name, title, what, within=within, unit=unit, word=word, needs="zones")
+
+
+def _signed(name: str, title: Text, word: Text, what: Text, option: str = "") -> Setting:
+    """Return how much larger or smaller a part of the face gets."""
+    return Setting(name, title, what, within=_SIGNED, unit=Text("%"), option=option, word=word)
+
 
 # In the order of the recipe's fields.
 _ALL: Final = (
@@ -298,7 +309,6 @@ _ALL: Final = (
         Text("section 3.2"),
         within=(-15.0, 15.0),
         unit=Text("% of D"),
-        per_face=True,
     ),
     Setting(
         "center",
@@ -307,7 +317,6 @@ _ALL: Final = (
         Text("section 3.2"),
         within=(1, len(CENTERS)),
         is_whole=True,
-        per_face=True,
     ),
     Setting(
         "lattice",
@@ -315,7 +324,6 @@ _ALL: Final = (
         Text("Spacing R of the control lattice: small is local, large is smooth"),
         Text("section 3.3"),
         within=(0.1, 8.0),
-        per_face=True,
         is_method=True,
     ),
     Setting(
@@ -324,7 +332,6 @@ _ALL: Final = (
         Text("What R counts"),
         Text("section 3.3"),
         alternatives=LATTICE_UNITS,
-        per_face=True,
         is_method=True,
     ),
     Setting(
@@ -333,7 +340,6 @@ _ALL: Final = (
         Text("How the lattice takes up the landmarks' moves"),
         Text("sections 2.1, 2.2"),
         alternatives=FITS,
-        per_face=True,
         is_method=True,
     ),
     Setting(
@@ -342,6 +348,7 @@ _ALL: Final = (
         Text("Which pixels are worked on; the picture is the same, the smaller is quicker"),
         Text("sections 4.1, 4.2"),
         alternatives=DOMAINS,
+        per_photo=True,
         is_method=True,
     ),
     Setting(
@@ -353,6 +360,7 @@ _ALL: Final = (
         unit=Text("px"),
         option="threshold",
         default_text=Text("1/64: no byte is lost"),
+        per_photo=True,
         is_method=True,
     ),
     Setting(
@@ -360,18 +368,21 @@ _ALL: Final = (
         Text("Interpolation"),
         Text("How a pixel is read between pixels"),
         alternatives=INTERPOLATIONS,
+        per_photo=True,
         is_method=True,
     ),
     Setting(
         "guard",
         Text("Guard"),
         Text("Hold back what would fold, or read from outside the photo"),
+        per_photo=True,
         is_method=True,
     ),
     Setting(
         "hold_background",
         Text("Hold background"),
         Text("Keep straight lines of the background straight, and other people where they are"),
+        per_photo=True,
         is_method=True,
     ),
     Setting(
@@ -383,72 +394,53 @@ _ALL: Final = (
         ),
         within=(0.0, 100.0),
         unit=Text("%"),
-        per_face=True,
         word=Text("head follows"),
     ),
     Setting(
         "keep_features",
         Text("Keep features"),
         Text("Let eyes and mouth keep their shape, and a line from temple to temple stay straight"),
-        per_face=True,
         word=Text("features kept"),
     ),
     Setting(
         "zones",
         Text("Zones"),
         Text("Let parts of the face go their own shares, and even out its sides"),
-        per_face=True,
         is_method=True,
     ),
-    *(
-        Setting(
-            name,
-            title,
-            what,
-            within=_GAIN,
-            unit=Text("%"),
-            per_face=True,
-            word=word,
-            needs="zones",
-        )
-        for name, title, word, what in (
-            (
-                "cheeks",
-                Text("Share of the cheeks"),
-                Text("cheeks"),
-                Text("How far the cheeks move, in % of the warp distance"),
-            ),
-            (
-                "jaw",
-                Text("Share of the jaw"),
-                Text("jaw"),
-                Text("How far the jaw moves, between cheeks and chin, in % of the warp distance"),
-            ),
-            (
-                "chin",
-                Text("Share of the chin"),
-                Text("chin"),
-                Text("How far the chin moves, in % of the warp distance"),
-            ),
-            (
-                "left",
-                Text("Share of the left"),
-                Text("picture's left"),
-                Text(
-                    "How far the side moves that is on the left in the picture, in % of the warp "
-                    "distance"
-                ),
-            ),
-            (
-                "right",
-                Text("Share of the right"),
-                Text("picture's right"),
-                Text(
-                    "How far the side moves that is on the right in the picture, in % of the warp "
-                    "distance"
-                ),
-            ),
-        )
+    _zone(
+        "cheeks",
+        Text("Share of the cheeks"),
+        Text("cheeks"),
+        Text("How far the cheeks move, in % of the warp distance"),
+    ),
+    _zone(
+        "jaw",
+        Text("Share of the jaw"),
+        Text("jaw"),
+        Text("How far the jaw moves, between cheeks and chin, in % of the warp distance"),
+    ),
+    _zone(
+        "chin",
+        Text("Share of the chin"),
+        Text("chin"),
+        Text("How far the chin moves, in % of the warp distance"),
+    ),
+    _zone(
+        "left",
+        Text("Share of the left"),
+        Text("picture's left"),
+        Text(
+            "How far the side moves that is on the left in the picture, in % of the warp distance"
+        ),
+    ),
+    _zone(
+        "right",
+        Text("Share of the right"),
+        Text("picture's right"),
+        Text(
+            "How far the side moves that is on the right in the picture, in % of the warp distance"
+        ),
     ),
     Setting(
         "even_out",
@@ -458,77 +450,64 @@ _ALL: Final = (
         ),
         within=(0.0, 100.0),
         unit=Text("%"),
-        per_face=True,
         word=Text("even out"),
         needs="zones",
     ),
-    *(
-        Setting(
-            name,
-            title,
-            what,
-            within=_SIGNED,
-            unit=Text("%"),
-            per_face=True,
-            option=f"face-{name}" if name in ("width", "length") else "",
-            word=word,
-        )
-        for name, title, word, what in (
-            (
-                "width",
-                Text("Width"),
-                Text("face width"),
-                Text("The face narrower (below 0) or wider, in % of its distance to the centre"),
-            ),
-            (
-                "length",
-                Text("Length"),
-                Text("face length"),
-                Text("The face shorter (below 0) or longer, in % of its distance to the centre"),
-            ),
-            (
-                "jaw_width",
-                Text("Jaw"),
-                Text("jaw width"),
-                Text("The jaw slimmer (below 0) or wider, in % of its distance to the centre"),
-            ),
-            (
-                "chin_length",
-                Text("Chin"),
-                Text("chin length"),
-                Text("The chin shorter (below 0) or longer, in % of its distance to the centre"),
-            ),
-            (
-                "cheeks_width",
-                Text("Cheeks"),
-                Text("cheeks' width"),
-                Text("The cheeks slimmer (below 0) or wider, in % of their distance to the centre"),
-            ),
-            (
-                "forehead_height",
-                Text("Forehead"),
-                Text("forehead height"),
-                Text("The hairline lower (below 0) or higher, in % of its distance to the centre"),
-            ),
-            (
-                "left_width",
-                Text("Picture's left"),
-                Text("width on the left"),
-                Text(
-                    "The side on the left in the picture slimmer (below 0) or wider, in % of its "
-                    "distance to the centre"
-                ),
-            ),
-            (
-                "right_width",
-                Text("Picture's right"),
-                Text("width on the right"),
-                Text(
-                    "The side on the right in the picture slimmer (below 0) or wider, in % of its "
-                    "distance to the centre"
-                ),
-            ),
-        )
+    _signed(
+        "width",
+        Text("Width"),
+        Text("face width"),
+        Text("The face narrower (below 0) or wider, in % of its distance to the centre"),
+        option="face-width",
+    ),
+    _signed(
+        "length",
+        Text("Length"),
+        Text("face length"),
+        Text("The face shorter (below 0) or longer, in % of its distance to the centre"),
+        option="face-length",
+    ),
+    _signed(
+        "jaw_width",
+        Text("Jaw"),
+        Text("jaw width"),
+        Text("The jaw slimmer (below 0) or wider, in % of its distance to the centre"),
+    ),
+    _signed(
+        "chin_length",
+        Text("Chin"),
+        Text("chin length"),
+        Text("The chin shorter (below 0) or longer, in % of its distance to the centre"),
+    ),
+    _signed(
+        "cheeks_width",
+        Text("Cheeks"),
+        Text("cheeks' width"),
+        Text("The cheeks slimmer (below 0) or wider, in % of their distance to the centre"),
+    ),
+    _signed(
+        "forehead_height",
+        Text("Forehead"),
+        Text("forehead height"),
+        Text("The hairline lower (below 0) or higher, in % of its distance to the centre"),
+    ),
+    _signed(
+        "left_width",
+        Text("Picture's left"),
+        Text("width on the left"),
+        Text(
+            "The side on the left in the picture slimmer (below 0) or wider, in % of its "
+            "distance to the centre"
+        ),
+    ),
+    _signed(
+        "right_width",
+        Text("Picture's right"),
+        Text("width on the right"),
+        Text(
+            "The side on the right in the picture slimmer (below 0) or wider, in % of its "
+            "distance to the centre"
+        ),
     ),
     Setting(
         "lens",
@@ -541,6 +520,7 @@ _ALL: Final = (
         alternatives=LENSES,
         unit=Text("mm"),
         word=Text("lens"),
+        per_photo=True,
     ),
     Setting(
         "lens_amount",
@@ -548,7 +528,6 @@ _ALL: Final = (
         Text("How much of the lens' stretch is taken out"),
         within=(0.0, 100.0),
         unit=Text("%"),
-        per_face=True,
         word=Text("lens amount"),
         needs="lens",
     ),
@@ -563,7 +542,7 @@ SHAPE: Final = tuple(
     setting.name for setting in _ALL if setting.within == _SIGNED and setting.name != "percent"
 )
 # What each face may choose for itself.
-FACE_FIELDS: Final = tuple(setting.name for setting in _ALL if setting.per_face)
+FACE_FIELDS: Final = tuple(setting.name for setting in _ALL if not setting.per_photo)
 
 # Of the picture that labels a result (`photo.disclosure`), which no recipe holds.
 CORNERS: Final[dict[Corner, Text]] = {

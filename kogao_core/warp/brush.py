@@ -89,9 +89,15 @@ class BrushStroke:
     @property
     def steps(self) -> npt.NDArray[np.int64]:
         """In how many steps it goes from each corner to the next."""
-        points = self.points_px if len(self.points_px) > 1 else np.repeat(self.points_px, 2, axis=0)
-        lengths = np.linalg.norm(np.diff(points, axis=0), axis=1)
+        lengths = np.linalg.norm(np.diff(self._corners[:, :2], axis=0), axis=1)
         return np.asarray(np.ceil(_STEPS * lengths / self.radius_px).clip(1.0), np.int64)
+
+    @property
+    def _corners(self) -> Array:
+        """Place (x, y), px, and pressure at each corner; (N, 3), a single one twice."""
+        pressure = np.ones(len(self.points_px)) if self.pressure is None else self.pressure
+        corners = np.column_stack([self.points_px, pressure])
+        return corners if len(corners) > 1 else np.repeat(corners, 2, axis=0)
 
     def mapped(self, transform: Affine) -> BrushStroke:
         """Return the stroke carried along by a similarity transform of its image."""
@@ -107,11 +113,7 @@ class BrushStroke:
 
         Result (M, 5); a single corner is a step that goes nowhere.
         """
-        pressure = np.ones(len(self.points_px)) if self.pressure is None else self.pressure
-        corners = np.column_stack([self.points_px, pressure])
-        if len(corners) == 1:
-            corners = np.vstack([corners, corners])
-        steps = self.steps
+        corners, steps = self._corners, self.steps
         corner = np.repeat(np.arange(len(steps)), steps)
         number = np.arange(len(corner)) - (np.cumsum(steps) - steps)[corner]
         ways = np.diff(corners, axis=0)[corner] / steps[corner, None]

@@ -1,26 +1,33 @@
 """Backward resampling into a result, in place and in fixed blocks.
 
 A pixel's bytes depend only on the source, the control points near it and its block's fixed place,
-never on which other blocks are worked on: a partial update equals a full one bit for bit.
+never on which other blocks are worked on: a partial update equals a full one bit for bit. Pictures
+of another size, larger ones or a reduced copy, are resampled once, too.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Final, assert_never
+from itertools import product
+from math import ceil
+from typing import Final
 
 import cv2
 import numpy as np
 import numpy.typing as npt
 
-from kogao_core.base.geometry import Box, Image
+from kogao_core.base.geometry import Array, Box, Image
 from kogao_core.base.threads import default_threads, share_out
 from kogao_core.recipe.settings import Interpolation
 from kogao_core.warp.domain import Cells, Domain, Mask, cells_beyond
 from kogao_core.warp.field import Field
-from kogao_core.warp.lattice import Lattice
 from kogao_core.warp.resample import CALL_PX, Job, block_height_px, spread
 
+FLAGS: Final[dict[Interpolation, int]] = {
+    "bilinear": cv2.INTER_LINEAR,
+    "cubic": cv2.INTER_CUBIC,
+    "lanczos4": cv2.INTER_LANCZOS4,
+}
 BLOCK_WIDTH_PX: Final = 16  # what is worked on or left alone
 # Where the displacement changes by less, few pixels are read elsewhere, and only those are
 # resampled. To find them costs as much as to resample all of them bilinearly.
@@ -29,6 +36,8 @@ _STRIP_ROWS: Final = 256  # of a smaller picture: bounds the memory
 _COPY_PX: Final = 400_000  # copied at a time: enough to be worth waking another thread
 _DTYPES: Final = (np.uint8, np.uint16, np.float32)
 _MAX_CHANNELS: Final = 4
+_TILE_PX: Final = 512  # of the photo, about: a tile and its maps fit into the processor's cache
+_KERNEL_REACH_PX: Final = 8
 
 
 class Canvas:
@@ -53,11 +62,12 @@ class Canvas:
     ) -> list[Box]:
         """Resample the blocks of `domain` from the source; return the boxes that may differ now."""
         active = self._blocks(domain)
-        before, flag = self._job, flag_of(interpolation)
+        before, flag = self._job, FLAGS[interpolation]
         job = Job(self.source, self.pixels, field, flag, before)
         todo, faint, stale = active, np.zeros_like(active), self._warped & ~active
         if before is not None and job.resembles(before):
-            known, changes = active & self._warped, _changes(before.field, field)
+            known, lattices = active & self._warped, (before.field.lattices, field.lattices)
+            changes = [now.minus(was) for was, now in zip(*lattices, strict=True)]
             touched = known & self._touched(Cells(change, change.reached) for change in changes)
             if _FAINT_PX[flag]:
                 strong = (cells_beyond(one, self.image, _FAINT_PX[flag]) for one in changes)
@@ -135,7 +145,7 @@ def warp_alike(picture: Image, field: Field, domain: Domain, kind: Interpolation
             picture,
             (along_x + columns).astype(np.float32),
             (along_y + rows[:, None]).astype(np.float32),
-            flag_of(kind),
+            FLAGS[kind],
             borderMode=cv2.BORDER_REPLICATE,
         )
     return warped
@@ -151,24 +161,6 @@ def _copied(source: Image) -> Image:
 
     share_out(range(0, len(source), rows), lambda: fill, default_threads())
     return copy
-
-
-def flag_of(interpolation: Interpolation) -> int:
-    """Return OpenCV's name of an interpolation."""
-    match interpolation:
-        case "bilinear":
-            return cv2.INTER_LINEAR
-        case "cubic":
-            return cv2.INTER_CUBIC
-        case "lanczos4":
-            return cv2.INTER_LANCZOS4
-        case unknown:
-            assert_never(unknown)
-
-
-def _changes(before: Field, after: Field) -> list[Lattice]:
-    """Return the difference of each face's displacement; the fields' grids are equal."""
-    return [b.minus(a) for a, b in zip(before.lattices, after.lattices, strict=True)]
 
 
 def _check(source: Image) -> None:
@@ -195,3 +187,56 @@ def _overlaps(
     end = np.minimum(start + size_px, end_px)
     low, high = edges_px[:-1], edges_px[1:]
     return reached, ((low < end) & (high > start) & (low < high)).astype(np.float32)
+
+
+def size_of(image: Box, longest_px: int) -> tuple[int, int]:
+    """Return width and height of a picture reduced to a longer side; its own if that is enough."""
+    share = min(1.0, longest_px / max(image.width, image.height)) if longest_px else 1.0
+    return max(1, round(image.width * share)), max(1, round(image.height * share))
+
+
+def reduced(
+    source: Image, field: Field, moving: Box, size: tuple[int, int], flag: int, threads: int | None
+) -> Image:
+    """Return the warped photo as a smaller picture, of a size (width, height), in one resampling.
+
+    Each pixel is the mean of places spread evenly over it, as many as there are px of the photo,
+    each read where the field says. Nothing is rounded to pixels in between.
+    `moving` is where the field moves anything; `flag` is OpenCV's interpolation.
+    """
+    image, (width, height) = Box.of(source), size
+    result = np.empty((height, width, *source.shape[2:]), source.dtype)
+    fine = ceil(max(image.width / width, image.height / height))
+    step = max(1, _TILE_PX // fine)
+    tiles = [
+        Box(left, top, min(left + step, width), min(top + step, height))
+        for top, left in product(range(0, height, step), range(0, width, step))
+    ]
+
+    def draw(tile: Box) -> None:
+        xs = _places(tile.left, tile.right, fine, image.width / width)
+        ys = _places(tile.top, tile.bottom, fine, image.height / height)
+        reach = Box(int(xs[0]), int(ys[0]), int(xs[-1]) + 1, int(ys[-1]) + 1)
+        there = np.array(np.broadcast_arrays(xs, ys[:, None]))
+        if reach.clipped(moving).area:
+            there += field.on_grid(xs, ys)
+        low = np.clip(there.min(axis=(1, 2)) - _KERNEL_REACH_PX, 0, None).astype(int)
+        high = (there.max(axis=(1, 2)) + _KERNEL_REACH_PX + 1).astype(int)
+        # At the photo's edge at least one pixel is left to be repeated.
+        low = np.minimum(low, (image.width - 1, image.height - 1))
+        seen = source[low[1] : max(high[1], 1), low[0] : max(high[0], 1)].astype(np.float32)
+        at = (there - low[:, None, None]).astype(np.float32)
+        read = cv2.remap(seen, at[0], at[1], flag, borderMode=cv2.BORDER_REPLICATE)
+        mean = cv2.resize(read, (tile.width, tile.height), interpolation=cv2.INTER_AREA)
+        if source.dtype != np.float32:
+            mean = np.clip(np.rint(mean), 0, np.iinfo(source.dtype).max)
+        result[tile.slices] = mean.reshape(result[tile.slices].shape)
+
+    share_out(tiles, lambda: draw, threads or default_threads())
+    return result
+
+
+def _places(first: int, end: int, fine: int, scale: float) -> Array:
+    """Return where the parts of some pixels lie in the photo, px; their centres."""
+    parts = np.arange(first * fine, end * fine) + 0.5
+    return np.asarray(parts / fine * scale - 0.5)

@@ -11,8 +11,8 @@ import numpy.typing as npt
 
 from kogao_core.base.geometry import Array, smoothstep
 from kogao_core.faces.targets import Pairs
-from kogao_core.warp.falloff import NO_FALLOFF, Falloff
 from kogao_core.warp.lattice import Lattice, basis, basis_slope, matrices
+from kogao_core.warp.protection import NO_FALLOFF, Falloff
 
 _INVERSION_STEPS: Final = 64
 _INVERTED_PX: Final = 1e-4
@@ -46,12 +46,8 @@ class Field:
         if self.is_plain:
             return displacement
         factor, _ = self.falloff.at(points)
-        return np.asarray(
-            displacement
-            * (factor * fade(np.hypot(displacement[:, 0], displacement[:, 1]), self.fade_px))[
-                :, None
-            ]
-        )
+        share = factor * fade(np.hypot(*displacement.T), self.fade_px)
+        return np.asarray(displacement * share[:, None])
 
     def on_grid(self, xs_px: npt.ArrayLike, ys_px: npt.ArrayLike) -> Array:
         """Return the displacement on the grid ``ys x xs``, shape (2, len(ys), len(xs)), px.
@@ -62,9 +58,7 @@ class Field:
         if self.is_plain:
             return displacement
         factor, _ = self.falloff.on_grid(xs_px, ys_px)
-        return np.asarray(
-            displacement * factor * fade(np.hypot(displacement[0], displacement[1]), self.fade_px)
-        )
+        return np.asarray(displacement * factor * fade(np.hypot(*displacement), self.fade_px))
 
     def det_jacobian(self, xs_px: npt.ArrayLike, ys_px: npt.ArrayLike) -> Array:
         """Return det(I + dd/dx) on the tensor grid, shape (len(ys), len(xs)); <= 0 is a fold.
@@ -84,9 +78,7 @@ class Field:
             displacement = self._spline(xs_px, ys_px)
             if self.fade_px > 0.0:
                 along_x, along_y = self._faded_slopes(displacement, along_x, along_y)
-                displacement = displacement * fade(
-                    np.hypot(displacement[0], displacement[1]), self.fade_px
-                )
+                displacement = displacement * fade(np.hypot(*displacement), self.fade_px)
             factor, (rise_x, rise_y) = self.falloff.on_grid(xs_px, ys_px)
             along_x, along_y = (
                 factor * along_x + rise_x * displacement,
@@ -189,6 +181,14 @@ def shown_at(field: Displacing, source_px: Array, start_px: Array | None = None)
             break
         left, miss, move = left[far], miss[far], move[far]
     return x
+
+
+def shown_by(displacement: Callable[[Array], Array], points: Array, steps: int) -> Array:
+    """Return where points of shape (N, 2) are shown, px: ``x + d(x) = point``, in so many steps."""
+    shown = points
+    for _ in range(steps):
+        shown = points - displacement(shown)
+    return shown
 
 
 def _accelerated(miss: Array, last: Array, move: Array) -> Array:

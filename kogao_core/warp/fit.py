@@ -8,7 +8,7 @@ the backward map that resampling needs.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Final, assert_never
@@ -21,7 +21,6 @@ from kogao_core.base.language import Text
 from kogao_core.faces.face import Anchor
 from kogao_core.faces.targets import Pairs
 from kogao_core.recipe.recipe import LOSSLESS_PX, Recipe
-from kogao_core.recipe.settings import FITS, Fit
 from kogao_core.warp.frame import kept_inside
 from kogao_core.warp.lattice import ORDER, Grid, Lattice, basis, groups, matrices
 from kogao_core.warp.lens import Lensed
@@ -70,7 +69,7 @@ class Problem:
     movers: int
     least_px: float = 0.0
     features: int = 0
-    slack: Array | None = None
+    slack: Array | float = 0.0
     surround: Lattice | None = None
     photo: Box | None = None
     around_px: Array | None = None
@@ -96,17 +95,16 @@ class Problem:
         """The length of the control points that approximate what is asked for in all."""
         return float(np.linalg.norm(approximate(self).phi)) if self.effort is None else self.effort
 
-    @property
-    def slacks(self) -> Array:
-        """The `slack` of each point, shape (N,)."""
-        return np.zeros(len(self.target_px)) if self.slack is None else self.slack
-
     @cached_property
     def own_nodes(self) -> npt.NDArray[np.int64]:
         """The control points of its support that its landmarks reach, as numbers."""
         # What `np.unique` returns, which loads numpy's masked arrays for it.
         moving = self.movers + self.features
         return np.flatnonzero(np.bincount(self.support.nodes[:moving].ravel()))
+
+    def within(self, lattice: Lattice) -> Lattice:
+        """Return the lattice without what it moves across the photo's edges."""
+        return lattice if self.photo is None else kept_inside(lattice, self.photo)
 
 
 def spacing_px(pairs: Pairs, anchor: Anchor, recipe: Recipe) -> float:
@@ -177,7 +175,7 @@ def solve(problems: Sequence[Problem], recipes: Sequence[Recipe]) -> tuple[Latti
             lattice if done is None else summed(lattice, done)
             for lattice, done in zip(_fitted(left, recipes), total, strict=True)
         ]
-        total = [_within(*both) for both in zip(problems, whole, strict=True)]
+        total = [problem.within(one) for problem, one in zip(problems, whole, strict=True)]
         if all(kept is lattice for kept, lattice in zip(total, whole, strict=True)):
             break
         # What the edges took is asked for again, not what an approximation leaves.
@@ -193,16 +191,20 @@ def _asking(problem: Problem, lattices: Sequence[Lattice]) -> Problem:
 
 
 def _fitted(problems: Sequence[Problem], recipes: Sequence[Recipe]) -> list[Lattice]:
-    fitted: dict[int, Lattice] = {}
-    for one in FITS:
-        mine = [k for k, recipe in enumerate(recipes) if recipe.fit == one.name]
-        solved = _solver(one.name).solve([problems[k] for k in mine])
-        fitted |= zip(mine, solved, strict=True)
-    return [fitted[k] for k in range(len(problems))]
-
-
-def _within(problem: Problem, lattice: Lattice) -> Lattice:
-    return lattice if problem.photo is None else kept_inside(lattice, problem.photo)
+    both = list(zip(problems, recipes, strict=True))
+    solved = iter(exact([problem for problem, recipe in both if recipe.fit == "exact"]))
+    fitted = []
+    for problem, recipe in both:
+        match recipe.fit:
+            case "approximation":
+                fitted.append(approximate(problem))
+            case "exact":
+                fitted.append(next(solved))
+            case "multilevel":
+                fitted.append(multilevel(problem))
+            case unknown:
+                assert_never(unknown)
+    return fitted
 
 
 def _left_by(done: Sequence[Lattice | None], problem: Problem) -> Problem:
@@ -242,7 +244,8 @@ def _check_control_points(
     for pair, anchor, recipe, grid, surround in zip(
         pairs, anchors, recipes, grids, surrounds, strict=True
     ):
-        finest = grid.spacing_px / 2.0 ** _solver(recipe.fit).halvings
+        halvings = MULTILEVEL_STEPS if recipe.fit == "multilevel" else 0
+        finest = grid.spacing_px / 2.0**halvings
         finest = min(grid.spacing_px, max(LEAST_SPACINGS * anchor.spacing_px, finest))
         if recipe.threshold_px > LOSSLESS_PX or any(s.feather_px for s in protection.strokes):
             finest /= _FINER_PROOF
@@ -328,10 +331,7 @@ def _sampled(surround: Lensed | Surround, grid: Grid) -> Lattice | None:
         np.arange(ends.min() - 1, ends.max() + ORDER - 1)
         for ends in (grid.locate(corners[:, axis], axis)[0] for axis in (0, 1))
     )
-    x, y = (
-        origin + at * grid.spacing_px
-        for origin, at in zip(grid.origin_px, (columns, rows), strict=True)
-    )
+    x, y = grid.node_px(columns, 0), grid.node_px(rows, 1)
     phi = surround.at(np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2))
     moving = phi.any(axis=1).reshape(len(rows), len(columns))
     if not moving.any():
@@ -351,7 +351,7 @@ class _Support:
         self.first = (int(column.min()) - 1, int(row.min()) - 1)
         self.shape = (int(np.ptp(row)) + ORDER, int(np.ptp(column)) + ORDER)
         # What surrounds the faces is there before: those are fitted together whose points meet.
-        self.fitted = self.empty_of(self.first, self.shape)
+        self.fitted = Lattice(self.grid, self.first, np.zeros((*self.shape, 2)))
         if problem.surround is not None:
             whole = self.fitted.plus(problem.surround)
             self.first, self.shape = whole.first, whole.shape
@@ -360,10 +360,6 @@ class _Support:
         columns = column[:, None, None] + reach - self.first[0]
         self.weights = basis(t)[:, :, None] * basis(s)[:, None, :]
         self.nodes: npt.NDArray[np.int64] = rows * self.shape[1] + columns
-
-    def empty_of(self, first: tuple[int, int], shape: tuple[int, int]) -> Lattice:
-        """Return a lattice of its grid that moves nothing."""
-        return Lattice(self.grid, first, np.zeros((*shape, 2)))
 
     @property
     def size(self) -> int:
@@ -463,7 +459,7 @@ def _solve_together(problems: list[Problem]) -> list[Lattice]:
     own_nodes = [problem.own_nodes for problem in problems]
     designs = _designs(supports, targets, own_nodes)
     effort = np.sqrt(sum(problem.asked_effort**2 for problem in problems))
-    slack = np.concatenate([problem.slacks for problem in problems])
+    slack = np.concatenate([np.broadcast_to(one.slack, len(one.target_px)) for one in problems])
     solution = _ridge_solution(designs, displacements, slack, MOST_EFFORT * effort)
     ends = np.cumsum([len(nodes) for nodes in own_nodes])
     lattices = []
@@ -538,27 +534,3 @@ def _inner(designs: Sequence[_Design], points: int) -> Array:
 def _transposed(designs: Sequence[_Design], values: Array) -> Array:
     """Return A' z for values z at the points, shape (nodes, 2)."""
     return np.vstack([part.weights.T @ values[part.rows] for part in designs])
-
-
-def _each(one: Callable[[Problem], Lattice]) -> Callable[[Sequence[Problem]], list[Lattice]]:
-    return lambda problems: [one(problem) for problem in problems]
-
-
-@dataclass(frozen=True, slots=True)
-class _Solver:
-    """What fits the lattices of a photo's faces, and how often it halves their spacing at most."""
-
-    solve: Callable[[Sequence[Problem]], list[Lattice]]
-    halvings: int = 0
-
-
-def _solver(name: Fit) -> _Solver:
-    match name:
-        case "approximation":
-            return _Solver(_each(approximate))
-        case "exact":
-            return _Solver(exact)
-        case "multilevel":
-            return _Solver(_each(multilevel), MULTILEVEL_STEPS)
-        case unknown:
-            assert_never(unknown)

@@ -11,7 +11,6 @@ import numpy as np
 from kogao_core.base.geometry import Array, Box, ramp
 from kogao_core.base.language import Text
 from kogao_core.faces.targets import Pairs
-from kogao_core.warp.field import Field
 from kogao_core.warp.lattice import ORDER, Lattice, basis
 
 # A landmark so many times its move inside the photo makes all of it; nearer to the edge it makes
@@ -68,19 +67,6 @@ def _orthogonal(lattice: Lattice, edge_px: float, axis: int) -> Lattice:
     across = np.tensordot(weights, along[within], 1)
     along[within] -= weights[:, None] * across / float(weights @ weights)
     return Lattice(lattice.grid, (first[0], first[1]), phi)
-
-
-def read_outside_px(field: Field, photo: Box, step_px: float = 1.0) -> float:
-    """Return how far outside the photo a one-to-one field reads at most, px: at its edges."""
-    low, high = edges_px(photo)
-    farthest = 0.0
-    for axis in (0, 1):
-        along = np.arange(low[1 - axis], high[1 - axis] + step_px, step_px)
-        for edge, sign in ((low, -1.0), (high, 1.0)):
-            places = np.empty((len(along), 2))
-            places[:, axis], places[:, 1 - axis] = edge[axis], along
-            farthest = max(farthest, float((sign * field.at(places)[:, axis]).max(initial=0.0)))
-    return farthest
 
 
 def cut_note(pairs: Sequence[Pairs], asked: Sequence[Pairs]) -> str:

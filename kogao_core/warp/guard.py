@@ -10,17 +10,17 @@ import numpy as np
 import numpy.typing as npt
 
 from kogao_core.base.geometry import Array
-from kogao_core.warp.falloff import NO_FALLOFF
 from kogao_core.warp.field import Field
 from kogao_core.warp.lattice import Lattice, groups, meet
 from kogao_core.warp.one_to_one import (
     LEAST_MEASURED_DET,
+    Shrinking,
     certify,
     edges_are_safe,
     falloff_slope,
     least_det,
+    least_dets,
 )
-from kogao_core.warp.samples import Shrinking, least_dets
 
 _BISECTIONS: Final = 10
 _BELOW_ONE: Final = 1.0 - 1e-6
@@ -82,9 +82,9 @@ def share_let_in(
             return False
         if field.falloff.strokes and falloff_slope(after(share)) >= 1.0:
             return False
-        return len(whole.lattices) > 1 or _proven(Field(after(share).lattices[-1:]))
+        return len(whole.lattices) > 1 or certify(Field(after(share).lattices[-1:]))
 
-    return 1.0 if allows(1.0) else _bisected(allows, 1.0)
+    return 1.0 if allows(1.0) else bisected(allows, 1.0)
 
 
 def _largest_safe_shares(field: Field) -> list[float]:
@@ -96,10 +96,10 @@ def _largest_safe_shares(field: Field) -> list[float]:
     shares, together = [most for _ in everybody], list[set[int]]()
     if len(shares) == 1:
         is_sound = _safe(_scaled(field, shares))
-        return shares if is_sound else [_bisected(lambda s: _safe(_scaled(field, [s])), most)]
+        return shares if is_sound else [bisected(lambda s: _safe(_scaled(field, [s])), most)]
     near = everybody
     # What is proven isn't measured, nor what is as it was.
-    while not _proven(held := _scaled(field, shares)) and (cells := [*_folding(held, near)]):
+    while not certify(held := _scaled(field, shares)) and (cells := [*_folding(held, near)]):
         found = _joined([*together, *cells])
         fresh = [one for one in found if one not in together]
         if not fresh:  # slight slopes make the difference
@@ -118,10 +118,11 @@ def _largest_safe_share(
     """Return how much some lattices may keep, the others of their group keeping their shares."""
     held = _scaled(field, [1.0 if k in members else one for k, one in enumerate(shares)])
     samples = [Shrinking(held, lattice, members, _CLEAR_DET) for lattice in _meeting(held, members)]
-    return _bisected(lambda share: not any(_they_fold(one, share) for one in samples), most)
+    return bisected(lambda share: not any(_they_fold(one, share) for one in samples), most)
 
 
-def _bisected(allows: Callable[[float], bool], most: float) -> float:
+def bisected(allows: Callable[[float], bool], most: float) -> float:
+    """Return about the largest share that is allowed, 0 to `most`."""
     low, high = 0.0, most
     for _ in range(_BISECTIONS):
         middle = (low + high) / 2.0
@@ -178,15 +179,11 @@ def is_safe(field: Field, det: float | None = None) -> bool:
 
 def _safe(field: Field, det: float | None = None) -> bool:
     """Return whether a field that its falloff can't fold is one-to-one."""
-    if _proven(field):
+    if certify(field):
         return True
     if len(field.lattices) == 1:
         return False
     return (least_det(field, LEAST_MEASURED_DET) if det is None else det) >= LEAST_MEASURED_DET
-
-
-def _proven(field: Field) -> bool:
-    return certify(dataclasses.replace(field, falloff=NO_FALLOFF))
 
 
 def _scaled(field: Field, shares: Sequence[float]) -> Field:

@@ -27,8 +27,9 @@ from kogao_core.faces.face import Face
 from kogao_core.faces.reshape import across
 from kogao_core.photo.optics import FILM_MM
 from kogao_core.recipe.recipe import Recipe
+from kogao_core.warp.field import shown_by
 from kogao_core.warp.frame import edges_px
-from kogao_core.warp.protection import Protection
+from kogao_core.warp.protection import Protection, away_px
 from kogao_core.warp.surround import Surround
 
 # A head with its hair is a circle, in landmark spacings: so far above the middle of eyes and mouth,
@@ -266,10 +267,7 @@ class Heads:
 
     def shown(self, points: Array) -> Array:
         """Return where points of shape (N, 2) are shown: ``x + d(x) = point``."""
-        shown = points
-        for _ in range(_STEPS):
-            shown = points - self.at(shown)
-        return shown
+        return shown_by(self.at, points, _STEPS)
 
     @cached_property
     def faces(self) -> list[Face]:
@@ -347,11 +345,7 @@ class Lensed:
         return source, np.vstack([shown.eyes, shown.mouth]), np.full(len(source), _SLACK)
 
     def _away_px(self, points: Array) -> Array:
-        away = self.protection.away_px(points)
-        if not len(self.neighbours_px):
-            return away
-        apart = points[:, None] - self.neighbours_px
-        return np.asarray(np.minimum(away, np.hypot(apart[..., 0], apart[..., 1]).min(axis=1)))
+        return away_px(points, self.protection, self.neighbours_px)
 
 
 def _beside_each_other(heads: Sequence[Head]) -> tuple[Head, ...]:

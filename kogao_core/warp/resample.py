@@ -1,4 +1,10 @@
-"""One warp: where each pixel of a run of blocks is read, and what is found there."""
+"""One warp: where each pixel of a run of blocks is read, and what is found there.
+
+Where it is read, eq. (1), is a few small matrix products, all of the same shape whatever is worked
+on: BLAS may round another shape otherwise, and a pixel's bytes would depend on its neighbours'
+work. Single precision is exact to 1/8192 px only near the corner of a run's view of the source,
+from where its map is counted.
+"""
 
 from __future__ import annotations
 
@@ -7,12 +13,22 @@ from typing import Final
 
 import cv2
 import numpy as np
+import numpy.typing as npt
 
-from kogao_core.base.geometry import Box, Image
+from kogao_core.base.geometry import Array, Box, Image
 from kogao_core.base.threads import share_out
 from kogao_core.warp.field import Field, fade
-from kogao_core.warp.maps import Float32, Integers, LatticeMap, Runs
+from kogao_core.warp.lattice import Grid, Lattice
 
+Float32 = npt.NDArray[np.float32]
+Integers = npt.NDArray[np.int64]
+
+# Columns whose map is one product: about as many as four cells, so that it is 8 control points
+# deep. They divide a strip.
+SPANS_PX: Final = (512, 256, 128, 64)
+# Rows of a product: 32 x 8 x 512 or 32 x 68 x 64 are too few for OpenBLAS to wake threads, from
+# 2^18 on, with which rounding could change.
+ROWS_PX: Final = 32
 # Pixels resampled by one call at most: OpenCV spreads calls of more than 98,000 over threads of its
 # own, which compete with ours.
 CALL_PX: Final = 2**16
@@ -25,6 +41,108 @@ _KERNEL_REACH_PX: Final = 8
 # `cv2.remap` rounds where it reads to so many places a pixel: there alone the bytes change.
 _PLACES: Final = np.float32(cv2.INTER_TAB_SIZE)
 _SCATTERED: Final = 16  # a pixel for itself costs about as much as this many of a whole run
+
+
+class LatticeMap:
+    """The displacement of one lattice on runs of blocks."""
+
+    def __init__(
+        self,
+        lattice: Lattice,
+        image: Box,
+        block_px: int,
+        everywhere: bool,
+        before: LatticeMap | None = None,
+    ) -> None:
+        self.lattice, self._everywhere = lattice, everywhere
+        grid = lattice.grid
+        span_px = next((n for n in SPANS_PX if n <= 4 * grid.spacing_px), SPANS_PX[-1])
+        left, top, right, bottom = np.clip(lattice.reach_px, 0, (image.right, image.bottom) * 2)
+        ends = (
+            ((0, image.right), (0, image.bottom)) if everywhere else ((left, right), (top, bottom))
+        )
+        keys = [
+            (grid, axis, size, int(low // size), int(-(-high // size)))
+            for axis, size, (low, high) in zip((0, 1), (span_px, block_px), ends, strict=True)
+        ]
+        known = {axis.key: axis for axis in before.axes} if before is not None else {}
+        self.axes: tuple[_Axis, ...] = tuple(known.get(key) or _Axis(*key) for key in keys)
+
+    def prepare(self, edges: Integers, views: Integers) -> None:
+        """Gather the control points that each run's spans need.
+
+        `edges` int (N, 4): left, top, right, bottom of each run, one block's height and within one
+        strip; `views` int (N, 4): of the part of the source that it may read.
+        """
+        along_x, along_y = self.axes
+        left, top, right, _ = edges.T
+        first = np.maximum(left // along_x.size_px, along_x.start)
+        count = np.minimum(-(-right // along_x.size_px), along_x.end) - first
+        band = top // along_y.size_px
+        count = np.where((band >= along_y.start) & (band < along_y.end), count, 0).clip(0)
+        ends = np.cumsum(count)
+        run = np.repeat(np.arange(len(count)), count)
+        span = (first + count - ends)[run] + np.arange(len(run))
+        self._parts = list(zip((ends - count).tolist(), ends.tolist(), strict=True))
+        self._first_spans = first.tolist()
+        nodes = along_x.nodes(span), along_y.nodes(band[run])
+        self._phi = np.empty((len(run), 2, nodes[1].shape[1], nodes[0].shape[1]), np.float32)
+        for axis, phi in enumerate(self._at_nodes(*nodes)):
+            if self._everywhere:
+                # Linear precision: nodes that hold their own coordinates reproduce the identity.
+                place = self.lattice.grid.node_px(nodes[axis], axis) - views[run, axis, None]
+                phi += place[:, :, None] if axis else place[:, None, :]
+            self._phi[:, axis] = phi
+
+    def _at_nodes(self, i: Integers, j: Integers) -> Array:
+        """Return the control points of columns i (N, I) and rows j (N, J), (2, N, J, I)."""
+        rows, columns = self.lattice.shape
+        stored = np.zeros((2, rows + 2, columns + 2))
+        stored[:, 1:-1, 1:-1] = self.lattice.components
+        i = np.minimum(np.maximum(i - (self.lattice.first[0] - 1), 0), columns + 1)
+        j = np.minimum(np.maximum(j - (self.lattice.first[1] - 1), 0), rows + 1)
+        at = j[:, :, None] * (columns + 2) + i[:, None, :]
+        return stored.reshape(2, -1).take(at, axis=1)
+
+    def on(self, number: int, run: Box, out: Float32, add: bool) -> None:
+        """Write a run's displacement, or with the identity its map, to `out`; or add it.
+
+        `out` float32 (2, block, strip).
+        """
+        begin, end = self._parts[number]
+        if begin == end:
+            return
+        along_x, along_y = self.axes
+        first, spans, size = self._first_spans[number], end - begin, along_x.size_px
+        strip_px = out.shape[2] // size
+        by = along_y.weights[run.top // along_y.size_px - along_y.start]
+        bx = along_x.weights[first - along_x.start : first - along_x.start + spans]
+        start = first % strip_px * size
+        part = out[:, :, start : start + spans * size]
+        # Spans, components and bands of rows are products of their own.
+        rows = by.T @ self._phi[begin:end]
+        left = rows.reshape(spans, 2, -1, ROWS_PX, rows.shape[3])
+        into = np.empty(part.shape, np.float32) if add else part
+        view = into.reshape(2, -1, ROWS_PX, spans, size).transpose(3, 0, 1, 2, 4)
+        np.matmul(left, bx[:, None, None], out=view)
+        if add:
+            part += into
+
+
+class _Axis:
+    """The weights, eq. (2), of the control points that reach pieces of an axis."""
+
+    def __init__(self, grid: Grid, axis: int, size_px: int, start: int, end: int) -> None:
+        self.key = (grid, axis, size_px, start, end)
+        self.size_px, self.start, self.end = size_px, start, end
+        self._first, weights = grid.weights(np.arange(start, end) * size_px, size_px, axis)
+        self.weights = weights.astype(np.float32)
+
+    def nodes(self, pieces: Integers) -> Integers:
+        """Return the nodes that reach each of some pieces, shape (N, nodes)."""
+        return np.asarray(
+            self._first[pieces - self.start][:, None] + np.arange(self.weights.shape[1])
+        )
 
 
 def block_height_px(image: Box) -> int:
@@ -67,10 +185,10 @@ class Job:
         """Gather what the maps of these runs are made of; return how many pixels they hold."""
         edges = np.array([(b.left, b.top, b.right, b.bottom) for b in boxes], np.int64)
         edges = edges.reshape(-1, 4)
-        runs = Runs(edges, self._views(edges), self.block_px)
-        self._seen = [Box(*view) for view in runs.views.tolist()]
+        views = self._views(edges)
+        self._seen = [Box(*view) for view in views.tolist()]
         for lattice_map in self.maps:
-            lattice_map.prepare(runs)
+            lattice_map.prepare(edges, views)
         return int((edges[:, 2:] - edges[:, :2]).prod(axis=1).sum())
 
     def _views(self, edges: Integers) -> Integers:

@@ -27,12 +27,12 @@ import numpy.typing as npt
 from kogao_core.base.geometry import Array, Box, ramp, smoothstep
 from kogao_core.faces.face import FOREHEAD_POINTS, Face
 from kogao_core.faces.reshape import across
-from kogao_core.faces.shape import Shape
 from kogao_core.faces.targets import Pairs
-from kogao_core.faces.zones import directions
+from kogao_core.faces.zones import Shape, directions
 from kogao_core.recipe.recipe import Recipe
+from kogao_core.warp.field import shown_by
 from kogao_core.warp.frame import edges_px
-from kogao_core.warp.protection import Protection
+from kogao_core.warp.protection import Protection, away_px
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +58,7 @@ class Reach:
         return Reach(*(a + share * (b - a) for a, b in ends))
 
 
-# Chosen by looking at faces at 4 to 10 %, and by tests/benchmarks/head.py.
+# Chosen by looking at faces at 4 to 10 %, and by what `docs/decisions/43` measures.
 NATURAL: Final = Reach(1.2, 1.0, 1.08, 0.8, 1.05, 0.8, top=0.5)
 WHOLE: Final = Reach(1.6, 1.5, 1.5, 1.2, 1.05, 1.2, top=1.0)
 # In mean radii of the face: a fade's width where nothing moves, and more for each share of it that
@@ -159,10 +159,7 @@ class Surround:
 
     def _shown(self, points: Array) -> Array:
         """Return where points of shape (N, 2) are shown, px: ``x + d(x) = point``."""
-        shown = points
-        for _ in range(_STEPS):
-            shown = points - self.at(shown)
-        return shown
+        return shown_by(self.at, points, _STEPS)
 
     @cached_property
     def _reach(self) -> Reach:
@@ -218,12 +215,9 @@ class Surround:
 
     def _free(self, points: Array) -> Array:
         """Return 0 near what must not move, 1 far from it."""
-        away = self.protection.away_px(points)
+        away = away_px(points, self.protection, self.neighbours_px)
         for hull in self.hulls:
             away = np.minimum(away, _beyond(points, hull))
-        if len(self.neighbours_px):
-            apart = points[:, None] - self.neighbours_px
-            away = np.minimum(away, np.hypot(apart[..., 0], apart[..., 1]).min(axis=1))
         return smoothstep((away / self.face.anchor.spacing_px - _APART) / _ALL)
 
 

@@ -21,7 +21,7 @@ from kogao_core.base.threads import one_blas_thread
 from kogao_core.faces.face import Face
 from kogao_core.faces.landmarks import locked
 from kogao_core.faces.landmarks.blazeface import Detection
-from kogao_core.faces.landmarks.edges import EdgeNetwork, refine
+from kogao_core.faces.landmarks.edges import MODEL, EdgeNetwork
 from kogao_core.faces.landmarks.mesh import KINDS, MeshNetwork, MeshSource, box_of, corner_signs
 from kogao_core.faces.landmarks.pixels import Pyramid
 
@@ -88,7 +88,7 @@ def _known(data: Path) -> Iterator[Known]:
 
 def _examples(known: list[Known], rng: np.random.Generator) -> Iterator[CornerExample]:
     network = MeshNetwork(locked.network(locked.MESH))
-    edges = EdgeNetwork.read(assets.path(refine.MODEL))
+    edges = EdgeNetwork.read(assets.path(MODEL))
     for person, one in enumerate(known):
         for time in range(_TIMES):
             other = known[int(rng.integers(len(known)))].picture

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import gc
+import hashlib
 import os
 
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, nullcontext
 from functools import partial, reduce
 from operator import or_
 from pathlib import Path
@@ -19,8 +21,9 @@ from kogao_app.canvas.handles import position
 from kogao_app.editor import Editor
 from kogao_app.features.experiments.dialog import ExperimentDialog, Findings
 from kogao_app.features.files.saver import Saver
+from kogao_app.render.live import REST_MS
 from kogao_app.storage import Storage
-from kogao_app.view_state import Handle
+from kogao_app.view_state import Following, Handle
 from kogao_app.widgets import messages
 from kogao_app.widgets.controls import Fold
 from kogao_app.window import Window
@@ -32,6 +35,10 @@ from pytestqt.qtbot import QtBot
 from scenes import KnownFaces, oval_face, textured_photo
 from timeouts import LONGEST_S
 
+from kogao_core.background.find import Background, BackgroundFinder
+from kogao_core.background.people import PersonFinder
+from kogao_core.faces.face import Face
+from kogao_core.faces.landmarks.pixels import Pyramid
 from kogao_core.lab.reports.report import Table
 
 
@@ -156,6 +163,41 @@ class Driver:
         QTest.mouseClick(button, Qt.MouseButton.LeftButton)
 
 
+class LastingDriver(Driver):
+    """The hands in a window that the tests of a module have one after the other."""
+
+    def __init__(self, editor: Editor, qtbot: QtBot, source: KnownFaces) -> None:
+        super().__init__(editor, qtbot)
+        self.source = source
+        self._checked = {
+            action: action.isChecked()
+            for name, action in self.window.actions_by_name.items()
+            if action.isCheckable() and not name.startswith(("workspace-", "overlay-"))
+        }
+
+    def tidy(self, workspace: str) -> None:
+        """Put back what a photo doesn't bring along, as it was at first."""
+        self.editor.document.abort()
+        self.editor.document.undo.setIndex(0)  # nobody is asked about work half done
+        for widget in QApplication.topLevelWidgets():
+            if widget is not self.window and widget.isVisible():
+                widget.close()
+        while self.window.bar.dismiss():
+            pass
+        self.window.activateWindow()
+        self.editor.recipe.choose(None)
+        self.editor.workspaces.show(workspace)
+        self.editor.workspaces.reset()
+        # Of those that exclude each other the one that is wanted takes the place of the other.
+        for wanted in (True, False):
+            for action, checked in self._checked.items():
+                if checked is wanted and action.isChecked() is not wanted:
+                    action.trigger()
+        self.editor.view.following = Following()
+        self.editor.recipe.settings.clear()
+        self.editor.preferences.changed.emit()
+
+
 def _combined(modifiers: tuple[Qt.KeyboardModifier, ...]) -> Qt.KeyboardModifier:
     return reduce(or_, modifiers, Qt.KeyboardModifier.NoModifier)
 
@@ -169,7 +211,11 @@ def qtbot(qtbot: QtBot) -> QtBot:
 
 
 @pytest.fixture
-def source() -> KnownFaces:
+def source(request: pytest.FixtureRequest) -> KnownFaces:
+    if LASTING and "one_window" in request.fixturenames:
+        vars(LASTING[0].source).clear()
+        LASTING[0].source.faces = [oval_face()]
+        return LASTING[0].source
     return KnownFaces(oval_face())
 
 
@@ -199,6 +245,32 @@ def storage(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Storage:
     return Storage.of_user()
 
 
+# What `one_window` holds.
+LASTING: list[LastingDriver] = []
+
+
+@pytest.fixture(scope="session", autouse=True)
+def looked_at_once() -> Iterator[None]:
+    """Look for lines and people in a photo once, however many tests open it.
+
+    It is most of what showing a photo takes.
+    """
+    look, seen = BackgroundFinder._look, {}
+
+    def remembered(finder: BackgroundFinder, photo: Pyramid, *faces: Sequence[Face]) -> Background:
+        if not isinstance(finder.people, PersonFinder):
+            return look(finder, photo, *faces)
+        points = tuple(tuple(face.points.tobytes() for face in some) for some in faces)
+        key = hashlib.sha1(photo.image.tobytes()).digest(), photo.image.shape, points
+        if key not in seen:
+            seen[key] = look(finder, photo, *faces)
+        return seen[key]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(BackgroundFinder, "_look", remembered)
+        yield
+
+
 @pytest.fixture(autouse=True)
 def swept() -> Iterator[None]:
     """Leave no window behind: whatever changes style or font goes through the widgets of all.
@@ -210,53 +282,108 @@ def swept() -> Iterator[None]:
     app = QApplication.instance()
     if isinstance(app, QApplication):
         for widget in app.topLevelWidgets():
-            if isinstance(widget, Window):
+            if isinstance(widget, Window) and all(widget is not one.window for one in LASTING):
                 widget.deleteLater()
         app.sendPostedEvents(None, QEvent.Type.DeferredDelete)
-        app.setStyleSheet("")
+        if not LASTING:
+            app.setStyleSheet("")
+
+
+@contextmanager
+def _collected() -> Iterator[None]:
+    """Collect garbage of what is made here only.
+
+    What was there before stays out of the collector's sight, which takes longer to look through
+    than many tests; what is made here doesn't, however many editors are started.
+    """
+    gc.collect()
+    gc.freeze()
+    with pytest.MonkeyPatch.context() as patch:
+        for name in ("freeze", "unfreeze"):
+            patch.setattr(gc, name, lambda: None)
+        # What merely informs is there until a test has seen it.
+        patch.setattr(messages, "LINGER_MS", round(2000 * LONGEST_S))
+        yield
+    # Here, not on a worker of the next test.
+    gc.collect()
+
+
+def _shown(driver: Driver) -> Driver:
+    driver.window.resize(1100, 760)
+    with driver.qtbot.waitExposed(driver.window):
+        driver.window.show()
+    return driver
+
+
+def _closed(driver: Driver) -> None:
+    """Close an editor; nothing is left of it."""
+    driver.editor.close()
+    driver.window.deleteLater()
+    # Pytest keeps what fixtures returned.
+    vars(driver).clear()
+    QApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
+
+
+@pytest.fixture(scope="module")
+def one_window() -> Iterator[list[LastingDriver]]:
+    """Let the tests of a module have one window, each with a photo of its own.
+
+    For those that change nothing but the photo and how it is seen.
+    """
+    with _collected():
+        yield LASTING
+        while LASTING:
+            _closed(LASTING.pop())
 
 
 @pytest.fixture
 def start(
+    request: pytest.FixtureRequest,
     qapp: QApplication,
     qtbot: QtBot,
     source: KnownFaces,
     storage: Storage,
-    monkeypatch: pytest.MonkeyPatch,
 ) -> Iterator[Callable[..., Driver]]:
     """Start an editor; it is closed, and nothing is left of it, at the end of the test."""
-    # What was there before the test stays out of the collector's sight, which takes longer to look
-    # through than many tests; what the test makes doesn't, however many editors it starts.
-    gc.collect()
-    gc.freeze()
-    for name in ("freeze", "unfreeze"):
-        monkeypatch.setattr(gc, name, lambda: None)
-    # What merely informs is there until a test has seen it.
-    monkeypatch.setattr(messages, "LINGER_MS", round(2000 * LONGEST_S))
-    drivers = []
+    drivers: list[Driver] = []
+    lasts = "one_window" in request.fixturenames
+
+    def take(workspace: str) -> LastingDriver:
+        if LASTING:
+            LASTING[0].qtbot = qtbot
+            LASTING[0].tidy(workspace)
+        else:
+            editor = Editor(qapp, source, storage, workspace=workspace)
+            LASTING.append(_shown(LastingDriver(editor, qtbot, source)))
+        return LASTING[0]
 
     # Whatever a test looks at is there; what else workspaces show, their own tests tell.
     def make(photo: Path | None = None, *, workspace: str | None = "inspect") -> Driver:
-        driver = Driver(Editor(qapp, source, storage, workspace=workspace), qtbot)
+        if lasts and photo is not None and not drivers:
+            driver = take(workspace)
+        else:
+            if not drivers and LASTING:
+                # A window is built faster while none wears the style sheet.
+                _closed(LASTING.pop())
+                qapp.setStyleSheet("")
+            driver = _shown(Driver(Editor(qapp, source, storage, workspace=workspace), qtbot))
         drivers.append(driver)
-        driver.window.resize(1100, 760)
-        with qtbot.waitExposed(driver.window):
-            driver.window.show()
         # Elsewhere than where the last test left the mouse: Qt tells of no move to the same place.
         QTest.mouseMove(driver.window, QPoint(1, 1))
         if photo is not None:
             driver.open(photo)
         return driver
 
-    yield make
-    for driver in drivers:
-        driver.editor.close()
-        driver.window.deleteLater()
-        # Pytest keeps what fixtures returned.
-        vars(driver).clear()
-    qapp.sendPostedEvents(None, QEvent.Type.DeferredDelete)
-    # Here, not on a worker of the next test.
-    gc.collect()
+    with nullcontext() if lasts else _collected():
+        yield make
+        for driver in drivers:
+            # What two windows did to one photo would have to be asked about.
+            if driver in LASTING and driver.window.isVisible() and len(drivers) == 1:
+                driver.editor.live._rest.setInterval(REST_MS)
+                driver.settle()
+            else:
+                _closed(driver)
+        LASTING[:] = [one for one in LASTING if vars(one)]
 
 
 @pytest.fixture

@@ -5,19 +5,21 @@ from __future__ import annotations
 import gc
 
 import pytest
+from kogao_app.accessibility import tell_choices
 from kogao_app.canvas.spoken import Part
 from kogao_app.features import speech
 from kogao_app.features.recipe import fields
 from kogao_app.features.recipe.fields import CenterChoice
 from kogao_app.view_state import Handle
 from kogao_app.widgets.messages import BarAction
-from kogao_app.widgets.radio import tell_choices
 from kogao_app.widgets.sliders import ValueSlider
 from PySide6.QtCore import QCoreApplication, QEvent, Qt, QTimer
 from PySide6.QtGui import QAccessible
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QToolButton
 from scenes import oval_face
+
+pytestmark = pytest.mark.usefixtures("one_window")
 
 KEYS, CONTROL = Qt.Key, Qt.KeyboardModifier.ControlModifier
 TEXT = QAccessible.Text

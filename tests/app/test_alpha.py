@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 from kogao_app import theme
-from kogao_app.render.pyramid import PicturePyramid
+from kogao_app.render.pictures import PicturePyramid
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication
 from scenes import textured_photo
@@ -15,6 +15,8 @@ from test_overlays import hide_marks, pixels_of
 from kogao_core.base.display import rgba8
 from kogao_core.photo import read
 from kogao_core.pipeline import render
+
+pytestmark = pytest.mark.usefixtures("one_window")
 
 SQUARE_PX = 8
 

@@ -210,6 +210,7 @@ def test_a_stopped_batch_goes_on_and_closing_asks(empty, many, tmp_path, few_at_
     assert not list(out.rglob("*.partial"))
 
 
+@pytest.mark.usefixtures("in_process")
 def test_the_window_answers_while_a_batch_runs(empty, folder, tmp_path, monkeypatch):
     window = Responsiveness()
     monkeypatch.setattr(batch, "plan", window.delayed("planning", batch.plan))

@@ -40,7 +40,7 @@ def test_a_grid_between_pixels_appears_when_they_are_large(opened):
 FINE = """
 import numpy as np
 from kogao_app.document import Document
-from kogao_app.render.pyramid import PicturePyramid
+from kogao_app.render.pictures import PicturePyramid
 from kogao_app.view_state import ViewState
 from kogao_app.canvas.photo_canvas import PhotoCanvas
 from PySide6.QtCore import QPointF

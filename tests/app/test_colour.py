@@ -19,7 +19,7 @@ from kogao_app.document import State
 from kogao_app.features.strip.facts import thumbnail
 from kogao_app.render.colour import pyramid_of, screen_colours, use_screen
 from kogao_app.render.live import Surface
-from kogao_app.render.pyramid import PicturePyramid
+from kogao_app.render.pictures import PicturePyramid
 from kogao_app.view_state import VisiblePart
 from PIL import ImageCms
 from PySide6.QtCore import QPointF

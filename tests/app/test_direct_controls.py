@@ -10,6 +10,8 @@ from PySide6.QtWidgets import QApplication
 
 from kogao_core.recipe.settings import SHAPE
 
+pytestmark = pytest.mark.usefixtures("one_window")
+
 KEYS, ALT = Qt.Key, Qt.KeyboardModifier.AltModifier
 LEFT, CTRL = Qt.MouseButton.LeftButton, Qt.KeyboardModifier.ControlModifier
 

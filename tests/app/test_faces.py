@@ -13,6 +13,8 @@ from scenes import oval_face
 from kogao_core.pipeline import render
 from kogao_core.recipe.recipe import Recipe
 
+pytestmark = pytest.mark.usefixtures("one_window")
+
 CONTROL, SHIFT = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.ShiftModifier
 KEYS = Qt.Key
 
@@ -41,19 +43,13 @@ def test_a_selected_face_gets_settings_of_its_own(two, pixels):
     assert two.state.recipe.percent == 4.0
     assert "own" in two.panel("faces").item(1).text()
     assert "own" not in two.panel("faces").item(0).text()
+    spoken = two.panel("faces").item(1).data(Qt.ItemDataRole.AccessibleTextRole)
+    assert spoken == "Face 2, by hand, settings of its own, 15 %"
+    rows = two.panel("faces").list
+    assert rows.sizeHintForColumn(0) <= rows.viewport().width(), "no row is cut"
     expected = render(pixels, two.state.active, two.state.recipe).pixels
     np.testing.assert_array_equal(two.shown, expected)
     assert two.editor.document.undo.count() == 1
-
-
-def test_no_row_of_a_face_is_cut(two):
-    choose(two, 2)
-    two.press_key(percent(two), KEYS.Key_End)
-    two.settle()
-    rows = two.panel("faces").list
-    assert rows.sizeHintForColumn(0) <= rows.viewport().width()
-    spoken = two.panel("faces").item(1).data(Qt.ItemDataRole.AccessibleTextRole)
-    assert spoken == "Face 2, by hand, settings of its own, 15 %"
 
 
 def test_the_panel_shows_the_selected_faces_values(two):

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from test_gestures import slider
+
+pytestmark = pytest.mark.usefixtures("one_window")
 
 KEYS = Qt.Key
 

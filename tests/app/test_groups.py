@@ -16,6 +16,8 @@ from PySide6.QtWidgets import QApplication
 from scenes import oval_face
 from test_overlays import SKY, at, looks_like, pixels_of
 
+pytestmark = pytest.mark.usefixtures("one_window")
+
 KEYS = Qt.Key
 WHITE = (255, 255, 255)
 OUTLINE = glyphs.OUTLINE.getRgb()[:3]

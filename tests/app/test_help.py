@@ -10,6 +10,7 @@ from modules import ROOT
 from PySide6.QtCore import QPoint, Qt, QUrl
 from PySide6.QtGui import QDesktopServices, QTextDocument
 from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QWidget
 
 from kogao_core.base import assets, language
 
@@ -18,9 +19,13 @@ LINK = re.compile(r"\]\((?!https?:)([^)#]*)(#[^)]*)?\)")
 
 
 @pytest.fixture
-def shown(empty):
-    empty.key(Qt.Key.Key_F1)
-    return empty.dialog(HelpDialog)
+def shown(qtbot):
+    """The pages, without an editor behind them."""
+    window = QWidget()
+    qtbot.addWidget(window)
+    made = HelpDialog(DOCS, window)
+    made.show()
+    return made
 
 
 def name(shown):
@@ -47,7 +52,9 @@ def test_pages_in_the_language_at_work_come_first(empty, english):  # noqa: ARG0
     assert shown.list.currentText() == "The editor"
 
 
-def test_it_is_opened_once(empty, shown):
+def test_it_is_opened_once(empty):
+    empty.key(Qt.Key.Key_F1)
+    shown = empty.dialog(HelpDialog)
     shown.pages.anchorClicked.emit(QUrl("fidelity.md"))
     empty.key(Qt.Key.Key_F1)
     assert empty.window.findChildren(HelpDialog) == [shown]

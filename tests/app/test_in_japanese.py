@@ -54,7 +54,7 @@ def test_no_text_is_cut_in_the_least_window(start, photo):
         driver.qtbot.waitUntil(partial(nothing_is_cut, driver.window, LEAST, name))
 
 
-@pytest.mark.parametrize("share", [1.0, 1.5, 2.0])
+@pytest.mark.parametrize("share", [1.0, 2.0])
 def test_the_least_window_shows_the_tools_that_are_needed(start, photo, text_size, share):
     text_size(share)
     driver = start(photo, workspace="retouch")

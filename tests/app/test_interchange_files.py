@@ -8,6 +8,8 @@ from scenes import oval_face
 from kogao_core.base.geometry import Affine
 from kogao_core.projects import interchange
 
+pytestmark = pytest.mark.usefixtures("one_window")
+
 CONTROL_SHIFT = (Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.ShiftModifier)
 
 

@@ -17,6 +17,8 @@ from scenes import oval_face
 from kogao_core.photo import read
 from kogao_core.pipeline import render
 
+pytestmark = pytest.mark.usefixtures("one_window")
+
 KEYS, SHIFT = Qt.Key, Qt.KeyboardModifier.ShiftModifier
 CONTROL = Qt.KeyboardModifier.ControlModifier
 

@@ -11,6 +11,8 @@ from test_view import picture
 import kogao_core as kogao
 from kogao_core.warp.lens import stretch_percent
 
+pytestmark = pytest.mark.usefixtures("one_window")
+
 
 @pytest.fixture
 def wide(tmp_path):

@@ -16,6 +16,8 @@ from scenes import oval_face
 from kogao_core.background.holding import NOTHING_HELD
 from kogao_core.pipeline import render
 
+pytestmark = pytest.mark.usefixtures("one_window")
+
 KEYS, CONTROL, SHIFT = (
     Qt.Key,
     Qt.KeyboardModifier.ControlModifier,

@@ -12,6 +12,8 @@ from PySide6.QtWidgets import QLabel
 from scenes import oval_face
 from test_view import picture
 
+pytestmark = pytest.mark.usefixtures("one_window")
+
 KEYS, ALT = Qt.Key, Qt.KeyboardModifier.AltModifier
 CHIN = Handle("outline", 0, 10)
 

@@ -12,6 +12,8 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QLineEdit, QVBoxLayout, QWidget
 from scenes import oval_face
 
+pytestmark = pytest.mark.usefixtures("one_window")
+
 CONTROL, SHIFT = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.ShiftModifier
 ALT = Qt.KeyboardModifier.AltModifier
 OFFER = Message(
@@ -46,13 +48,6 @@ def test_a_refusal_goes_with_the_next_step(opened, photo):
     assert opened.say() == ""
 
 
-def test_what_came_a_moment_ago_has_not_been_read(opened, photo, monkeypatch):
-    monkeypatch.setattr(bar, "UNREAD_MS", 10**9)
-    opened.editor.files.save(photo)
-    opened.change_something()
-    assert "never written over" in opened.say()
-
-
 def test_what_came_a_moment_ago_goes_once_it_could_be_read(opened, photo, monkeypatch):
     """It is about a save that failed: it doesn't wait for one more step to come."""
     monkeypatch.setattr(bar, "UNREAD_MS", 10**9)
@@ -70,16 +65,6 @@ def test_a_refusal_goes_when_something_else_is_saved(opened, photo):
     opened.settle()
     assert opened.say() == ""
     assert photo.with_name("portrait.png.kogao.json").exists()
-
-
-def test_no_face_goes_when_one_is_found(start, source, photo):
-    faces, source.faces = source.faces, []
-    driver = start(photo)
-    assert "No face" in driver.say()
-    source.faces = faces
-    driver.key(Qt.Key.Key_F, CONTROL)
-    driver.settle()
-    assert driver.say() == ""
 
 
 @pytest.fixture
@@ -106,6 +91,13 @@ def test_no_face_goes_when_one_is_marked(faceless):
     for _ in range(2):
         faceless.press_key(faceless.canvas, Qt.Key.Key_Return)
     assert len(faceless.state.draft) == 1
+    assert faceless.say() == ""
+
+
+def test_no_face_goes_when_one_is_found(faceless, source):
+    source.faces = [oval_face()]
+    faceless.key(Qt.Key.Key_F, CONTROL)
+    faceless.settle()
     assert faceless.say() == ""
 
 

@@ -54,7 +54,7 @@ ENDS = {
     "features/strip/__init__._not_rated": "try",
     "features/strip/__init__._show_strip": "open",
     "features/strip/__init__.show_places": "try",
-    "features/surroundings._show": "time",
+    "features/overlays._show": "time",
 }
 
 
@@ -154,7 +154,7 @@ def test_a_background_that_could_not_be_measured_is_said_while_it_is_wanted(open
     def fail(*_, **__):
         raise MemoryError
 
-    monkeypatch.setattr("kogao_app.features.surroundings.look", fail)
+    monkeypatch.setattr("kogao_app.features.overlays.look", fail)
     opened.key(KEYS.Key_S)
     opened.settle()
     assert "can't be measured" in opened.say()

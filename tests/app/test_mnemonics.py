@@ -18,6 +18,8 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+pytestmark = pytest.mark.usefixtures("one_window")
+
 
 def doubled(texts):
     """The letters that more than one text is called by."""

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pyqtgraph as pg
+import pytest
 from kogao_app.canvas import overlays
 from kogao_app.canvas.overlays import glyphs, unlisted
 from kogao_app.canvas.overlays.listed import LISTED
@@ -23,6 +24,8 @@ from scenes import oval_face
 from test_view import picture
 
 from kogao_core.background.lines import SEEN_PX
+
+pytestmark = pytest.mark.usefixtures("one_window")
 
 ROOT = Path(__file__).parents[2]
 KEYS = Qt.Key
@@ -42,7 +45,7 @@ def test_every_overlay_that_is_declared_is_drawn_at_a_height_of_its_own(empty):
     heights = {one.height: one for one in declared()}
     assert len(heights) == len(set(declared()))
     drawn = {type(one) for one in unlisted.stack(ViewState(empty.editor.document))}
-    assert drawn | {overlays.compare.Loupe} == set(heights.values())
+    assert drawn | {unlisted.Loupe} == set(heights.values())
     assert {one for one in drawn if one.key} == set(LISTED)
 
 

@@ -126,6 +126,8 @@ def test_keys_pass_results_over(strip):
 
 
 def test_settings_go_to_those_that_are_chosen_and_to_nobody_else(strip, storage):
+    strip.window.actions_by_name["give-settings"].trigger()
+    assert "Choose other photos" in strip.say()
     click_on(strip, 3)
     step(strip, 3.0)
     strip.settle()
@@ -145,11 +147,6 @@ def test_settings_go_to_those_that_are_chosen_and_to_nobody_else(strip, storage)
     assert marks(strip)["b.png"] == "edited"
     click_on(strip, 2)
     assert strip.state.recipe.percent == 8.0
-
-
-def test_who_has_chosen_nothing_is_told_so(strip):
-    strip.window.actions_by_name["give-settings"].trigger()
-    assert "Choose other photos" in strip.say()
 
 
 @pytest.mark.parametrize(("chosen", "wanted"), [((), "abcde"), ((2, 3), "abc")])

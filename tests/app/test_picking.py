@@ -12,6 +12,8 @@ from kogao_app.view_state import Handle
 from PySide6.QtCore import QPoint, Qt
 from scenes import oval_face
 
+pytestmark = pytest.mark.usefixtures("one_window")
+
 KEYS = Qt.Key
 CHIN, EYE, TARGET = Handle("outline", 1, 10), Handle("eye", 1, 2), Handle("target", 1, 5)
 TICK = Handle("centre", 1, 2)

@@ -15,6 +15,8 @@ from scenes import oval_face
 
 from kogao_core.faces.reshape import influence, moved
 
+pytestmark = pytest.mark.usefixtures("one_window")
+
 CHEEK = Handle("outline", 0, 5)
 CHEEKS_TARGET = Handle("target", 0, 5)
 KEYS = Qt.Key
@@ -338,12 +340,13 @@ def test_what_would_follow_is_drawn_before_and_during_a_drag(opened):
     assert not band(opened), "with all overlays hidden"
 
 
-def test_how_neighbours_follow_is_remembered(opened, start):
-    opened.key(KEYS.Key_Q)
-    opened.key(KEYS.Key_BracketRight, CONTROL)
-    opened.key(KEYS.Key_Q, SHIFT)
+def test_how_neighbours_follow_is_remembered(start):
+    first = start()
+    first.key(KEYS.Key_Q)
+    first.key(KEYS.Key_BracketRight, CONTROL)
+    first.key(KEYS.Key_Q, SHIFT)
     later = start()
-    assert later.editor.view.following == opened.editor.view.following
+    assert later.editor.view.following == first.editor.view.following
     assert later.window.actions_by_name["soft"].isChecked()
     assert later.window.actions_by_name["symmetric"].isChecked()
     assert later.window.actions_by_name["reach-wider"].isEnabled()

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import os
-import subprocess
-import sys
+from unittest.mock import Mock
 
 import pytest
 from kogao_app import i18n, preferences, theme
 from kogao_app.__main__ import main
 from kogao_app.features import presets
 from kogao_app.features.preferences import PreferencesDialog
+from kogao_app.start import _application
 from PySide6.QtCore import QLocale, QSettings, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QLabel
@@ -93,21 +93,22 @@ def test_nonsense_in_the_settings_counts_as_nothing(storage, name, text):
 
 @pytest.mark.parametrize(("asked", "ratio"), [(None, 1.5), ("1.25", 1.25)])
 def test_the_preferred_size_holds_from_the_start_unless_the_start_says_another(
-    storage, asked, ratio
+    storage, monkeypatch, asked, ratio
 ):
+    """Qt reads it from the environment, once: when the application is made."""
     preferences.prefer(storage.settings(), preferences.SCALE, "150")
-    storage.settings().sync()
-    code = (
-        "from kogao_app.start import _application; from kogao_app.storage import Storage;"
-        "print(_application(Storage.of_user()).devicePixelRatio())"
-    )
-    env = {**os.environ, "QT_QPA_PLATFORM": "offscreen"}
-    if asked is not None:
-        env["QT_SCALE_FACTOR"] = asked
-    done = subprocess.run(
-        [sys.executable, "-c", code], env=env, capture_output=True, text=True, check=True
-    )
-    assert float(done.stdout) == ratio
+    monkeypatch.setenv("QT_SCALE_FACTOR", asked or "")
+    if asked is None:
+        monkeypatch.delenv("QT_SCALE_FACTOR")
+    read = []
+
+    def made(_):
+        read.append(float(os.environ["QT_SCALE_FACTOR"]))
+        return Mock()
+
+    monkeypatch.setattr("kogao_app.start.QApplication", made)
+    _application(storage)
+    assert read == [ratio]
 
 
 @pytest.mark.usefixtures("spoken")

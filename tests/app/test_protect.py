@@ -16,6 +16,8 @@ from test_view import picture
 from kogao_core.photo import read
 from kogao_core.pipeline import render
 
+pytestmark = pytest.mark.usefixtures("one_window")
+
 KEYS = Qt.Key
 SHIFT = Qt.KeyboardModifier.ShiftModifier
 

@@ -18,6 +18,8 @@ from kogao_core.pipeline import render
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.recipe.settings import CENTERS, SETTINGS
 
+pytestmark = pytest.mark.usefixtures("one_window")
+
 
 @pytest.mark.parametrize(
     ("shares", "said"),

@@ -359,12 +359,6 @@ def test_what_could_not_be_kept_is_kept_once_there_is_room(opened, monkeypatch):
     opened.qtbot.waitUntil(opened.editor.recovery.file.exists)
 
 
-def test_an_edit_is_kept_without_a_pause(opened):
-    opened.change_something()
-    opened.settle()
-    assert opened.editor.recovery.file.exists()
-
-
 def test_restoring_asks_before_other_changes_are_lost(killed, start, photo):
     driver = start(photo)
     driver.change_something()

@@ -60,7 +60,7 @@ def test_a_photo_that_is_named_is_read_and_searched_ahead_of_the_window_and_only
 
 def test_a_picture_shows_what_is_asked_for(source, photo, tmp_path):
     shots = {}
-    for name in ("landmarks", "heat", "wipe,loupe", "difference", "brush"):
+    for name in ("landmarks", "heat", "wipe,loupe", "brush"):
         path = tmp_path / f"{name}.png"
         assert run(source, photo, "--screenshot", path, "--show", name, "--percent", 9) == 0
         shots[name] = cv2.imread(str(path))
@@ -80,6 +80,12 @@ def test_a_line_can_be_protected_in_the_picture(source, photo, tmp_path):
     assert run(source, photo, *calls, free) == 0
     assert run(source, photo, "--protect", "310,100 310,260", *calls, held) == 0
     assert free.read_bytes() != held.read_bytes()
+
+
+def test_a_picture_leaves_nothing_beside_the_photo(source, photo, shot):
+    before = set(photo.parent.iterdir())
+    assert run(source, photo, "--screenshot", shot, "--percent", 9) == 0
+    assert set(photo.parent.iterdir()) == {*before, shot}
 
 
 def test_an_unreadable_photo_ends_with_3_and_one_line(source, tmp_path, shot, capsys):
@@ -131,7 +137,7 @@ def test_a_picture_that_cannot_be_written_ends_with_3(source, photo, tmp_path, c
             "portrait.png can't be rendered: there is not enough memory",
         ),
         ("kogao_app.render.live._counted", "portrait.png can't be rendered: there is not"),
-        ("kogao_app.features.surroundings.measure", "The background can't be measured"),
+        ("kogao_app.features.overlays.measure", "The background can't be measured"),
         ("kogao_app.screenshot.Screenshot._edit", "something went wrong in the program itself"),
     ],
 )

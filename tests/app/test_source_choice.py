@@ -6,6 +6,8 @@ from kogao_app.features import landmarks
 from kogao_core.base import assets
 from kogao_core.faces.landmarks import CHOICES, sources
 
+pytestmark = pytest.mark.usefixtures("one_window")
+
 
 @pytest.fixture
 def networks():

@@ -18,6 +18,8 @@ from PySide6.QtWidgets import (
 
 from kogao_core.recipe.settings import SHAPE
 
+pytestmark = pytest.mark.usefixtures("one_window")
+
 KEYS, LEFT = Qt.Key, Qt.MouseButton.LeftButton
 
 
@@ -151,6 +153,7 @@ def test_every_slider_has_a_field_whose_longest_value_is_seen_whole(opened):
             field.show_text(text)
             assert field.fontMetrics().horizontalAdvance(text) + 4 <= field.width()
         assert field.accessibleName().endswith(", in figures")
+        assert not field.acceptDrops(), "photos are for the window"
 
 
 # -- the wheel -------------------------------------------------------------------------------------

@@ -21,7 +21,9 @@ from PySide6.QtWidgets import (
 from scenes import ALONE
 
 from kogao_core.recipe.recipe import LOSSLESS_PX
-from kogao_core.warp.counts import pixel_counts
+from kogao_core.warp.domain import pixel_counts
+
+pytestmark = pytest.mark.usefixtures("one_window")
 
 
 def picture(driver) -> np.ndarray:
@@ -286,12 +288,6 @@ def test_readings_show_the_pipelines_own_numbers(opened, pixels):
         assert shown[name][0].text() == f"{count:,} px"
     warp = opened.panel("readings").timings.rows["warp"][1].text()
     assert warp == f"{rendering.timings_ms['warp']:.1f} ms"
-
-
-def test_keys_are_given_once(opened):
-    keys = [a.shortcut().toString() for a in opened.window.actions_by_name.values()]
-    keys = [key for key in keys if key]
-    assert len(keys) == len(set(keys))
 
 
 def test_the_side_panel_is_never_wider_than_its_place(opened):

@@ -40,6 +40,7 @@ KEYS, CONTROL, SHIFT = (
     Qt.KeyboardModifier.ShiftModifier,
 )
 ALT = Qt.KeyboardModifier.AltModifier
+in_one_window = pytest.mark.usefixtures("one_window")
 
 
 def choose(menu, words):
@@ -68,6 +69,7 @@ def drop_data(driver, data):
 # -- history and the guard -------------------------------------------------------------------------
 
 
+@in_one_window
 def test_the_history_lists_gestures_and_leads_back(opened):
     opened.change_something()
     opened.editor.recipe.set_field("lattice", 2.0)
@@ -103,6 +105,7 @@ def test_opening_another_photo_asks_before_changes_are_lost(opened, tmp_path, an
 # -- presets ---------------------------------------------------------------------------------------
 
 
+@in_one_window
 def test_the_papers_settings_are_a_preset(opened):
     choose(opened.window.menus["presets"], "The paper's")
     assert opened.state.recipe == PAPER
@@ -125,6 +128,7 @@ def test_settings_are_kept_under_a_name_and_used_again(opened, start, photo):
     assert "Wedding" not in [a.text() for a in other.window.menus["presets"].actions()]
 
 
+@in_one_window
 def test_a_preset_gives_a_chosen_face_settings_of_its_own(opened):
     opened.editor.recipe.choose(0)
     choose(opened.window.menus["presets"], "Clear")
@@ -417,16 +421,13 @@ def test_a_folder_without_photos_is_said(empty, tmp_path):
     assert "no photo in that folder" in empty.say()
 
 
+@in_one_window
 def test_what_is_dropped_from_elsewhere_gets_a_sentence(opened, photo):
     data = QMimeData()
     data.setUrls([QUrl("https://example.com/portrait.jpg")])
     drop_data(opened, data)
     assert "no file of this computer" in opened.say()
     assert opened.editor.document.path == photo
-
-
-def test_a_value_takes_no_dropped_photo(opened):
-    assert not opened.panel("recipe").percent.field.acceptDrops()
 
 
 def test_a_folder_can_be_chosen_by_key(empty, folder):
@@ -455,6 +456,7 @@ def test_thumbnails_are_small_and_a_broken_file_has_none(folder):
 # -- palette and keys ------------------------------------------------------------------------------
 
 
+@in_one_window
 def test_the_palette_finds_and_runs_a_command(opened):
     opened.key(KEYS.Key_P, CONTROL, SHIFT)
     palette = opened.dialog(Palette)
@@ -467,6 +469,7 @@ def test_the_palette_finds_and_runs_a_command(opened):
     assert opened.editor.view.placing == 1
 
 
+@in_one_window
 def test_arrows_walk_through_the_palette(opened):
     opened.key(KEYS.Key_P, CONTROL, SHIFT)
     palette = opened.dialog(Palette)
@@ -479,6 +482,7 @@ def test_arrows_walk_through_the_palette(opened):
     assert not palette.isVisible()
 
 
+@in_one_window
 def test_nothing_runs_when_nothing_is_found(opened):
     before = opened.state
     opened.key(KEYS.Key_P, CONTROL, SHIFT)
@@ -514,15 +518,11 @@ def test_an_action_gets_another_key_that_stays(opened, start):
     assert later.window.actions_by_name["overlay-lattice"].shortcut().toString() == "G"
 
 
-def test_every_key_in_the_list_is_seen_whole(opened):
-    opened.key(KEYS.Key_K, CONTROL)
-    table = opened.dialog(ShortcutsDialog).table
-    assert table.columnWidth(1) >= table.sizeHintForColumn(1) > 0
-
-
+@in_one_window
 def test_a_key_that_is_taken_is_refused_in_words(opened):
     opened.key(KEYS.Key_K, CONTROL)
     keys = opened.dialog(ShortcutsDialog)
+    assert keys.table.columnWidth(1) >= keys.table.sizeHintForColumn(1) > 0, "all are seen whole"
     keys.table.setCurrentCell(row_of(keys, "Lattice"), 0)
     opened.press_key(keys.key, KEYS.Key_S, CONTROL)
     assert keys.note.text() == "Ctrl+S belongs to “Save a copy…”"
@@ -530,14 +530,11 @@ def test_a_key_that_is_taken_is_refused_in_words(opened):
     keys.close()
 
 
-def test_every_action_is_in_a_menu_or_the_palette_with_a_tip(empty):
-    for action in empty.window.actions_by_name.values():
+def test_every_action_has_a_tip_and_no_key_belongs_to_two(empty):
+    actions = empty.window.actions_by_name.values()
+    for action in actions:
         assert action.text()
         assert action.statusTip()
-
-
-def test_no_key_belongs_to_two_actions(empty):
-    actions = empty.window.actions_by_name.values()
     keys = [key.toString() for action in actions for key in action.shortcuts()]
     assert len(keys) > 40
     assert [key for key, times in Counter(keys).items() if times > 1] == []
@@ -563,6 +560,7 @@ def test_the_layout_is_there_again_next_time(opened, start):
     assert not dock(later, "faces").isHidden()
 
 
+@in_one_window
 def test_all_panels_go_and_come_back_with_one_key(opened):
     width = opened.canvas.width()
     opened.key(KEYS.Key_F8)
@@ -573,6 +571,7 @@ def test_all_panels_go_and_come_back_with_one_key(opened):
     assert dock(opened, "strip").isHidden()
 
 
+@in_one_window
 def test_the_panel_in_front_is_in_front_again(opened):
     def in_front(name):
         return not dock(opened, name).visibleRegion().isEmpty()
@@ -585,15 +584,7 @@ def test_the_panel_in_front_is_in_front_again(opened):
     opened.qtbot.waitUntil(lambda: in_front("history") and not in_front("readings"))
 
 
-def test_panels_that_are_all_hidden_are_there_next_time(opened, start):
-    choose(opened.window.menus["panels"], "Faces")
-    opened.key(KEYS.Key_F8)
-    opened.editor.close()
-    later = start()
-    assert not dock(later, "settings").isHidden()
-    assert dock(later, "faces").isHidden()
-
-
+@in_one_window
 def test_panels_can_be_moved_when_they_are_set_free(opened):
     free = QDockWidget.DockWidgetFeature.DockWidgetMovable
     assert not dock(opened, "faces").features() & free
@@ -601,6 +592,15 @@ def test_panels_can_be_moved_when_they_are_set_free(opened):
     assert dock(opened, "faces").features() & free
     opened.key(KEYS.Key_F9)
     assert not dock(opened, "faces").features() & free
+
+
+def test_panels_that_are_all_hidden_are_there_next_time(opened, start):
+    choose(opened.window.menus["panels"], "Faces")
+    opened.key(KEYS.Key_F8)
+    opened.editor.close()
+    later = start()
+    assert not dock(later, "settings").isHidden()
+    assert dock(later, "faces").isHidden()
 
 
 # -- nothing open ----------------------------------------------------------------------------------
@@ -659,12 +659,14 @@ def test_only_a_new_user_is_welcomed_with_the_sample(qapp, source):
     assert starts[1] == "empty"
 
 
+@in_one_window
 def test_what_lies_round_the_work_has_names_for_screen_readers(opened):
     editor = opened.editor
     for control in (editor.strip.film, editor.history.panel, editor.recent.empty):
         assert control.accessibleName()
 
 
+@in_one_window
 def test_the_window_follows_the_systems_mode(opened, qapp, monkeypatch):
     for mode, wanted in (("light", theme.LIGHT), ("dark", theme.DARK)):
         monkeypatch.setattr(theme, "current", lambda *_, wanted=wanted: wanted)

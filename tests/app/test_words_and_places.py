@@ -16,6 +16,8 @@ from PySide6.QtTest import QTest
 
 from kogao_core.pipeline import render
 
+pytestmark = pytest.mark.usefixtures("one_window")
+
 KEYS, LEFT = Qt.Key, Qt.MouseButton.LeftButton
 CTRL, SHIFT = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.ShiftModifier
 

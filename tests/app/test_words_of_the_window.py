@@ -25,6 +25,8 @@ from test_nothing_is_cut import LEAST, nothing_is_cut, told
 
 from kogao_core.projects.sidecar import sidecar_of
 
+pytestmark = pytest.mark.usefixtures("one_window")
+
 WORD = re.compile(r"[A-Za-z]{2,}")
 TAG = re.compile(r"<[^<>]*>")
 # Behind what an action does, or alone beside the name of an overlay.
@@ -73,17 +75,17 @@ def plain(root, names=()):
 
 
 @pytest.mark.usefixtures("pseudolocale")
-@pytest.mark.parametrize("name", WORKSPACES)
-def test_every_word_of_the_window_is_translated_and_longer_ones_fit(name, start, photo):
-    driver = start(workspace=name)
-    driver.open(photo)
-    driver.unfold()
-    for mode in ("manual", "automatic"):
-        driver.window.actions_by_name[f"mode-{mode}"].trigger()
-        driver.settle()
-        driver.window.resize(*LEAST)
-        driver.qtbot.waitUntil(partial(nothing_is_cut, driver.window, LEAST, mode))
-        assert plain(driver.window, (str(photo), photo.name, "Kogao")) == set()
+def test_every_word_of_the_window_is_translated_and_longer_ones_fit(start, photo):
+    driver = start(photo, workspace="retouch")
+    for name in WORKSPACES:
+        driver.window.actions_by_name[f"workspace-{name}"].trigger()
+        driver.unfold()
+        for mode in ("manual", "automatic"):
+            driver.window.actions_by_name[f"mode-{mode}"].trigger()
+            driver.settle()
+            driver.window.resize(*LEAST)
+            driver.qtbot.waitUntil(partial(nothing_is_cut, driver.window, LEAST, (name, mode)))
+            assert plain(driver.window, (str(photo), photo.name, "Kogao")) == set(), name
 
 
 @pytest.mark.usefixtures("pseudolocale")

@@ -16,7 +16,6 @@ from PySide6.QtWidgets import QAbstractButton, QDockWidget, QToolButton
 ROOT = Path(__file__).parents[2]
 LEAST = (1024, 700)
 KEYS, ALT = Qt.Key, Qt.KeyboardModifier.AltModifier
-EVERY = pytest.mark.parametrize("workspace", WORKSPACES.values(), ids=list(WORKSPACES))
 
 
 def features(driver):
@@ -36,42 +35,36 @@ def window(start, photo):
     return driver
 
 
-@EVERY
-def test_a_workspace_follows_from_its_declaration(window, workspace):
+def test_a_workspace_follows_from_its_declaration(window):
     there = features(window)
-    assert set(workspace.panels) <= set(there)
-    assert set(workspace.overlays) <= {one.name for one in LISTED}
-    inserted = {None, "hold-original"}
-    assert set(workspace.tools) - inserted <= set(window.window.actions_by_name)
-    action = window.window.actions_by_name[f"workspace-{workspace.name}"]
-    assert action.shortcut().toString() == workspace.key
-    action.trigger()
-    assert window.editor.view.switched == set(workspace.overlays)
     beside = {name for name, it in there.items() if it.dock is None}
-    assert {name for name in beside if there[name].panel.isVisible()} == beside & set(
-        workspace.panels
-    )
-    docked = {name for name in there if there[name].dock is not None}
-    assert docks_of(window) == {"settings", *(docked & set(workspace.panels))}
-
-
-def test_every_panel_stands_in_a_workspace_or_comes_when_needed(window):
+    docked = set(there) - beside
+    for workspace in WORKSPACES.values():
+        assert set(workspace.panels) <= set(there)
+        assert set(workspace.overlays) <= {one.name for one in LISTED}
+        inserted = {None, "hold-original"}
+        assert set(workspace.tools) - inserted <= set(window.window.actions_by_name)
+        action = window.window.actions_by_name[f"workspace-{workspace.name}"]
+        assert action.shortcut().toString() == workspace.key
+        action.trigger()
+        assert window.editor.view.switched == set(workspace.overlays)
+        shown = {name for name in beside if there[name].panel.isVisible()}
+        assert shown == beside & set(workspace.panels)
+        assert docks_of(window) == {"settings", *(docked & set(workspace.panels))}
     named = {name for one in WORKSPACES.values() for name in one.panels}
-    by_need = {"manual", "push", "strip"}
-    assert set(features(window)) - named == by_need
+    assert set(there) - named == {"manual", "push", "strip"}, "these come when they are needed"
 
 
-@EVERY
-def test_a_workspace_is_in_the_menu_the_options_and_the_docs(window, workspace):
+def test_a_workspace_is_in_the_menu_the_options_and_the_docs(window):
+    actions = window.window.actions_by_name
+    assert actions[f"workspace-{next(iter(WORKSPACES))}"].isChecked(), "a new user begins in it"
     menu = next(m for m in window.window.menuBar().actions() if m.text() == "&View").menu()
-    assert window.window.actions_by_name[f"workspace-{workspace.name}"] in menu.actions()
-    assert _parser().parse_args(["--workspace", workspace.name]).workspace == workspace.name
-    row = rf"\| \*\*{workspace.title}\*\* \| `{re.escape(workspace.key)}` \|"
-    assert re.search(row, (ROOT / "docs/editor.md").read_text(encoding="utf-8"))
-
-
-def test_a_new_user_begins_in_the_first_one(window):
-    assert window.window.actions_by_name[f"workspace-{next(iter(WORKSPACES))}"].isChecked()
+    docs = (ROOT / "docs/editor.md").read_text(encoding="utf-8")
+    for workspace in WORKSPACES.values():
+        assert actions[f"workspace-{workspace.name}"] in menu.actions()
+        assert _parser().parse_args(["--workspace", workspace.name]).workspace == workspace.name
+        row = rf"\| \*\*{workspace.title}\*\* \| `{re.escape(workspace.key)}` \|"
+        assert re.search(row, docs)
 
 
 def test_switching_changes_what_is_shown_and_never_the_document(window):
@@ -163,18 +156,18 @@ def test_panels_come_when_they_are_needed_and_go_again(window):
     assert not manual.isVisible()
 
 
-@EVERY
-def test_one_click_that_is_seen_leads_back_from_points_set_by_hand(window, workspace):
+def test_one_click_that_is_seen_leads_back_from_points_set_by_hand(window):
     window.window.resize(*LEAST)
-    window.window.actions_by_name[f"workspace-{workspace.name}"].trigger()
-    window.key(KEYS.Key_F3)
-    window.settle()
     words = {"Automatic", "Back to automatic"}
-    buttons = window.window.findChildren(QAbstractButton)
-    (back,) = [one for one in buttons if one.text() in words and not one.visibleRegion().isEmpty()]
-    QTest.mouseClick(back, Qt.MouseButton.LeftButton)
-    assert window.state.mode == "automatic"
-    assert back.text() == "Automatic" or not back.isVisible()
+    for name in WORKSPACES:
+        window.window.actions_by_name[f"workspace-{name}"].trigger()
+        window.key(KEYS.Key_F3)
+        window.settle()
+        buttons = [b for b in window.window.findChildren(QAbstractButton) if b.text() in words]
+        (back,) = [one for one in buttons if not one.visibleRegion().isEmpty()]
+        QTest.mouseClick(back, Qt.MouseButton.LeftButton)
+        assert window.state.mode == "automatic"
+        assert back.text() == "Automatic" or not back.isVisible()
 
 
 def test_tools_by_hand_lie_open_where_points_are_set_by_hand(window):

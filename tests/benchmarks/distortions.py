@@ -10,7 +10,7 @@ import numpy as np
 
 from kogao_core.base.geometry import Affine, Array, Image
 from kogao_core.faces.face import Face
-from kogao_core.faces.landmarks.edges.strips import smooth
+from kogao_core.faces.landmarks.edges import smooth
 
 
 class Distorted(NamedTuple):

@@ -24,7 +24,7 @@ import metadata_cases
 from damaging import bytewise, parts, trials
 from scenes import oval_face
 
-from kogao_core.projects.interchange.tables import faces_text
+from kogao_core.projects.interchange.formats import faces_text
 
 STRUCTURED = 0.6  # share of changes that keep the file's parts in order
 SEARCHED = 0.05  # share of photos in which faces are looked for, which is slow
@@ -72,6 +72,9 @@ def seeds() -> dict[str, bytes]:
     narrow = [cv2.IMWRITE_JPEG_SAMPLING_FACTOR, cv2.IMWRITE_JPEG_SAMPLING_FACTOR_411]
     found["4:1:1"] = cv2.imencode(".jpg", picture, narrow)[1].tobytes()
     found["hdr"], found["motion"] = metadata_cases.ultra_hdr(), metadata_cases.motion_photo()
+    found["kept"] = metadata_cases.kept()
+    found["kept webp"] = metadata_cases.webp((b"wxyz", b"?"), (b"abcd", b"odd"))
+    found["kept tiff"] = metadata_cases.tiff({42112: (2, b"text\0"), 40000: (12, (0.5, -1.5))})
     found["heic"], found["dng"] = files.heic(picture), files.dng()
     found["grey dng"] = files.dng(colours=1)
     return found

@@ -25,7 +25,7 @@ from scenes import oval_face, textured_photo
 
 from kogao_core.base import assets
 from kogao_core.batch.tasks import Outcome
-from kogao_core.faces.landmarks.template import template_face
+from kogao_core.faces.landmarks.sources import template_face
 from kogao_core.lab.experiments import trials
 from kogao_core.lab.study import plan, results
 from kogao_core.lab.study.design import variants

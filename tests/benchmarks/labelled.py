@@ -14,7 +14,7 @@ from kogao_resources.training.evaluate import Labels
 
 from kogao_core.base.geometry import Array, Image
 from kogao_core.faces.landmarks.aam.points import EYE_LABELS, OUTLINE_LABELS
-from kogao_core.faces.landmarks.edges.strips import smooth
+from kogao_core.faces.landmarks.edges import smooth
 from kogao_core.faces.landmarks.outline import ended, resampled
 from kogao_core.projects.project import sha256_of
 

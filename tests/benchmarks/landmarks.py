@@ -1,11 +1,10 @@
 """How well and how fast faces are found.
 
-``python tests/benchmarks/landmarks.py [DATA] [--sources mesh aam] [--json F] [--pictures DIR]``
+``python tests/benchmarks/landmarks.py [DATA] [--sources mesh aam] [--json F]``
 
 DATA is the folder of labelled photographs, ``KOGAO_SHARED`` or ``../shared/data`` when not given.
 Errors are means over a face's points in % of its outer inter-ocular distance; a table cell is the
-mean over faces (95th percentile, worst). ``--pictures`` draws cumulative error curves and sheets
-of the worst faces (needs ``pip install -e '.[bench]'``); the sheets show real people: keep them.
+mean over faces (95th percentile, worst).
 """
 
 from __future__ import annotations
@@ -229,7 +228,6 @@ def main() -> None:
     parser.add_argument("data", nargs="?", type=Path, default=Path(default))
     parser.add_argument("--sources", nargs="+", choices=list(SOURCES), default=list(SOURCES))
     parser.add_argument("--json", type=Path)
-    parser.add_argument("--pictures", type=Path)
     arguments = parser.parse_args()
     try:
         faces = samples(arguments.data)
@@ -247,10 +245,6 @@ def main() -> None:
     print(heading(), *("\n".join(["", *rows]) for rows in tables), sep="\n")
     if arguments.json:
         arguments.json.write_text(as_json(results), encoding="utf-8")
-    if arguments.pictures:
-        import landmark_pictures  # matplotlib is only needed here
-
-        landmark_pictures.draw(results, arguments.pictures)
 
 
 if __name__ == "__main__":

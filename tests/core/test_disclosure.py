@@ -18,12 +18,11 @@ from kogao_core.photo.disclosure import label
 from kogao_core.photo.disclosure.disclosing import (
     NO_DISCLOSURE,
     Disclosure,
+    added,
     disclose,
     undisclosed,
 )
-from kogao_core.photo.disclosure.edit_record import added
-from kogao_core.photo.disclosure.label import LONGEST, draw_label
-from kogao_core.photo.disclosure.label_picture import LabelPicture, lay_over
+from kogao_core.photo.disclosure.label import LONGEST, LabelPicture, draw_label, lay_over
 from kogao_core.recipe.settings import CORNERS
 
 WHEN = datetime(2026, 3, 4, 5, 6, 7, tzinfo=UTC)

@@ -10,8 +10,12 @@ from kogao_core.base.geometry import Box
 from kogao_core.faces.targets import aim
 from kogao_core.pipeline import render
 from kogao_core.recipe.recipe import LOSSLESS_PX, Recipe
-from kogao_core.warp.counts import pixel_counts
-from kogao_core.warp.domain import cells_beyond, fade_of, reduce, threshold_mask, threshold_of
+from kogao_core.warp.domain import (
+    fade_of,
+    pixel_counts,
+    reduce,
+    threshold_mask,
+)
 from kogao_core.warp.field import Field
 from kogao_core.warp.lattice import groups
 
@@ -58,16 +62,6 @@ def test_threshold_domain_is_every_pixel_that_moves_further(threshold_px):
     assert cells[expected].all()
 
 
-def test_counts_shrink_in_the_papers_order():
-    counts = pixel_counts(field_of(), IMAGE, LOSSLESS_PX)
-    assert counts["image"] == IMAGE.area
-    assert counts["image"] > counts["control-points"] > counts["threshold"] > 0
-    field = field_of()
-    mask = reduce(field, IMAGE, "control-points").mask(IMAGE)
-    assert counts["control-points"] == mask.sum()
-    assert counts["threshold"] == (displacement_everywhere(field) > LOSSLESS_PX).sum()
-
-
 @pytest.mark.parametrize("lattice", [0.1, 0.5, 1.0, 4.0])
 def test_counts_of_faces_side_by_side_are_those_of_the_masks(lattice):
     places = [(90.0, 120.0), (190.0, 150.0), (250.0, 90.0), (470.0, 340.0)]
@@ -76,6 +70,7 @@ def test_counts_of_faces_side_by_side_are_those_of_the_masks(lattice):
     reached = reduce(field, IMAGE, "control-points").mask(IMAGE)
     for threshold_px in (LOSSLESS_PX, 0.7, 3.0):
         counts = pixel_counts(field, IMAGE, threshold_px)
+        assert IMAGE.area == counts["image"] >= counts["control-points"] > counts["threshold"] > 0
         assert counts["control-points"] == reached.sum()
         assert counts["threshold"] == (displacement_everywhere(field) > threshold_px).sum()
 
@@ -126,15 +121,3 @@ def test_no_seam_at_the_edge_of_a_large_threshold():
     untouched = spline.on_grid(np.arange(480), np.arange(360))
     assert tear(faded) < 2.0 * tear(untouched)
     assert tear(hard) > 0.9
-
-
-def test_the_lossless_threshold_counts_where_a_fade_was_refused():
-    field = render(np.zeros((360, 480), np.uint8), [oval_face()], Recipe(percent=6)).field
-    assert threshold_of(Recipe(threshold_px=2.0), field) == LOSSLESS_PX  # it has no fade
-
-
-def test_fewer_cells_move_farther():
-    photo = np.zeros((360, 480), np.uint8)
-    (lattice,) = render(photo, [oval_face()], Recipe(percent=6)).field.lattices
-    few, many = (cells_beyond(lattice, Box.of(photo), px).active.sum() for px in (1.0, 0.1))
-    assert 0 < few < many

@@ -12,8 +12,8 @@ from kogao_resources.training.edges.learn import backward, forward
 from kogao_core.base.geometry import Affine, Array
 from kogao_core.faces.face import Face
 from kogao_core.faces.landmarks import ModelRefused, template_face
-from kogao_core.faces.landmarks.edges import EdgeNetwork, network, refine
-from kogao_core.faces.landmarks.edges.strips import ACROSS, MOVES, Cut, lines_of, planes
+from kogao_core.faces.landmarks import edges as network
+from kogao_core.faces.landmarks.edges import ACROSS, MOVES, Cut, EdgeNetwork, lines_of, planes
 from kogao_core.faces.landmarks.pixels import Pyramid
 
 MODEL = Path(__file__).parents[2] / "resources" / "models" / "edges.npz"
@@ -39,11 +39,6 @@ def some_parameters() -> list[np.ndarray]:
 @pytest.fixture(scope="module")
 def edges() -> EdgeNetwork:
     return EdgeNetwork.read(MODEL)
-
-
-def test_the_model_in_the_repository_is_small() -> None:
-    assert MODEL.name == Path(refine.MODEL).name
-    assert MODEL.stat().st_size < 50_000
 
 
 def test_another_file_is_refused(tmp_path: Path) -> None:
@@ -84,10 +79,10 @@ def test_a_mirrored_strip_gets_the_mirrored_answer() -> None:
 
 def test_a_clear_edge_is_believed_and_nothing_to_see_moves_nothing() -> None:
     clear = np.where(MOVES == 2, 9.0, 0.0) * np.ones((41, 1))
-    moves, confidence = refine.settle(clear, np.full(41, -9.0))
+    moves, confidence = network.settle(clear, np.full(41, -9.0))
     np.testing.assert_allclose(moves, 2.0, atol=0.1)
     assert (confidence > 0.95).all()
-    moves, confidence = refine.settle(np.zeros((41, len(MOVES))), np.full(41, 9.0))
+    moves, confidence = network.settle(np.zeros((41, len(MOVES))), np.full(41, 9.0))
     np.testing.assert_allclose(moves, 0.0, atol=0.05)
     assert (confidence < 0.01).all()
 
@@ -96,7 +91,7 @@ def test_hidden_lines_follow_their_neighbours() -> None:
     seen = np.where(MOVES == 3, 9.0, 0.0) * np.ones((41, 1))
     unseen = np.full(41, -9.0)
     seen[18:22], unseen[18:22] = 0.0, 9.0
-    moves, confidence = refine.settle(seen, unseen)
+    moves, confidence = network.settle(seen, unseen)
     np.testing.assert_allclose(moves[18:22], 3.0, atol=0.7)
     assert confidence[19:21].max() < 0.5 < confidence[[5, 35]].min()
 
@@ -105,7 +100,7 @@ def test_hidden_lines_follow_their_neighbours() -> None:
 def test_a_long_beard_is_within_reach_and_the_cheeks_stay(longest: float) -> None:
     beard = np.round(longest / 2 * (1.0 + np.cos(np.linspace(-np.pi, np.pi, 41))))
     seen = np.where(beard[:, None] == MOVES, 9.0, 0.0)
-    moves, _ = refine.settle(seen, np.full(41, -9.0))
+    moves, _ = network.settle(seen, np.full(41, -9.0))
     np.testing.assert_allclose(moves, beard, atol=1.5)
 
 
@@ -113,7 +108,7 @@ def test_the_cheek_of_a_turned_head_is_believed_before_a_wall_behind_it() -> Non
     """Photographed: the cheek is seen 8 steps inside the silhouette, a wall's edge 7 outside."""
     cheek, wall = (np.exp(-0.5 * ((MOVES - at) / 1.5) ** 2) for at in (-8.0, 7.0))
     seen = np.where(np.arange(41)[:, None] < 8, 6.0 * cheek + 2.5 * wall, 6.0 * (MOVES == 0.0))
-    moves, _ = refine.settle(seen, np.full(41, -3.0))
+    moves, _ = network.settle(seen, np.full(41, -3.0))
     np.testing.assert_allclose(moves[:5], -8.0, atol=2.0)
     np.testing.assert_allclose(moves[12:], 0.0, atol=1.0)
 
@@ -121,11 +116,11 @@ def test_the_cheek_of_a_turned_head_is_believed_before_a_wall_behind_it() -> Non
 def test_of_a_chin_a_beard_is_no_edge_and_what_is_near_by_is() -> None:
     beard = np.round(12.0 + 12.0 * np.cos(np.linspace(-np.pi, np.pi, 41)))
     seen = np.where(beard[:, None] == MOVES, 9.0, 0.0)
-    moves, confidence = refine.settle(seen, np.full(41, -9.0), beards=False)
+    moves, confidence = network.settle(seen, np.full(41, -9.0), beards=False)
     assert np.abs(moves).max() < 5.0
     assert confidence[12:29].max() < 0.1 < 0.9 < confidence[[3, 37]].min()
     clear = np.where(MOVES == 2, 9.0, 0.0) * np.ones((41, 1))
-    moves, _ = refine.settle(clear, np.full(41, -9.0), beards=False)
+    moves, _ = network.settle(clear, np.full(41, -9.0), beards=False)
     np.testing.assert_allclose(moves, 2.0, atol=0.1)
 
 
@@ -240,7 +235,7 @@ def test_learning_lowers_the_error(
         apart = []
         for one in examples:
             outputs = network.forward(parameters, planes(one.cut.strip(one.lines))[None])
-            moves, _ = refine.settle(*refine.split(outputs[0]))
+            moves, _ = network.settle(*network.split(outputs[0]))
             apart.append(np.nanmean(np.abs(moves - one.moves)))
         return float(np.mean(apart))
 

@@ -41,15 +41,6 @@ def test_points_beyond_an_open_line_are_measured_to_its_end() -> None:
     assert distances.tolist() == [5.0, 2.0]
 
 
-def test_a_line_may_repeat_a_point() -> None:
-    line = np.array([[0.0, 0.0], [0.0, 0.0], [10.0, 0.0]])
-    assert evaluate.distance_to_line(np.array([[5.0, 3.0]]), line).tolist() == [3.0]
-
-
-def test_a_face_has_no_error_against_itself(face: Face) -> None:
-    assert evaluate.errors(face, labelled(face)) == pytest.approx((0.0, 0.0, 0.0), abs=1e-9)
-
-
 def test_errors_are_in_percent_of_the_outer_inter_ocular_distance(face: Face) -> None:
     unit = face.interocular_px / 100.0
     moved = dataclasses.replace(face, eyes=face.eyes + np.array([3.0, 4.0]) * unit)

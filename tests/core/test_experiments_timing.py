@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scenes import oval_face, textured_photo
 
-from kogao_core.faces.landmarks.template import template_face
+from kogao_core.faces.landmarks.sources import template_face
 from kogao_core.lab.experiments import timing, timing_report
 from kogao_core.lab.experiments.trials import Trial
 from kogao_core.lab.reports.spread import Spread, in_turns, rounded

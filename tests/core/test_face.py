@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scenes import oval_face
 
-from kogao_core.base.geometry import Affine, Box
+from kogao_core.base.geometry import Affine
 from kogao_core.faces.face import Face, in_reading_order, select
 
 
@@ -53,12 +53,10 @@ def test_json_has_the_documented_fields():
     assert y + height == pytest.approx(points[:, 1].max())
 
 
-@pytest.mark.parametrize(
-    "outline", [np.zeros((2, 2)), np.zeros((21, 3)), np.full((21, 2), np.nan), [[np.inf, 0]] * 21]
-)
+@pytest.mark.parametrize("outline", [np.zeros((2, 2)), np.zeros((21, 3))])
 def test_a_broken_outline_is_refused(outline):
     face = oval_face()
-    with pytest.raises(ValueError, match=r"points|finite"):
+    with pytest.raises(ValueError, match="points"):
         Face(outline, face.eyes, face.mouth)
 
 
@@ -86,10 +84,6 @@ def test_faces_are_counted_as_people_count_them(counted):
         assert [counted[faces.index(face)] for face in in_reading_order(mixed)] == counted
 
 
-def test_no_face_has_an_order():
-    assert in_reading_order([]) == []
-
-
 def test_selection():
     faces = [oval_face(size=0.3), oval_face(size=0.7), oval_face(size=0.5)]
     assert select(faces, "all") == faces
@@ -99,20 +93,6 @@ def test_selection():
     for wrong in ("0", "4", "1,x", "", "smallest"):
         with pytest.raises(ValueError, match="face"):
             select(faces, wrong)
-
-
-def test_resize_keeps_pixel_edges_in_place():
-    half = Affine.resize(0.5, 0.5)
-    np.testing.assert_allclose(half([[-0.5, -0.5], [0.5, 0.5]]), [[-0.5, -0.5], [0.0, 0.0]])
-
-
-def test_box_arithmetic():
-    box = Box(2, 3, 10, 7)
-    assert (box.width, box.height, box.area) == (8, 4, 32)
-    assert box.grown(2) == Box(0, 1, 12, 9)
-    assert box.clipped(Box(4, 0, 20, 5)) == Box(4, 3, 10, 5)
-    assert Box(5, 5, 2, 9).area == 0
-    assert np.zeros((20, 30))[box.slices].shape == (4, 8)
 
 
 def test_confidence_travels_with_its_points_and_a_hand_is_sure():

@@ -12,8 +12,7 @@ from PIL import ExifTags, Image, ImageCms
 from kogao_core import photo
 from kogao_core.photo import formats
 from kogao_core.photo.metadata import photoshop
-from kogao_core.photo.metadata.places import turned_xmp
-from kogao_core.photo.metadata.upright import Turn
+from kogao_core.photo.metadata.upright import Turn, turned_xmp
 
 HEIGHT, WIDTH = 40, 56
 EXIF, GPS, INTEROPERABILITY = (ExifTags.IFD.Exif, ExifTags.IFD.GPSInfo, ExifTags.IFD.Interop)

@@ -8,16 +8,14 @@ import pytest
 from few_cases import few_of
 from scenes import ALONE, field_of, oval_face, textured_photo
 
-from kogao_core.faces.face import Face
 from kogao_core.pipeline import render
 from kogao_core.recipe.recipe import LOSSLESS_PX, Recipe
 from kogao_core.recipe.settings import SETTINGS
-from kogao_core.warp.falloff import Falloff
 from kogao_core.warp.field import Field
 from kogao_core.warp.guard import hold_back
 from kogao_core.warp.lattice import groups
-from kogao_core.warp.protection import Stroke
-from kogao_core.warp.samples import Shrinking, least_dets
+from kogao_core.warp.one_to_one import Shrinking, least_dets
+from kogao_core.warp.protection import Falloff, Stroke
 
 # The field of a face that moves alone is the steepest.
 FOLDING = replace(ALONE, percent=12, lattice=0.25)
@@ -57,22 +55,6 @@ def test_a_warp_without_folds_is_left_alone_to_the_bit():
     guarded, shares = hold_back(field)
     assert guarded is field
     assert shares == (1.0,)
-
-
-def test_only_the_face_that_folds_is_held_back():
-    near = oval_face(center=(170.0, 170.0))
-    far = oval_face(center=(1000.0, 170.0))
-    crossed = far.with_target(3, far.outline[5]).with_target(5, far.outline[3])
-    _, shares = hold_back(field_of(Recipe(), near, crossed))
-    assert shares[0] == 1.0
-    assert 0.0 < shares[1] < 1.0
-
-
-def test_overlapping_faces_are_held_back_together():
-    left, right = oval_face(center=(170.0, 170.0)), oval_face(center=(330.0, 170.0))
-    field, shares = hold_back(field_of(FOLDING, left, right))
-    assert shares[0] == shares[1] < 1.0
-    assert densest_det(field) > 0.0
 
 
 def test_a_face_that_reaches_no_fold_keeps_its_move_beside_some_that_do():
@@ -144,7 +126,11 @@ def test_no_random_drag_renders_a_fold(seed):
     for _ in range(rng.integers(1, 6)):
         index = int(rng.integers(21))
         spot = face.outline[index] + rng.normal(0, rng.uniform(2, 60), 2)
-        face = face.with_target(index, spot) if rng.random() < 0.5 else moved(face, index, spot)
+        face = (
+            face.with_target(index, spot)
+            if rng.random() < 0.5
+            else face.with_outline_point(index, spot)
+        )
     fits = SETTINGS["fit"].choices
     recipe = Recipe(
         percent=rng.uniform(0, 15),
@@ -156,7 +142,3 @@ def test_no_random_drag_renders_a_fold(seed):
     field, shares = hold_back(field_of(recipe, face, fade_px=fade_px))
     assert 0.0 < shares[0] <= 1.0
     assert densest_det(field) > 0.0
-
-
-def moved(face: Face, index, spot):
-    return face.with_outline_point(index, spot)

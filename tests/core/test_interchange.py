@@ -11,8 +11,8 @@ from kogao_core.base.geometry import Affine, Box
 from kogao_core.base.strict import BadFile
 from kogao_core.faces.face import Face
 from kogao_core.projects import interchange
-from kogao_core.projects.interchange import pts, read, tables, tem, template, write
-from kogao_core.projects.interchange.points import Line, PointSet, text_of
+from kogao_core.projects.interchange import formats, read, template, write
+from kogao_core.projects.interchange.formats import Line, PointSet, text_of
 from kogao_core.projects.interchange.templates import along, shares_of
 
 ROUNDED = 0.00051  # files hold thousandths of a px
@@ -78,13 +78,13 @@ def test_what_isnt_ours_follows_the_face(wanted):
 
 
 def test_ibug_counts_pixels_from_one():
-    first = pts.parse(b"version: 1\nn_points: 1\n{\n1 1\n}\n")
+    first = formats.parse_pts(b"version: 1\nn_points: 1\n{\n1 1\n}\n")
     np.testing.assert_array_equal(first.points, [[0.0, 0.0]])
-    assert "\n1.000 11.000\n" in pts.text(PointSet([[0.0, 10.0]]))
+    assert "\n1.000 11.000\n" in formats.pts_text(PointSet([[0.0, 10.0]]))
 
 
 def test_webmorph_counts_pixels_from_zero_and_y_runs_down():
-    points = tem.parse(b"2\n0\t0\n10\t20\n")
+    points = formats.parse_tem(b"2\n0\t0\n10\t20\n")
     np.testing.assert_array_equal(points.points, [[0.0, 0.0], [10.0, 20.0]])
     chin, eyes = template("189").points(oval_face()).points[[129, 18]]
     assert chin[1] > eyes[1]
@@ -92,11 +92,12 @@ def test_webmorph_counts_pixels_from_zero_and_y_runs_down():
 
 def test_templates_keep_their_lines_and_read_comments_and_blank_rows():
     lines = (Line((0, 2, 1), True), Line((1,)))
-    text = tem.text(PointSet([[0, 0], [1.5, 2], [3, 4]], lines))
+    text = formats.tem_text(PointSet([[0, 0], [1.5, 2], [3, 4]], lines))
     assert text == "3\n0.000\t0.000\n1.500\t2.000\n3.000\t4.000\n2\n1\n3\n0 2 1\n0\n1\n1\n"
-    assert tem.parse(b"# made by hand\r\n" + text.replace("\n", "\r\n\r\n").encode()).lines == lines
+    spaced = b"# made by hand\r\n" + text.replace("\n", "\r\n\r\n").encode()
+    assert formats.parse_tem(spaced).lines == lines
     for one in interchange.TEMPLATES.values():
-        again = tem.parse(tem.text(one.points(oval_face())).encode())
+        again = formats.parse_tem(formats.tem_text(one.points(oval_face())).encode())
         assert again.lines == one.lines
         assert len(again.points) == one.count
 
@@ -118,7 +119,7 @@ def test_another_programs_68_points_become_the_outline_by_arc_length():
 def test_any_template_comes_in_by_a_mapping(tmp_path):
     points = np.random.default_rng(3).uniform(0, 100, (50, 2))
     path = tmp_path / "other.tem"
-    path.write_text(tem.text(PointSet(points)))
+    path.write_text(formats.tem_text(PointSet(points)))
     with pytest.raises(BadFile, match="50 points are none of the templates"):
         read(path)
     (face,) = read(path, template("20-0/30,31,32,33/40,41"))
@@ -196,7 +197,7 @@ def test_a_table_of_a_european_spreadsheet_is_read(tmp_path):
 
 
 def test_comments_in_pts_dont_count(tmp_path):
-    plain = pts.text(PointSet(oval_face().points))
+    plain = formats.pts_text(PointSet(oval_face().points))
     first, rest = plain.split("{\n")
     (tmp_path / "a.pts").write_text(f"# by hand\n{first}{{\n  # the jaw\n{rest}# end\n")
     (face,) = read(tmp_path / "a.pts")
@@ -304,8 +305,7 @@ def test_files_too_large_missing_and_folders_are_refused(tmp_path, monkeypatch):
         with pytest.raises(BadFile, match="can't be read"):
             read(tmp_path / name)
     (tmp_path / "large.tem").write_bytes(b"1\n1 2\n" + b"# x\n" * 100)
-    for module in ("points", "registry"):
-        monkeypatch.setattr(f"kogao_core.projects.interchange.{module}.MOST_BYTES", 100)
+    monkeypatch.setattr(formats, "MOST_BYTES", 100)
     with pytest.raises(BadFile, match="too many for landmarks"):
         read(tmp_path / "large.tem")
 
@@ -354,7 +354,7 @@ def test_labels_of_the_189_template_agree_with_the_mesh(shared_data, weights):
 
 
 def test_csv_text_names_our_points():
-    text = tables.csv_text([oval_face().points], interchange.templates.OWN_NAMES)
+    text = formats.csv_text([oval_face().points])
     rows = text.splitlines()
     assert rows[0] == "face,point,x,y"
     assert rows[11].startswith("1,outline-11,")

@@ -6,7 +6,7 @@ from itertools import pairwise
 import cv2
 import numpy as np
 import pytest
-from scenes import textured_photo
+from scenes import read_outside_px, textured_photo
 
 import kogao_core as kogao
 from kogao_core.background import holding
@@ -16,7 +16,6 @@ from kogao_core.faces.face import Face
 from kogao_core.pipeline import render
 from kogao_core.recipe.recipe import PAPER, Recipe
 from kogao_core.warp.field import shown_at
-from kogao_core.warp.frame import read_outside_px
 from kogao_core.warp.lens import distance_m, distance_note, nose_percent, stretch_percent
 from kogao_core.warp.protection import Protection
 
@@ -73,12 +72,16 @@ def rendered(recipe, *faces, **more):
     return render(textured_photo(WIDTH, HEIGHT, 3), faces, recipe, **more)
 
 
-@pytest.mark.parametrize("turned", [0.0, 25.0])
-@pytest.mark.parametrize("focal_mm", [26.0, 35.0])
+def field_of(recipe, *faces):
+    """What the whole photo is warped by, with only a corner of it drawn."""
+    return render(np.zeros((8, 8), np.uint8), faces, recipe, whole=PHOTO).field
+
+
+@pytest.mark.parametrize(("turned", "focal_mm"), [(0.0, 26.0), (25.0, 35.0)])
 @pytest.mark.parametrize(
     "share", [(0.4, 0.1), (0.6, -0.3), (-0.75, 0.0), (0.0, 0.5), (-0.7, -0.4), (0.85, 0.2)]
 )
-def test_a_head_comes_back_as_if_the_camera_had_been_aimed_at_it(share, focal_mm, turned):
+def test_a_head_comes_back_as_if_the_camera_had_been_aimed_at_it(share, turned, focal_mm):
     truth = on_axis(turned=turned)
     face = off_axis(truth, np.array(share) * MIDDLE, focal_mm)
     before = residual(truth, face)
@@ -99,7 +102,7 @@ def test_the_small_face_goes_on_top(fit):
     small = dataclasses.replace(LENS, percent=5.0, fit=fit, lens="off")
 
     def shape(of, recipe):
-        seen = shown_at(rendered(recipe, of).field, np.vstack([of.eyes, of.mouth]))
+        seen = shown_at(field_of(recipe, of), np.vstack([of.eyes, of.mouth]))
         return np.ptp(seen[:, 0]) / np.ptp(seen[:, 1])
 
     wanted = shape(aimed_at, small)
@@ -125,11 +128,11 @@ def test_a_face_on_the_axis_keeps_every_byte():
 
 def test_the_amount_is_a_share_of_it_and_each_face_may_have_its_own():
     left, right = (off_axis(on_axis(), (x, 0.0), 26.0) for x in (-320.0, 320.0))
-    field = rendered(LENS, left, right).field
-    half = rendered(dataclasses.replace(LENS, lens_amount=50.0), left, right).field
+    field = field_of(LENS, left, right)
+    half = field_of(dataclasses.replace(LENS, lens_amount=50.0), left, right)
     np.testing.assert_allclose(half.at(left.points), field.at(left.points) / 2.0, atol=0.3)
     off = dataclasses.replace(left, recipe=dataclasses.replace(LENS, lens_amount=0.0))
-    alone = rendered(LENS, off, right).field
+    alone = field_of(LENS, off, right)
     assert np.abs(alone.at(left.points)).max() < 0.1
     np.testing.assert_allclose(alone.at(right.points), field.at(right.points), atol=0.1)
 
@@ -151,7 +154,7 @@ def test_half_a_face_at_the_edge_is_right_all_the_same():
     assert residual(truth, face, made.field) < 1.0 < residual(truth, face)
 
 
-@pytest.mark.parametrize("apart", [30.0, 55.0, 65.0, 80.0, 95.0, 130.0])
+@pytest.mark.parametrize("apart", [30.0, 65.0, 130.0])
 def test_faces_that_touch_share_one_field(apart):
     truth = on_axis()
     faces = [off_axis(truth, (360.0 - k * apart, 8.0 * k), 26.0) for k in range(4)]
@@ -183,23 +186,12 @@ def test_neighbours_and_protected_places_stay():
     assert made.one_to_one.certified
 
 
-def test_a_part_of_the_photo_is_drawn_as_the_whole_is():
-    photo, face = textured_photo(WIDTH, HEIGHT, 3), off_axis(on_axis(), (300.0, 50.0), 26.0)
-    there = Affine(np.eye(2), np.array([-500.0, -100.0]))
-    part = render(
-        photo[100:, 500:], [face.mapped(there)], LENS, whole=Box(-500, -100, WIDTH - 500, 500)
-    )
-    whole = render(photo, [face], LENS)
-    places = face.points
-    np.testing.assert_allclose(part.field.at(there(places)), whole.field.at(places), atol=1e-3)
-
-
 def test_the_result_is_a_continuous_function_of_where_a_face_is():
     """From the axis to the edge and over it: no step is larger than those beside it by much."""
     fields = []
     for x in np.linspace(450.0, 895.0, 90):
         face = kogao.template_face((x, 250.0), 90)
-        fields.append(rendered(LENS, face).field.at(face.points))
+        fields.append(field_of(LENS, face).at(face.points))
     steps = [np.abs(b - a).max() for a, b in pairwise(fields)]
     assert max(steps) < 2.0  # px, where the face itself goes 5 px
 

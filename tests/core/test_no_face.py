@@ -3,7 +3,6 @@
 from importlib.util import find_spec
 from pathlib import Path
 
-import numpy as np
 import pytest
 from few_cases import few_of
 from real_photos import picture_of
@@ -37,16 +36,9 @@ def test_sample_pictures_without_people_have_no_face(source: MeshSource, path: P
     assert source.find(picture_of(path)) == []
 
 
-@pytest.mark.parametrize("shape", [(65535, 3, 3), (1, 65535, 3)])
-def test_a_strip_longer_than_opencv_warps_has_no_face(
-    source: MeshSource, shape: tuple[int, ...]
-) -> None:
-    assert source.find(np.random.default_rng(0).integers(0, 255, shape, np.uint8)) == []
-
-
 @pytest.mark.usefixtures("weights")
 @pytest.mark.skipif(not pictures(), reason="scikit-image isn't installed (extra: bench)")
-@pytest.mark.parametrize("name", few_of(("coins.png", "cell.png", "clock_motion.png"), 1))
+@pytest.mark.parametrize("name", few_of(("clock_motion.png", "coins.png", "cell.png"), 1))
 def test_what_the_aam_fits_badly_is_no_face(name: str) -> None:
     (path,) = (one for one in pictures() if one.name == name)
     assert AamSource().find(picture_of(path)) == []

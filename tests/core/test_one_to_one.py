@@ -5,23 +5,17 @@ import pytest
 from few_cases import few_of
 from scenes import field_of, oval_face
 
-from kogao_core.faces.landmarks import template_face
-from kogao_core.pipeline import render
 from kogao_core.recipe.recipe import Recipe
-from kogao_core.warp.bezier import cells_along, halves
 from kogao_core.warp.field import Field
 from kogao_core.warp.lattice import Grid, Lattice
 from kogao_core.warp.one_to_one import (
     INJECTIVE_BOUND,
     certify,
     check_one_to_one,
-    edges_are_safe,
     fade_is_safe,
-    falloff_slope,
     least_det,
     lower_bound,
 )
-from kogao_core.warp.protection import Protection
 
 
 def dense_det(lattice, step=0.02):
@@ -118,13 +112,6 @@ def oval_at(place):
     return oval_face(center=place, size=0.6)
 
 
-def test_identity_reports_one():
-    report = check_one_to_one(field_of(Recipe(percent=0)))
-    assert report.min_det == 1.0
-    assert report.certified
-    assert check_one_to_one(Field(())).min_det == 1.0
-
-
 @pytest.mark.parametrize("seed", few_of(range(6), 3))
 def test_a_fold_between_the_samples_is_never_called_settled(seed):
     phi = np.random.default_rng(seed).normal(0.0, 40.0, (6, 6, 2))
@@ -143,23 +130,3 @@ def test_a_fold_between_the_samples_is_never_called_settled(seed):
     assert dense_det(Lattice(Grid((0.0, 0.0), 10.0), (0, 0), low * phi), 0.004).min() < 0.0
     assert not report.folds
     assert not report.settled
-
-
-def test_a_curve_is_cut_in_its_middle():
-    left, right = halves(3)
-    points = np.array([0.0, 1.0, 0.0])
-    assert (left @ points).tolist() == [0.0, 0.5, 0.5]
-    assert (right @ points).tolist() == [0.5, 0.5, 0.0]
-
-
-def test_control_points_reach_the_cells_on_both_sides():
-    assert cells_along(np.ones(5)).shape == (4, 8)
-
-
-def test_a_falloff_that_is_wide_enough_is_harmless():
-    face = template_face((240, 180), 200)
-    wall = Protection().with_stroke([(350, 20), (350, 340)], feather_px=40)
-    photo = np.zeros((360, 480), np.uint8)
-    field = render(photo, [face], Recipe(percent=6), protection=wall).field
-    assert 0.0 < falloff_slope(field) < 1.0
-    assert edges_are_safe(render(photo, [face], Recipe(percent=6)).field)

@@ -33,6 +33,8 @@ def test_runs_from_the_left_of_the_eye_line_round_the_chin_to_its_right() -> Non
     mesh = oval_mesh()
     points = outline_of(mesh)
     assert points.shape == (21, 2)
+    steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    np.testing.assert_allclose(steps, steps.mean(), rtol=0.06)
     assert points[0, 0] < points[10, 0] < points[20, 0]
     assert points[10, 1] > points[[0, 20], 1].max() + 100.0
     assert (np.diff(points[:, 0])[4:16] > 0.0).all()
@@ -47,18 +49,13 @@ def test_a_head_that_looks_down_still_ends_its_outline_at_the_eyes() -> None:
     np.testing.assert_allclose(ends, outline.END_BELOW_EYES, atol=0.01)
 
 
-def test_points_lie_at_equal_steps() -> None:
-    steps = np.linalg.norm(np.diff(outline_of(oval_mesh()), axis=0), axis=1)
-    np.testing.assert_allclose(steps, steps.mean(), rtol=0.06)
-
-
 def test_lies_on_the_mesh_edge_and_a_little_outside() -> None:
     points = (outline_of(oval_mesh()) - 300.0) / (100.0, 130.0)
     np.testing.assert_allclose(np.linalg.norm(points, axis=1), 1.0, atol=0.03)
     assert np.linalg.norm(points[10]) > 1.0
 
 
-@pytest.mark.parametrize("degrees", [0.0, 37.0, 90.0, 180.0, -120.0])
+@pytest.mark.parametrize("degrees", [37.0, 180.0])
 @pytest.mark.parametrize("scale", [0.1, 1.0, 12.0])
 def test_moves_with_the_mesh(degrees: float, scale: float) -> None:
     move = Affine.similarity(scale, degrees, (40.0, -7.0))

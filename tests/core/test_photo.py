@@ -56,13 +56,6 @@ def test_orientation_of_xmp_counts_where_exif_has_none(tmp_path, picture):
     assert photo.read(tmp_path / "out.png").xmp == XMP.replace(b'"6"', b'"1"')
 
 
-def test_maker_notes_stay_at_their_offset(tmp_path, picture):
-    source = photo.read(saved(tmp_path / "in.jpg", picture, exif=EXIF))
-    photo.write(source, inverted(source), tmp_path / "out.jpg")
-    kept = photo.read(tmp_path / "out.jpg").exif
-    assert kept.index(files.MAKER_NOTE) == EXIF.index(files.MAKER_NOTE)
-
-
 def test_a_damaged_exif_block_is_kept_and_does_not_stop_reading(tmp_path, picture):
     block = EXIF[:30]
     source = photo.read(saved(tmp_path / "in.jpg", picture, exif=block))
@@ -90,11 +83,8 @@ def test_png_metadata_after_the_pixels_are_found(tmp_path, deep_picture):
 @pytest.mark.parametrize("channels", [1, 3, 4])
 @pytest.mark.parametrize(
     ("suffix", "dtype"),
-    [
-        (".png", np.uint8), (".tif", np.uint8), (".webp", np.uint8),
-        (".png", np.uint16), (".tif", np.uint16), (".tif", np.float32),
-    ],
-)  # fmt: skip
+    [(".webp", np.uint8), (".tif", np.float32)],
+)
 def test_lossless_round_trip(tmp_path, channels, suffix, dtype):
     rng = np.random.default_rng(9)
     pixels = (rng.random((40, 33, channels)) * (1.5 if dtype == np.float32 else 65535)).astype(
@@ -155,11 +145,6 @@ def test_cmyk_is_converted_with_a_word(tmp_path, picture):
     assert source.jpeg is None
 
 
-def test_bilevel_becomes_grey(tmp_path):
-    Image.fromarray(np.eye(9, dtype=np.uint8) * 255).convert("1").save(tmp_path / "in.png")
-    np.testing.assert_array_equal(photo.read(tmp_path / "in.png").pixels, np.eye(9) * 255)
-
-
 def test_pixels_are_contiguous_and_read_only(tmp_path, picture):
     source = photo.read(saved(tmp_path / "in.png", picture, exif=EXIF))
     assert source.pixels.flags.c_contiguous
@@ -172,15 +157,6 @@ def test_one_pixel_is_a_photo(tmp_path, suffix):
     source = photo.read(saved(tmp_path / f"one{suffix}", np.full((1, 1, 3), 90, np.uint8)))
     photo.write(source, inverted(source), tmp_path / f"out{suffix}")
     np.testing.assert_allclose(photo.read(tmp_path / f"out{suffix}").pixels, 165, atol=3)
-
-
-def test_the_first_of_several_pictures_is_read_with_a_word(tmp_path, picture):
-    pages = [Image.fromarray(255 - picture)]
-    for name in ("in.tif", "in.webp"):
-        Image.fromarray(picture).save(tmp_path / name, save_all=True, append_images=pages)
-        source = photo.read(tmp_path / name)
-        said = photo.write(source, inverted(source), tmp_path / f"out-{name}")
-        assert said == "not kept: further pictures"
 
 
 # ---- JPEG -----------------------------------------------------------------------------------
@@ -210,12 +186,6 @@ def test_other_sources_become_fine_jpegs(tmp_path, picture):
             assert seen.quantization == fine.quantization
 
 
-def test_grey_jpeg_stays_grey(tmp_path, picture):
-    source = photo.read(saved(tmp_path / "in.jpg", picture[..., 0]))
-    photo.write(source, inverted(source), tmp_path / "out.jpg")
-    assert photo.read(tmp_path / "out.jpg").pixels.ndim == 2
-
-
 def test_opaque_alpha_fits_into_jpeg_and_transparency_does_not(tmp_path, picture):
     opaque = np.dstack([picture, np.full(picture.shape[:2], 255, np.uint8)])
     source = photo.read(saved(tmp_path / "in.png", opaque))
@@ -236,15 +206,6 @@ def test_an_unchanged_photo_is_copied_to_the_byte(tmp_path, picture):
     assert (tmp_path / "out.jpeg").read_bytes() == path.read_bytes()
     photo.write(source, source.pixels.copy(), tmp_path / "out.png")
     assert (tmp_path / "out.png").read_bytes() != path.read_bytes()
-
-
-@pytest.mark.parametrize("name", ["in.png", "in.jpg", "in.tif"])
-def test_an_unchanged_photo_is_copied_however_it_lies(tmp_path, picture, name):
-    path = saved(tmp_path / name, picture, exif=EXIF)
-    source = photo.read(path)
-    assert source.orientation == 6
-    photo.write(source, source.pixels, tmp_path / f"out{path.suffix}")
-    assert (tmp_path / f"out{path.suffix}").read_bytes() == path.read_bytes()
 
 
 def test_a_source_written_over_is_not_taken_for_the_original(tmp_path, picture):

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 from PIL import Image as Pillow
 
-from kogao_core.photo.formats import deep, png_pixels
-from kogao_core.photo.metadata import chunks
+from kogao_core.photo.formats import colour, png
 
 SHAPES = [(37, 51), (37, 51, 3), (37, 51, 4), (1, 1), (1, 3000, 3), (3000, 1)]
 GREY_WITH_ALPHA = (37, 51, 2)  # of 8 bits only
@@ -20,11 +19,11 @@ def noise(shape, dtype):
 
 
 def file_of(pixels):
-    return b"".join([png_pixels.header(pixels), *png_pixels.packed(pixels)])
+    return b"".join([png.header(pixels), *png.packed(pixels)])
 
 
 def stream(data):
-    found, at = b"", len(chunks.SIGNATURE)
+    found, at = b"", len(png.SIGNATURE)
     while at < len(data):
         size = int.from_bytes(data[at : at + 4], "big")
         found += data[at + 8 : at + 8 + size] if data[at + 4 : at + 8] == b"IDAT" else b""
@@ -34,7 +33,7 @@ def stream(data):
 
 @pytest.fixture(params=[1, 500, 1 << 20])
 def _strips(request, monkeypatch):
-    monkeypatch.setattr(png_pixels, "_STRIP_BYTES", request.param)
+    monkeypatch.setattr(png, "_STRIP_BYTES", request.param)
 
 
 @pytest.mark.usefixtures("_strips")
@@ -53,7 +52,7 @@ def test_a_decoder_finds_the_pixels_that_were_packed(shape, dtype):
         with Pillow.open(io.BytesIO(data)) as image:
             found = np.asarray(image)
     else:
-        found = deep.decode(data)
+        found = colour.decoded_deep(data)
     np.testing.assert_array_equal(found, pixels)
 
 
@@ -61,7 +60,7 @@ def test_files_are_the_same_whatever_the_number_of_threads(monkeypatch):
     pixels = noise((900, 400, 3), np.uint16)
     found = []
     for threads in (1, 2, 4):
-        monkeypatch.setattr(png_pixels, "default_threads", lambda threads=threads: threads)
+        monkeypatch.setattr(png, "default_threads", lambda threads=threads: threads)
         found.append(file_of(pixels))
     assert len(stream(found[0])) > 2 * (1 << 20)  # more than two strips
     assert found[0] == found[1] == found[2]

@@ -2,7 +2,7 @@
 
 import pytest
 
-from kogao_core.cli.progress import CALM_S, ProgressLine
+from kogao_core.cli.common import CALM_S, ProgressLine
 
 
 class Clock:

@@ -5,15 +5,13 @@ import numpy as np
 import pytest
 from scenes import oval_face, textured_photo
 
-from kogao_core.background.lines import bends, off_faces, straight_lines
+from kogao_core.background.lines import bends, straight_lines
 from kogao_core.base.geometry import Affine, Box
 from kogao_core.pipeline import render
 from kogao_core.recipe.recipe import LOSSLESS_PX, Recipe
 from kogao_core.recipe.settings import SETTINGS
-from kogao_core.warp.canvas import Canvas
 from kogao_core.warp.domain import reduce
-from kogao_core.warp.falloff import Falloff, falloff_of
-from kogao_core.warp.protection import NOTHING, Protection, Stroke
+from kogao_core.warp.protection import Falloff, Protection, Stroke
 
 WIDTH, HEIGHT = 960, 720
 RECIPE = Recipe(percent=8)
@@ -140,16 +138,6 @@ def test_the_falloff_has_the_slope_it_says_and_keeps_its_bounds():
     np.testing.assert_allclose(slopes.reshape(2, -1).T, slope)
 
 
-def test_a_used_canvas_with_a_feather_gives_the_same_bits_as_a_fresh_one():
-    face, photo = oval_face(WIDTH, HEIGHT, size=0.5), textured_photo(WIDTH, HEIGHT)
-    canvas = Canvas(photo)
-    hard = Protection((Stroke(door_frame(face), 4.0, 24.0),))
-    for protection, percent in ((NOTHING, 8.0), (hard, 8.0), (hard, 5.0), (NOTHING, 5.0)):
-        used = render(photo, [face], Recipe(percent=percent), protection=protection, canvas=canvas)
-        fresh = render(photo, [face], Recipe(percent=percent), protection=protection)
-        np.testing.assert_array_equal(used.pixels, fresh.pixels)
-
-
 def test_the_bend_meter_finds_the_frame_and_measures_it_as_seen():
     face = oval_face(WIDTH, HEIGHT, size=0.5)
     line = door_frame(face)
@@ -209,23 +197,3 @@ def test_an_eraser_leaves_nothing_under_it_and_all_else_as_it_was():
     untouched = Protection((line,)).erased([[0.0, 100.0]], 8.0)
     assert untouched.strokes[0] is line
     assert not Protection((dot,)).erased([[60.0, 40.0]], 2.0).strokes
-
-
-def test_lines_on_a_face_are_not_the_background():
-    face = oval_face(WIDTH, HEIGHT, size=0.5)
-    x, y = face.mouth_center
-    lip, frame = [(x - 30, y), (x + 30, y)], door_frame(face)
-    kept = off_faces(np.array([lip, frame]), [face.outline])
-    np.testing.assert_array_equal(kept, frame[None])
-    assert off_faces(np.zeros((0, 2, 2)), [face.outline]).shape == (0, 2, 2)
-
-
-def test_how_far_it_is_to_a_stroke():
-    line = Protection().with_stroke([(10, 20), (10, 40)], radius_px=2)
-    assert line.away_px(np.array([[15.0, 30.0], [10.0, 25.0]])).tolist() == [3.0, -2.0]
-
-
-def test_a_feather_lets_the_move_come_back_from_the_edge_of_its_stroke():
-    line = Protection().with_stroke([(0, 0), (0, 90)], 2, feather_px=8)
-    factor, _ = falloff_of(line).at([(0, 50), (6, 50), (20, 50)])
-    assert factor.tolist() == [0.0, 0.5, 1.0]

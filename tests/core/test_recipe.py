@@ -36,6 +36,8 @@ from kogao_core.recipe.settings import CENTERS, SETTINGS
         ("threshold_px", -0.1),
         ("interpolation", "nearest"),
         ("guard", 1),
+        ("head_follows", 100.5),
+        ("head_follows", None),
     ],
 )
 def test_a_bad_value_is_refused_by_name(field, value):

@@ -9,7 +9,7 @@ from datetime import UTC, datetime
 import pytest
 from PIL import Image
 
-from kogao_core.photo.disclosure import edit_record
+from kogao_core.photo.disclosure import disclosing
 from kogao_core.projects.results import REPORT, Result, Results
 
 
@@ -85,7 +85,7 @@ def test_a_result_is_known_by_the_report_of_its_batch(results, photo, tmp_path):
 
 
 def test_a_result_is_known_by_its_edit_record(results, photo):
-    packet = edit_record.added(None, "a face made smaller", datetime.now(UTC))
+    packet = disclosing.added(None, "a face made smaller", datetime.now(UTC))
     assert results.origin(made(photo, xmp=packet)).source is None
     theirs = packet.replace(b"Kogao ", b"Other ")
     assert results.origin(made(photo, xmp=theirs)) is None

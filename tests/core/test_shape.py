@@ -4,12 +4,12 @@ import dataclasses
 
 import numpy as np
 import pytest
-from scenes import mirrored, oval_face, textured_photo
+from scenes import oval_face, textured_photo
 
 from kogao_core.faces.targets import aim
 from kogao_core.pipeline import render
 from kogao_core.recipe.recipe import PAPER, Recipe
-from kogao_core.recipe.settings import SETTINGS, SHAPE
+from kogao_core.recipe.settings import SHAPE
 from kogao_core.warp.surround import forehead_pairs
 
 STILL = Recipe(percent=0)
@@ -73,26 +73,6 @@ def test_a_narrower_face_has_a_narrower_forehead_and_slimmer_cheeks_lower_none()
         ends[name] = shown - there
         assert np.abs(shown[:, 0] - 239.5).sum() < np.abs(there[:, 0] - 239.5).sum()
         assert np.abs(ends[name][6]).max() < 0.3
-
-
-@pytest.mark.parametrize("seed", range(6))
-def test_whatever_is_asked_for_nothing_folds(seed):
-    rng = np.random.default_rng(seed)
-    values = {name: float(rng.uniform(*SETTINGS[name].within)) for name in SHAPE}
-    recipe = Recipe(percent=float(rng.uniform(0, 12)), **values)
-    made = render(textured_photo(), [FACE], recipe)
-    assert not made.one_to_one.folds
-    assert made.one_to_one.settled
-
-
-def test_a_mirrored_photo_is_made_the_mirrored_result():
-    recipe = Recipe(percent=3, width=4, jaw_width=-7, left_width=-6, forehead_height=5)
-    swapped = dataclasses.replace(recipe, left_width=0, right_width=-6)
-    photo = textured_photo()
-    other_photo, other = mirrored(photo, FACE)
-    one = render(photo, [FACE], recipe).pixels
-    two = render(other_photo, [other], swapped).pixels
-    assert np.percentile(np.abs(one.astype(int) - two[:, ::-1]), 99.9) <= 2
 
 
 def test_at_0_they_are_as_if_they_werent_there():

@@ -48,16 +48,6 @@ def test_studio_faces_are_within_the_baselines(shared_data: Path, source: MeshSo
     assert (np.mean(errors, axis=0) < (1.29, 1.23, 1.0)).all()
 
 
-@pytest.mark.parametrize("dtype", [np.uint16, np.float32])
-def test_deeper_pixels_give_the_same_face(
-    portraits: list[Scene], source: MeshSource, dtype: type
-) -> None:
-    picture, face = portraits[0]
-    deep = picture * np.uint16(257) if dtype is np.uint16 else picture.astype(np.float32) / 255.0
-    (found,) = source.find(deep)
-    np.testing.assert_allclose(found.points, face.points, atol=0.1)
-
-
 def test_faces_larger_than_the_frame_are_found(portraits: list[Scene], source: MeshSource) -> None:
     for picture, face in portraits:
         left, top, width, height = (int(value) for value in face.box)

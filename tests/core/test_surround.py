@@ -5,21 +5,18 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from scenes import mirrored, oval_face, textured_photo
+from few_cases import few_of
+from scenes import oval_face, read_outside_px, textured_photo
 
 from kogao_core.background import holding
 from kogao_core.background.holding import Held
-from kogao_core.background.lines import bends
 from kogao_core.base.geometry import Affine, Box
-from kogao_core.base.strict import Node
 from kogao_core.faces.targets import aim
 from kogao_core.pipeline import render
-from kogao_core.projects.project import Original, Project, Sheet, from_node, to_dict
 from kogao_core.recipe.recipe import PAPER, Recipe
-from kogao_core.recipe.settings import SETTINGS
+from kogao_core.recipe.settings import SETTINGS, SHAPE
 from kogao_core.warp.field import shown_at
 from kogao_core.warp.fit import fit, problems_of
-from kogao_core.warp.frame import read_outside_px
 from kogao_core.warp.protection import Protection
 from kogao_core.warp.surround import forehead_pairs, surrounds_of
 
@@ -43,7 +40,8 @@ def rendered(recipe, *faces, photo=None, **more):
 
 
 def field_of(recipe, *faces):
-    return rendered(dataclasses.replace(recipe, domain="threshold"), *faces).field
+    """What the whole photo is warped by, with only a corner of it drawn."""
+    return render(np.zeros((8, 8), np.uint8), faces or [face_at()], recipe, whole=PHOTO).field
 
 
 def inward(field, center, points):
@@ -85,20 +83,6 @@ def test_at_0_percent_and_features_not_kept_every_byte_is_that_of_the_landmarks_
         assert mine.phi.tobytes() == expected.phi.tobytes()
     unknown = rendered(recipe, dataclasses.replace(face, forehead=None), photo=photo)
     assert unknown.pixels.tobytes() == made.pixels.tobytes()
-
-
-def test_the_papers_recipe_moves_the_face_alone():
-    assert PAPER.face_alone
-    assert not PAPER.guard
-    face = face_at()
-    assert surrounds_of([face], [aim(face, PAPER)], [PAPER], PHOTO, Protection()) == (None,)
-
-
-def test_at_a_warp_distance_of_0_nothing_moves_whatever_follows():
-    photo = textured_photo()
-    for recipe in (ON, WHOLE):
-        still = rendered(dataclasses.replace(recipe, percent=0.0), photo=photo)
-        assert still.pixels.tobytes() == photo.tobytes()
 
 
 @pytest.mark.parametrize("fit_name", FITS)
@@ -147,17 +131,6 @@ def test_the_rim_of_the_ears_goes_with_the_cheek(percent, forehead):
         assert (change >= -1.4 * percent - 0.5).all()
     alone = strip(field_of(dataclasses.replace(ALONE, percent=percent), face), face)
     assert (alone > percent).all(), "the field of the face alone stretches them"
-
-
-def test_beyond_its_reach_nothing_moves():
-    face = face_at(y=180.0, size=0.25)
-    for recipe, far in ((ON, 2.2), (WHOLE, 3.0)):
-        field = field_of(recipe, face)
-        center = aim(face, recipe).center_px
-        ring = np.vstack([face.outline, face.forehead]) - center
-        shares = [np.abs(field.at(center + out * ring)).max() for out in (1.0, far)]
-        assert shares[0] > 1.0
-        assert shares[1] < 1e-3 * shares[0]
 
 
 def test_it_fades_without_a_step_on_the_way_out():
@@ -263,7 +236,7 @@ def test_a_bar_from_temple_to_temple_stays_straight(percent, follows):
 # -- what must not happen --------------------------------------------------------------------------
 
 
-def random_recipe(rng, **more):
+def random_recipe(rng, shape=()):
     return Recipe(
         percent=float(rng.uniform(1, 15)),
         center=int(rng.integers(1, 5)),
@@ -274,7 +247,7 @@ def random_recipe(rng, **more):
         cheeks=float(rng.uniform(0, 200)),
         left=float(rng.uniform(0, 200)),
         even_out=float(rng.uniform(0, 100)),
-        **more,
+        **{name: float(rng.uniform(*SETTINGS[name].within)) for name in shape},
     )
 
 
@@ -288,11 +261,11 @@ def random_face(rng):
     return face.mapped(Affine(turn.matrix, middle - turn(middle)))
 
 
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", few_of(range(8), 5))
 def test_by_random_settings_it_never_folds_nor_reads_outside_the_photo(seed):
     rng = np.random.default_rng(seed)
-    for _ in range(4):
-        recipe, face = random_recipe(rng), random_face(rng)
+    for shape in ((), (), SHAPE, SHAPE):
+        recipe, face = random_recipe(rng, shape), random_face(rng)
         made = rendered(recipe, face)
         assert not made.one_to_one.folds
         assert made.one_to_one.settled
@@ -305,26 +278,16 @@ def test_at_usual_amounts_the_guard_has_no_more_to_do_and_less_is_squeezed():
     assert on.one_to_one.min_det > off.one_to_one.min_det - 0.02
 
 
-@pytest.mark.parametrize("fit_name", FITS)
-def test_a_mirrored_photo_gives_the_mirrored_result(fit_name):
-    photo, face = textured_photo(), face_at(210.0)
-    recipe = dataclasses.replace(ON, fit=fit_name)
-    expected = rendered(recipe, face, photo=photo).pixels[:, ::-1].astype(int)
-    there, reflected = mirrored(photo, face)
-    difference = np.abs(rendered(recipe, reflected, photo=there).pixels - expected)
-    assert difference.mean() < 0.05
-    assert (difference > 3).mean() < 1e-3
-
-
-def test_a_part_of_a_photo_moves_as_it_does_in_the_whole():
+@pytest.mark.parametrize("recipe", [ON, dataclasses.replace(ON, lens=26.0)])
+def test_a_part_of_a_photo_moves_as_it_does_in_the_whole(recipe):
     photo, face = textured_photo(), face_at(y=150.0)
     part = Box(60, 70, 420, 330)
     there = Affine(np.eye(2), np.array([-part.left, -part.top], np.float64))
     whole = Box(-part.left, -part.top, 480 - part.left, 360 - part.top)
-    alone = render(photo[part.slices], [face.mapped(there)], ON, whole=whole)
+    alone = render(photo[part.slices], [face.mapped(there)], recipe, whole=whole)
     points = np.random.default_rng(3).uniform((100, 90), (380, 300), (200, 2))
     np.testing.assert_allclose(
-        alone.field.at(there(points)), rendered(ON, face).field.at(points), atol=1e-3
+        alone.field.at(there(points)), rendered(recipe, face).field.at(points), atol=1e-3
     )
 
 
@@ -338,7 +301,7 @@ def test_protected_places_beside_and_above_the_face_stay():
     assert held.residual.max_px < 0.05
 
 
-@pytest.mark.parametrize("follows", [0.0, 50.0, 100.0])
+@pytest.mark.parametrize("follows", [0.0, 100.0])
 def test_what_the_hard_brush_covers_keeps_every_byte(follows):
     face, photo = face_at(), textured_photo()
     recipe = dataclasses.replace(ON, head_follows=follows)
@@ -351,17 +314,6 @@ def test_what_the_hard_brush_covers_keeps_every_byte(follows):
     np.testing.assert_array_equal(kept.pixels[covered], photo[covered])
     loose = rendered(recipe, face, photo=photo)
     assert (loose.pixels[covered] != photo[covered]).mean() > (0.5 if follows else 0.05)
-
-
-def test_a_line_above_the_face_is_held():
-    face = face_at()
-    y = face.forehead[6, 1] - 25.0
-    frame = np.array([[(150.0, y), (330.0, y - 6.0)]])
-    free, held = rendered(ON, face), rendered(ON, face, held=Held(frame))
-    (loose,), (kept,) = bends(free.field, frame), bends(held.field, frame)
-    assert loose.bend_px > 0.3
-    assert kept.bend_px < 0.3 * loose.bend_px
-    assert held.residual.max_px < 5e-3
 
 
 @pytest.mark.parametrize(("lattice", "halves"), [(1.0, False), (0.5, False), (0.2, True)])
@@ -383,7 +335,7 @@ def test_a_control_point_more_or_less_makes_no_difference_to_what_is_held():
     (problem,) = problems_of([aim(face, ON)], [face.anchor], [ON], photo=PHOTO)
     low, high = problem.near_px
     moved = []
-    for more in np.linspace(0.0, 2.0, 41) * problem.grid.spacing_px:
+    for more in np.linspace(0.0, 1.0, 21) * problem.grid.spacing_px:
         around = np.array([low - more, high + more])
         wider = dataclasses.replace(problem, around_px=around)
         field = holding.hold(free, [wider], [face], held)
@@ -458,25 +410,23 @@ def places():
     return np.stack(np.meshgrid(xs, ys), -1).reshape(-1, 2)
 
 
-def steps(name, values, recipe, face):
-    recipes = [dataclasses.replace(recipe, **{name: float(value)}) for value in values]
-    return jumps([field_of(one, face).at(places()) for one in recipes])
-
-
 def jumps(found):
     return np.array([np.abs(after - before).max() for before, after in pairwise(found)])
 
 
-@pytest.mark.parametrize("recipe", [ON, FOLLOWS])
-def test_a_small_step_of_a_setting_is_a_small_step_of_the_field(recipe):
+@pytest.mark.parametrize(
+    ("recipe", "name", "end"), [(ON, "head_follows", 100.0), (FOLLOWS, "percent", 10.0)]
+)
+def test_a_small_step_of_a_setting_is_a_small_step_of_the_field(recipe, name, end):
     face = face_at(y=170.0)
     whole = dataclasses.replace(recipe, percent=10.0, head_follows=100.0)
     most = np.abs(field_of(whole, face).at(places())).max()
     # The way is made in 40 steps: nowhere is one much larger than its share.
-    for name, end in (("head_follows", 100.0), ("percent", 10.0)):
-        taken = steps(name, np.linspace(0.0, end, 41), recipe, face)
-        assert taken.max() < 0.08 * most
-        assert taken.min() > 0.0
+    values = np.linspace(0.0, end, 41).tolist()
+    recipes = [dataclasses.replace(recipe, **{name: value}) for value in values]
+    taken = jumps([field_of(one, face).at(places()) for one in recipes])
+    assert taken.max() < 0.08 * most
+    assert taken.min() > 0.0
 
 
 def test_a_face_that_comes_to_the_edge_does_so_without_a_step():
@@ -493,7 +443,7 @@ def test_a_face_that_comes_to_the_edge_does_so_without_a_step():
 
 
 @pytest.mark.parametrize("version", [1, 2])
-def test_older_recipes_and_projects_are_read_as_what_they_meant(version):
+def test_older_recipes_are_read_as_what_they_meant(version):
     new = ("head_follows", "keep_features", "version")
     older = {name: value for name, value in ON.to_dict().items() if name not in new}
     for said, follows in ((True, 100.0), (False, 0.0), (None, 0.0)):
@@ -503,23 +453,6 @@ def test_older_recipes_and_projects_are_read_as_what_they_meant(version):
         assert (read.head_follows, read.keep_features) == (follows, False)
         assert Recipe.from_dict(read.to_dict()) == read
         older.pop("whole_head", None)
-    sheet = Sheet((face_at(),), recipe=ON)
-    written = to_dict(Project(Original("me.jpg", "0" * 64, 480, 360), "automatic", sheet))
-    written["automatic"]["recipe"] = {**older, "version": version, "whole_head": True}
-    again = from_node(Node(written)).automatic.recipe
-    assert (again.head_follows, again.keep_features) == (100.0, False)
-
-
-def test_projects_carry_what_follows_and_the_forehead():
-    face = dataclasses.replace(face_at(), recipe=WHOLE)
-    sheet = Sheet((face,), recipe=dataclasses.replace(ON, head_follows=30.0))
-    written = to_dict(Project(Original("me.jpg", "0" * 64, 480, 360), "automatic", sheet))
-    again = from_node(Node(written)).automatic
-    assert again.recipe.head_follows == 30.0
-    assert again.faces[0].recipe.head_follows == 100.0
-    assert again.faces[0].forehead.tobytes() == face.forehead.tobytes()
-    del written["automatic"]["faces"][0]["forehead"]
-    assert from_node(Node(written)).automatic.faces[0].forehead is None
 
 
 def test_a_recipe_says_in_words_what_goes_along_where_it_isnt_the_usual():
@@ -527,9 +460,3 @@ def test_a_recipe_says_in_words_what_goes_along_where_it_isnt_the_usual():
     assert "head follows 100 %" in WHOLE.amount
     assert "the face alone" in ALONE.amount
     assert "no features kept" in dataclasses.replace(WHOLE, keep_features=False).amount
-
-
-@pytest.mark.parametrize("value", [-1.0, 100.5, True, "whole", None])
-def test_a_share_that_is_none_is_refused(value):
-    with pytest.raises(ValueError, match="head_follows must be"):
-        Recipe(head_follows=value)

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from kogao_core import photo
-from kogao_core.photo.formats import deep, tiff_pixels
+from kogao_core.photo.formats import colour
+from kogao_core.photo.formats import tiff as tiff_format
 from kogao_core.photo.metadata import tiff
 
 SHAPES = [(37, 51), (37, 51, 3), (300, 400, 3), (37, 51, 4), (2, 70_000)]
@@ -22,7 +23,7 @@ def noise(shape, dtype):
 def read(path):
     with path.open("rb") as file:
         tags = tiff.TiffTags.read(file)
-        return tiff_pixels.read(file, tags.tags, tags.orientation)
+        return tiff_format.read_plain(file, tags.tags, tags.orientation)
 
 
 @pytest.mark.parametrize("shape", SHAPES)
@@ -31,7 +32,7 @@ def read(path):
 def test_pixels_are_those_that_a_decoder_finds(tmp_path, shape, order, orientation):
     data = files.tiff(noise(shape, np.uint16), orientation, order)
     (tmp_path / "in.tif").write_bytes(data)
-    found, decoded = read(tmp_path / "in.tif"), deep.decode(data)
+    found, decoded = read(tmp_path / "in.tif"), colour.decoded_deep(data)
     assert found.dtype == decoded.dtype
     assert found.dtype.isnative
     assert found.flags.c_contiguous
@@ -42,11 +43,11 @@ def test_pixels_are_those_that_a_decoder_finds(tmp_path, shape, order, orientati
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32])
 def test_a_decoder_finds_the_pixels_that_were_laid_out(tmp_path, shape, dtype):
     pixels = noise(shape, dtype)
-    directory, stored = tiff_pixels.laid_out(pixels)
+    directory, stored = tiff_format.laid_out(pixels)
     with io.BytesIO() as head:
         directory.save(head)
         data = head.getvalue() + stored
-    np.testing.assert_array_equal(deep.decode(data), pixels)
+    np.testing.assert_array_equal(colour.decoded_deep(data), pixels)
     assert np.shares_memory(stored, pixels)
     if dtype != np.uint8:
         (tmp_path / "out.tif").write_bytes(data)
@@ -64,7 +65,7 @@ def test_what_lies_there_otherwise_takes_a_decoder(tmp_path, tag, value):
     with path.open("rb") as file:
         tags = tiff.TiffTags.read(file).tags
         tags[tag] = value
-        assert tiff_pixels.read(file, tags, 1) is None
+        assert tiff_format.read_plain(file, tags, 1) is None
 
 
 def test_a_file_that_became_shorter_is_damaged(tmp_path):
@@ -74,7 +75,7 @@ def test_a_file_that_became_shorter_is_damaged(tmp_path):
         tags = tiff.TiffTags.read(file).tags
         file.truncate(1000)
         with pytest.raises(ValueError, match="cannot reshape"):
-            tiff_pixels.read(file, tags, 1)
+            tiff_format.read_plain(file, tags, 1)
 
 
 def test_a_deep_photo_is_held_once_to_read_it_and_not_again_to_write_it(tmp_path):

@@ -10,8 +10,7 @@ from PIL import ExifTags, Image
 from test_fidelity import stored_for
 
 from kogao_core import photo
-from kogao_core.photo.metadata.places import turned_xmp
-from kogao_core.photo.metadata.upright import Turn
+from kogao_core.photo.metadata.upright import Turn, turned_xmp
 
 WIDTH, HEIGHT = 64, 48  # of the upright picture
 # Of the upright picture: its left eye, a box round it, what a region names.

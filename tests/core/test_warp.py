@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 import threadpoolctl
 from scenes import ALONE, oval_face, textured_photo
-from test_lattice import literal_eq_1
 from timeouts import LONGEST_S
 
 from kogao_core import pipeline
@@ -18,37 +17,10 @@ from kogao_core.recipe.recipe import LOSSLESS_PX, Recipe
 from kogao_core.recipe.settings import SETTINGS
 from kogao_core.warp import resample
 from kogao_core.warp.canvas import Canvas
-from kogao_core.warp.maps import SPANS_PX
-from kogao_core.warp.protection import Protection
+from kogao_core.warp.protection import NOTHING, Protection
+from kogao_core.warp.resample import SPANS_PX
 
 INTERPOLATIONS = SETTINGS["interpolation"].choices
-
-
-def literal_bilinear(photo, lattice, x, y):
-    """Eq. (1) at one pixel, then four neighbours by hand, on cv2.remap's 1/32 px grid."""
-    displacement = literal_eq_1(lattice, (x, y))
-    u, v = np.round((np.array([x, y]) + displacement) * 32) / 32
-    u, v = np.clip(u, 0, photo.shape[1] - 1), np.clip(v, 0, photo.shape[0] - 1)
-    i, j = int(min(u, photo.shape[1] - 2)), int(min(v, photo.shape[0] - 2))
-    a, b = u - i, v - j
-    block = photo[j : j + 2, i : i + 2].astype(np.float64)
-    return (block[0, 0] * (1 - a) + block[0, 1] * a) * (1 - b) + (
-        block[1, 0] * (1 - a) + block[1, 1] * a
-    ) * b
-
-
-def test_tiles_match_the_literal_loop():
-    photo, face = textured_photo(72, 54, dtype=np.float32), oval_face(72, 54, size=0.8)
-    rendering = render(photo, [face], Recipe(percent=10, interpolation="bilinear"))
-    lattice = rendering.field.lattices[0]
-    expected = np.array(
-        [[literal_bilinear(photo, lattice, x, y) for x in range(72)] for y in range(54)]
-    )
-    # Single precision may round a map entry to the next 1/32 px now and then.
-    wrong = np.abs(rendering.pixels - expected).max(axis=-1) > 1e-4
-    assert wrong.mean() < 1e-3
-    assert np.abs(rendering.pixels - expected).max() < 0.02
-    assert np.abs(photo - expected).max() > 0.1, "nothing moved: this test shows nothing"
 
 
 def test_map_error_is_below_a_64th_of_a_pixel():
@@ -64,8 +36,10 @@ def test_map_error_is_below_a_64th_of_a_pixel():
     assert np.abs(read - displacement).max() < 1 / 64 + 1e-3
 
 
-@pytest.mark.parametrize("interpolation", INTERPOLATIONS)
-@pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32])
+@pytest.mark.parametrize(
+    ("interpolation", "dtype"),
+    [("bilinear", np.uint8), ("cubic", np.uint16), ("lanczos4", np.float32)],
+)
 @pytest.mark.parametrize("channels", [1, 2, 3, 4])
 def test_every_depth_and_channel_count(interpolation, dtype, channels):
     photo = textured_photo(300, 240, channels, dtype)
@@ -84,7 +58,7 @@ def test_every_depth_and_channel_count(interpolation, dtype, channels):
 
 @pytest.mark.parametrize("interpolation", INTERPOLATIONS)
 def test_the_three_domains_give_the_same_bytes(interpolation):
-    photo, faces = textured_photo(1200, 700), [oval_face(1200, 700)]
+    photo, faces = textured_photo(600, 400), [oval_face(600, 400)]
     whole, cells, lossless = (
         render(photo, faces, Recipe(interpolation=interpolation, domain=domain)).pixels
         for domain in SETTINGS["domain"].choices
@@ -93,11 +67,10 @@ def test_the_three_domains_give_the_same_bytes(interpolation):
     np.testing.assert_array_equal(whole, lossless)
 
 
-@pytest.mark.parametrize("interpolation", INTERPOLATIONS)
 @pytest.mark.parametrize("threshold_px", [LOSSLESS_PX, 1.0])
-def test_pixels_outside_the_domain_keep_their_bytes(interpolation, threshold_px):
+def test_pixels_outside_the_domain_keep_their_bytes(threshold_px):
     photo = textured_photo(1200, 700)
-    recipe = Recipe(interpolation=interpolation, threshold_px=threshold_px, percent=8)
+    recipe = Recipe(interpolation="lanczos4", threshold_px=threshold_px, percent=8)
     rendering = render(photo, [oval_face(1200, 700)], recipe)
     displacement = rendering.field.on_grid(np.arange(1200), np.arange(700))
     outside = np.hypot(*displacement) <= LOSSLESS_PX
@@ -110,22 +83,23 @@ def test_pixels_outside_the_domain_keep_their_bytes(interpolation, threshold_px)
 
 
 def test_a_used_canvas_gives_the_same_bits_as_a_fresh_one():
-    photo = textured_photo(1500, 900)
-    canvas = Canvas(photo)
-    face = oval_face(1500, 900)
-    moves = [
-        face,
-        face.with_outline_point(0, face.outline[0] + 9.0),
-        oval_face(1500, 900, size=0.3),
-    ]
-    for step, moved in enumerate([*moves, face]):
-        recipe = Recipe(percent=3.0 * step)
-        used = render(photo, [moved], recipe, canvas=canvas).pixels
-        np.testing.assert_array_equal(used, render(photo, [moved], recipe).pixels)
+    photo, face = textured_photo(900, 600), oval_face(900, 600)
+    canvas, small = Canvas(photo), oval_face(900, 600, size=0.3)
+    dragged = face.with_outline_point(0, face.outline[0] + 9.0)
+    hard = Protection().with_stroke([(200, 60), (200, 540)], 4.0, 24.0)
+    for moved, percent, still in (
+        *((face, 0.0, NOTHING), (dragged, 3.0, NOTHING), (small, 6.0, NOTHING)),
+        *((face, 9.0, NOTHING), (face, 9.0, hard), (face, 5.0, hard), (face, 5.0, NOTHING)),
+    ):
+        recipe = Recipe(percent=percent)
+        used = render(photo, [moved], recipe, protection=still, canvas=canvas).pixels
+        fresh = render(photo, [moved], recipe, protection=still).pixels
+        np.testing.assert_array_equal(used, fresh)
 
 
-@pytest.mark.parametrize("where", ["caller", "helper"])
-@pytest.mark.parametrize("after", ["the same", "another", "nothing"])
+@pytest.mark.parametrize(
+    ("where", "after"), [("caller", "the same"), ("helper", "another"), ("caller", "nothing")]
+)
 def test_a_canvas_is_whole_again_after_an_exception_in_the_middle(monkeypatch, where, after):
     photo, face = textured_photo(1500, 900), oval_face(1500, 900)
     canvas, before, broken = Canvas(photo), Recipe(percent=3), Recipe(percent=9, domain="image")
@@ -161,8 +135,8 @@ def failing_in(where, run):
 
 @pytest.mark.parametrize("fit", SETTINGS["fit"].choices)
 def test_a_dragged_landmark_redoes_few_tiles_and_gives_the_same_bits(fit):
-    photo = textured_photo(1800, 1200)
-    canvas, face, recipe = Canvas(photo), oval_face(1800, 1200, size=0.7), replace(ALONE, fit=fit)
+    photo = textured_photo(1200, 800)
+    canvas, face, recipe = Canvas(photo), oval_face(1200, 800, size=0.7), replace(ALONE, fit=fit)
     whole = render(photo, [face], recipe, canvas=canvas)
     for step in range(1, 4):
         face = face.with_outline_point(10, face.outline[10] + (3.0 * step, 2.0))
@@ -187,9 +161,9 @@ def area(boxes):
     ],
 )
 def test_a_faint_change_resamples_single_pixels_and_gives_the_same_bits(monkeypatch, dtype, recipe):
-    photo, face = textured_photo(900, 600, 3, dtype), oval_face(900, 600, size=0.7)
-    wall = Protection().with_stroke([(240, 0), (260, 540)])
-    wall = wall.with_stroke([(650, 60), (650, 540)], feather_px=40.0)
+    photo, face = textured_photo(600, 400, 3, dtype), oval_face(600, 400, size=0.7)
+    wall = Protection().with_stroke([(160, 0), (173, 360)])
+    wall = wall.with_stroke([(433, 40), (433, 360)], feather_px=27.0)
     canvas, sampled, remap = Canvas(photo), [], cv2.remap
 
     def counted(source, x, y, flag, **more):
@@ -209,8 +183,8 @@ def test_a_faint_change_resamples_single_pixels_and_gives_the_same_bits(monkeypa
 
 def test_threads_and_order_make_no_difference():
     photo = textured_photo(1500, 900)
-    first = render(photo, [oval_face(1500, 900)], Recipe())
-    for threads in (1, 2, 4):
+    first = render(photo, [oval_face(1500, 900)], Recipe(), threads=1)
+    for threads in (2, 4):
         canvas = Canvas(photo)
         canvas.warp(first.field, first.domain, "cubic", threads)
         np.testing.assert_array_equal(canvas.pixels, first.pixels)
@@ -241,7 +215,7 @@ def test_pixels_that_cannot_be_warped_are_refused(photo):
 
 
 def test_images_about_as_large_as_a_span():
-    for width in (1, 5, *(size + more for size in SPANS_PX for more in (-1, 0, 1))):
+    for width in (1, 5, *(size + more for size in SPANS_PX[::3] for more in (-1, 0, 1))):
         photo = textured_photo(width, 40)
         face = oval_face(width, 40, center=(width - 3.0, 20.0), size=0.5)
         assert render(photo, [face], Recipe(percent=8)).pixels.shape == photo.shape

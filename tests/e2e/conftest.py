@@ -1,5 +1,6 @@
 """The command line, called in this process."""
 
+import hashlib
 import math
 import os
 import re
@@ -10,13 +11,37 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from kogao_core.cli import main, progress
+from kogao_core.base import assets
+from kogao_core.cli import common, main
+from kogao_core.faces.landmarks import MeshSource
 
 
 @pytest.fixture(autouse=True)
 def no_progress(monkeypatch):
     """What a command says doesn't depend on how long it takes here."""
-    monkeypatch.setattr(progress, "CALM_S", math.inf)
+    monkeypatch.setattr(common, "CALM_S", math.inf)
+
+
+_found = {}
+
+
+@pytest.fixture(autouse=True)
+def searched_once(monkeypatch):
+    """A picture is searched for faces once, however many tests work on it."""
+    path, find = assets.path, MeshSource.find
+
+    def known(source, rgb, on_face=lambda _: None):
+        if assets.path is not path:  # a test takes the networks away, or damages them
+            return find(source, rgb, on_face)
+        pixels = hashlib.sha256(np.ascontiguousarray(rgb)).digest()
+        key = type(source), source._refined, rgb.shape, rgb.dtype, pixels
+        if key not in _found:
+            _found[key] = find(source, rgb)
+        for face in _found[key]:
+            on_face(face)
+        return list(_found[key])
+
+    monkeypatch.setattr(MeshSource, "find", known)
 
 
 @pytest.fixture
@@ -73,7 +98,8 @@ def screen():
     if shutil.which("Xvfb") is None:
         pytest.skip("needs Xvfb")
     ours, theirs = os.pipe()
-    command = ["Xvfb", "-displayfd", str(theirs), "-screen", "0", "1024x768x24"]
+    # Without -noreset it begins anew when its last client goes, and the next one finds nobody.
+    command = ["Xvfb", "-displayfd", str(theirs), "-noreset", "-screen", "0", "1024x768x24"]
     with subprocess.Popen(command, pass_fds=[theirs], stderr=subprocess.DEVNULL) as server:
         os.close(theirs)
         with os.fdopen(ours) as told:

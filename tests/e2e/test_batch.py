@@ -27,16 +27,16 @@ from kogao_core.batch import workers
 from kogao_core.batch.measures import COLUMNS
 from kogao_core.faces.landmarks import pixels
 from kogao_core.photo.disclosure.disclosing import Disclosure
-from kogao_core.photo.disclosure.label_picture import LabelPicture
+from kogao_core.photo.disclosure.label import LabelPicture
 from kogao_core.recipe.recipe import Recipe
 
 
 @pytest.fixture
 def folder(tmp_path, small_portrait):
-    """Five portraits in two folders, a broken file, a picture without a face, and notes."""
+    """Four portraits in two folders, a broken file, a picture without a face, and notes."""
     inputs = tmp_path / "in"
     (inputs / "deeper").mkdir(parents=True)
-    for name in ("a.jpg", "b.jpg", "c.JPG", "deeper/a.jpg", "deeper/d.jpg"):
+    for name in ("a.jpg", "b.jpg", "c.JPG", "deeper/a.jpg"):
         shutil.copy(small_portrait, inputs / name)
     (inputs / "broken.jpg").write_bytes(small_portrait.read_bytes()[:3000])
     Image.fromarray(np.full((300, 300, 3), 90, np.uint8)).save(inputs / "wall.png")
@@ -89,6 +89,7 @@ def test_what_a_result_does_not_keep_is_in_the_report(cli, small_portrait, tmp_p
         assert bool(line["reason"]) == bool(told)
 
 
+@pytest.mark.usefixtures("in_process")
 def test_good_photos_are_done_and_bad_ones_named(cli, folder, tmp_path):
     out = tmp_path / "out"
     before = {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
@@ -96,18 +97,14 @@ def test_good_photos_are_done_and_bad_ones_named(cli, folder, tmp_path):
     assert (code, said) == (5, "")
     assert "broken.jpg" in err
     assert "wall.png: no face" in err
-    assert "7 of 7: 5 done, 1 failed, 1 no face" in err
-    report = {line["output"]: line for line in lines(out)}
-    assert sorted(line["status"] for line in report.values()) == [
-        *["done"] * 5,
-        "failed",
-        "no face",
-    ]
-    for line in report.values():
+    assert "6 of 6: 4 done, 1 failed, 1 no face" in err
+    report = lines(out)
+    assert sorted(line["status"] for line in report) == [*["done"] * 4, "failed", "no face"]
+    for line in report:
         achieved = [6.0] if line["status"] == "done" else []
         assert line["achieved_percent"] == pytest.approx(achieved, abs=0.01)
     written = sorted(str(path.relative_to(out)) for path in out.rglob("*.[jJ]*[gG]"))
-    assert written == ["a.jpg", "b.jpg", "c.JPG", "deeper/a.jpg", "deeper/d.jpg"]
+    assert written == ["a.jpg", "b.jpg", "c.JPG", "deeper/a.jpg"]
     assert not list(out.rglob("*.partial"))
     assert {path: path.read_bytes() for path in before} == before
     source, result = photo.read(folder / "a.jpg"), photo.read(out / "a.jpg")
@@ -122,9 +119,8 @@ def test_measures_of_all_faces_are_one_table_whenever_they_were_done(cli, folder
     code, _, err = cli(*wanted, "--force")
     assert (code, "1 skipped" in err) == (5, True)
     rows = list(csv.DictReader(table.read_text(encoding="utf-8").splitlines()))
-    assert [Path(row["picture"]).relative_to(out).as_posix() for row in rows] == [
-        *("a.jpg", "b.jpg", "c.JPG", "deeper/a.jpg", "deeper/d.jpg")
-    ]
+    pictures = [Path(row["picture"]).relative_to(out).as_posix() for row in rows]
+    assert pictures == ["a.jpg", "b.jpg", "c.JPG", "deeper/a.jpg"]
     for row in rows:
         assert float(row["achieved_percent"]) == pytest.approx(6.0, abs=0.01)
         assert float(row["width_change_percent"]) < -4.0
@@ -141,9 +137,8 @@ def test_measures_of_all_faces_are_one_table_whenever_they_were_done(cli, folder
         entry = {"source": "", "status": "done", "key": "", "measures": [3, {}]}
         report.write(json.dumps(entry | {"output": str(out / "c.JPG")}) + "\n")
     cli(*wanted, "--force")
-    assert [line.split(",")[0][-5:] for line in table.read_text().splitlines()[1:]] == [
-        *("a.jpg", "c.JPG", "a.jpg", "d.jpg")
-    ]
+    left = [line.split(",")[0][-5:] for line in table.read_text().splitlines()[1:]]
+    assert left == ["a.jpg", "c.JPG", "a.jpg"]
 
 
 @pytest.mark.usefixtures("in_process")
@@ -151,13 +146,12 @@ def test_what_was_done_is_skipped_unless_something_has_changed(cli, folder, tmp_
     out = tmp_path / "out"
     cli(folder, "-o", out, "-j", 1, "--percent", 6)
     code, _, err = cli(folder, "-o", out, "-j", 1, "--percent", 6)
-    assert code == 5
-    assert "5 skipped" in err
+    assert (code, "4 skipped" in err) == (5, True)
     # Other choices, another source or a damaged result are worked on again.
     (out / "b.jpg").write_bytes(b"damaged")
     Image.open(folder / "a.jpg").rotate(5).save(folder / "a.jpg")
     _, _, err = cli(folder, "-o", out, "-j", 1, "--percent", 6)
-    assert "2 done, 1 failed, 1 no face, 3 skipped" in err
+    assert "2 done, 1 failed, 1 no face, 2 skipped" in err
     _, _, err = cli(folder / "b.jpg", "-o", out, "-j", 1, "--percent", 5)
     assert "1 of 1: 1 done" in err
     _, _, err = cli(folder / "b.jpg", "-o", out, "-j", 1, "--percent", 5, "--again")
@@ -217,25 +211,6 @@ def test_a_damaged_report_is_read_as_far_as_it_goes(folder, tmp_path):
     assert [task.done for task in tasks] == ["k"]
 
 
-def _dies(task):
-    if "poison" in task.source:
-        os.kill(os.getpid(), signal.SIGKILL)
-    return batch.Outcome(task.source, task.output, "done")
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="needs SIGKILL")
-@pytest.mark.parametrize("poisoned", few_of([{4}, {4, 9}], 1))
-def test_a_worker_that_dies_fails_its_own_photo_only(monkeypatch, poisoned):
-    monkeypatch.setattr(workers, "work", _dies)
-    names = ["poison" if k in poisoned else f"good{k}" for k in range(12)]
-    tasks = [batch.Task(name, f"{k}.jpg", {}) for k, name in enumerate(names)]
-    outcomes = {one.output: one for one in batch.run(tasks, batch.Workers.processes(2))}
-    assert len(outcomes) == 12
-    failed = {output for output, one in outcomes.items() if one.status == "failed"}
-    assert failed == {f"{k}.jpg" for k in poisoned}
-    assert "died" in outcomes["4.jpg"].reason
-
-
 def test_a_stopped_batch_hands_out_no_more(monkeypatch):
     monkeypatch.setattr(workers, "work", lambda task: batch.Outcome(task.source, "", "done"))
     seen = []
@@ -270,7 +245,8 @@ main()
 def test_a_killed_batch_leaves_whole_files_and_goes_on(small_portrait, tmp_path, kills):
     inputs, out = tmp_path / "in", tmp_path / "out"
     inputs.mkdir()
-    for k in range(12):
+    photos = kills[-1] + 4  # one is waiting beside each that is worked on
+    for k in range(photos):
         shutil.copy(small_portrait, inputs / f"{k}.jpg")
     before = small_portrait.read_bytes()
 
@@ -291,16 +267,7 @@ def test_a_killed_batch_leaves_whole_files_and_goes_on(small_portrait, tmp_path,
     done = subprocess.run(command(0), capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     assert int(re.search(r"(\d+) skipped", done.stderr)[1]) >= kills[-1]
-    assert len(list(out.glob("*.jpg"))) == 12
-
-
-def test_the_report_names_what_was_asked(folder, tmp_path):
-    (task,) = batch.plan([folder / "a.jpg"], tmp_path / "out", Recipe(percent=3.0))
-    outcome = batch.work(task)
-    assert outcome.status == "done"
-    assert batch.work(dataclasses.replace(task, done=outcome.key)).status == "skipped"
-    other = dataclasses.replace(task, done=outcome.key, recipe=Recipe(percent=4.0).to_dict())
-    assert batch.work(other).status == "done"
+    assert len(list(out.glob("*.jpg"))) == photos
 
 
 @pytest.mark.usefixtures("in_process")
@@ -331,7 +298,7 @@ def test_what_looks_like_a_photo_and_is_none_fails_by_name(cli, small_portrait, 
 def cluster_of(n_workers, **how):
     """Return a cluster on this machine, or skip the test."""
     distributed = pytest.importorskip("distributed", reason="needs the extra [cluster]")
-    quiet = {"dashboard_address": None, "silence_logs": "CRITICAL"}
+    quiet = {"dashboard_address": ":0", "silence_logs": "CRITICAL"}
     return distributed.LocalCluster(n_workers=n_workers, **quiet, **how)
 
 
@@ -408,22 +375,15 @@ def test_a_cluster_does_the_same_and_survives_a_worker_killed_midway(small_portr
     assert (tmp_path / "alone.jpg").read_bytes() == (out / "0.jpg").read_bytes()
 
 
+@pytest.mark.usefixtures("in_process")
 def test_results_are_exported_as_the_options_say(small_portrait, tmp_path, cli, fails):
     inputs = tmp_path / "in"
     inputs.mkdir()
     for name in ("a.jpg", "b.jpg"):
         shutil.copy(small_portrait, inputs / name)
     out, longest = tmp_path / "out", 200
-    export = (
-        "--longest-side",
-        longest,
-        "--quality",
-        80,
-        "--srgb",
-        "--sharpen",
-        50,
-        "--no-metadata",
-    )
+    export = ("--longest-side", longest, "--quality", 80, "--srgb", "--sharpen", 50)
+    export += ("--no-metadata",)
     named = ("--to", "webp", "--names", "{n}-{name}-{amount}")
     code = ("-j", 1, "--percent", 5)
     ended, _, told = cli(inputs, "-o", out, *export, *named, *code)

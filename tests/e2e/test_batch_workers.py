@@ -7,11 +7,14 @@ import sys
 import time
 
 import pytest
+from few_cases import few_of
 from timeouts import LONGEST_S
 
 # Names its worker's process, and waits to be killed.
 PROGRAM = """
 import os, time
+from kogao_core.base.threads import without_blas_threads
+without_blas_threads()
 from kogao_core.batch import Workers
 if __name__ == "__main__":
     executor = Workers.processes(1)._make()
@@ -33,27 +36,35 @@ if __name__ == "__main__":
 """
 
 
+@pytest.fixture
+def told(tmp_path):
+    """Run a program, from a file that its workers can begin with; return what it prints."""
+
+    def run(program, *arguments):
+        script = tmp_path / "program.py"
+        script.write_text(program)
+        done = subprocess.run(
+            [sys.executable, script, *arguments], cwd=tmp_path, timeout=LONGEST_S,
+            capture_output=True, text=True, check=False,
+        )  # fmt: skip
+        assert done.stderr == ""
+        return done.stdout
+
+    return run
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="needs signals")
-def test_an_interrupt_while_workers_start_is_not_for_them(tmp_path):
-    script = tmp_path / "program.py"
-    script.write_text(INTERRUPTED)
-    done = subprocess.run(
-        [sys.executable, str(script)], capture_output=True, text=True, check=False, cwd=tmp_path
-    )
-    assert done.stdout == "none.jpg doesn't exist; check the name and the folder\n"
-    assert done.stderr == ""
+def test_an_interrupt_while_workers_start_is_not_for_them(told):
+    assert told(INTERRUPTED) == "none.jpg doesn't exist; check the name and the folder\n"
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs SIGKILL")
-def test_an_idle_worker_ends_with_a_killed_program(tmp_path):
-    script = tmp_path / "program.py"
-    script.write_text(PROGRAM)
-    program = subprocess.Popen([sys.executable, str(script)], stdout=subprocess.PIPE, text=True)
-    worker = int(program.stdout.readline())
-    os.kill(worker, 0)
-    program.kill()
-    program.wait()
-    program.stdout.close()
+def test_an_idle_worker_ends_with_a_killed_program():
+    command = [sys.executable, "-c", PROGRAM]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as program:
+        worker = int(program.stdout.readline())
+        os.kill(worker, 0)
+        program.kill()
     deadline = time.monotonic() + LONGEST_S
     while time.monotonic() < deadline:
         try:
@@ -83,17 +94,8 @@ if __name__ == "__main__":
 
 @pytest.mark.skipif(sys.platform != "linux", reason="workers begin afresh elsewhere")
 @pytest.mark.parametrize(("threads", "is_copy"), [([], "True"), (["more"], "False")])
-def test_a_worker_is_a_copy_of_a_program_of_one_thread(tmp_path, threads, is_copy):
-    script = tmp_path / "program.py"
-    script.write_text(BEGINNING)
-    done = subprocess.run(
-        [sys.executable, str(script), *threads],
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=LONGEST_S,
-    )
-    assert (done.stdout, done.stderr) == (f"{is_copy}\n", "")
+def test_a_worker_is_a_copy_of_a_program_of_one_thread(told, threads, is_copy):
+    assert told(BEGINNING, *threads) == f"{is_copy}\n"
 
 
 # Ends its worker, as systems do, and has a handler of its own for that.
@@ -115,14 +117,33 @@ if __name__ == "__main__":
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs signals")
-def test_what_ends_a_program_in_a_word_ends_its_workers_at_once(tmp_path):
-    script = tmp_path / "program.py"
-    script.write_text(ENDED)
-    done = subprocess.run(
-        [sys.executable, str(script)],
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=LONGEST_S,
-    )
-    assert (done.stdout, done.stderr) == ("gone\n", "")
+def test_what_ends_a_program_in_a_word_ends_its_workers_at_once(told):
+    assert told(ENDED) == "gone\n"
+
+
+# Hands out photos at some of which a worker dies; tells what becomes of each.
+DYING = """
+import os, signal, sys
+from kogao_core.base.threads import without_blas_threads
+without_blas_threads()
+from kogao_core.batch import Outcome, Task, Workers, run, workers
+def dies(task):
+    if "poison" in task.source:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return Outcome(task.source, task.output, "done")
+if __name__ == "__main__":
+    workers.work = dies
+    count, *sources = sys.argv[1:]
+    tasks = [Task(source, f"{k}.jpg", {}) for k, source in enumerate(sources)]
+    for one in run(tasks, Workers.processes(int(count))):
+        print(one.output, one.source, one.status, one.reason)
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs SIGKILL")
+@pytest.mark.parametrize(("count", "poisoned"), few_of([(1, {1}), (2, {4, 9})], 1))
+def test_a_worker_that_dies_fails_its_own_photo_only(told, count, poisoned):
+    sources = ["poison" if k in poisoned else "good" for k in range(max(poisoned) + 3)]
+    ends = {"good": "done ", "poison": "failed the worker died at it; work on fewer at a time"}
+    expected = [f"{k}.jpg {source} {ends[source]}" for k, source in enumerate(sources)]
+    assert sorted(told(DYING, str(count), *sources).splitlines()) == sorted(expected)

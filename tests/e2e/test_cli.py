@@ -53,10 +53,10 @@ def test_warp_names_what_a_result_does_not_keep(cli, small_portrait, tmp_path):
     source = tmp_path / "motion.jpg"
     source.write_bytes(small_portrait.read_bytes() + metadata_cases.MP4)
     told = "not kept: the motion photo's video"
-    _, said, _ = cli("warp", source, "-o", tmp_path / "a.png", "--percent", 6)
+    report = tmp_path / "a.json"
+    _, said, _ = cli("warp", source, "-o", tmp_path / "a.png", "--percent", 6, "--json", report)
     assert said.splitlines()[-1] == f"note      {told}"
-    _, said, _ = cli("warp", source, "-o", tmp_path / "b.png", "--json", "-")
-    assert json.loads(said)["notes"] == [told]
+    assert json.loads(report.read_text())["notes"] == [told]
     _, said, _ = cli("warp", source, "-o", tmp_path / "c.jpg", "--percent", 0)
     assert "note" not in said
 
@@ -66,13 +66,16 @@ def test_the_head_follows_as_far_as_asked_wherever_landmarks_come_from(
 ):
     points, before = tmp_path / "points.json", np.asarray(Image.open(small_portrait))
     cli("detect", small_portrait, "--json", points)
-    for name, extra in (("mesh", ()), ("file", ("--points", points))):
+    for name, extra, percents in (
+        ("mesh", (), (0, 50, 100)),
+        ("file", ("--points", points), (0, 100)),
+    ):
         moved = []
-        for percent in (0, 50, 100):
+        for percent in percents:
             out = tmp_path / f"{name}{percent}.png"
             works("warp", small_portrait, "-o", out, "--head-follows", percent, *extra)
             moved.append((np.asarray(Image.open(out)) != before).sum())
-        assert moved[0] < moved[1] < moved[2]
+        assert moved == sorted(set(moved))
 
 
 def test_an_option_that_is_gone_and_a_share_that_is_none_are_said_in_a_line(
@@ -89,10 +92,10 @@ def test_a_face_at_the_photos_edge_is_told_of_in_text_and_json(works, tmp_path):
     face = oval_face(center=(40.0, 180.0), size=0.4)
     points.write_text(json.dumps({"faces": [face.to_dict()]}))
     told = "1 face lies at the photo's edge"
-    said = works("warp", photo, "-o", tmp_path / "a.png", "--points", points)
+    report = tmp_path / "report.json"
+    said = works("warp", photo, "-o", tmp_path / "a.png", "--points", points, "--json", report)
     assert told in said
-    said = works("warp", photo, "-o", tmp_path / "b.png", "--points", points, "--json", "-")
-    assert any(told in note for note in json.loads(said)["notes"])
+    assert any(told in note for note in json.loads(report.read_text())["notes"])
     loose = works("warp", photo, "-o", tmp_path / "c.png", "--points", points, "--no-guard")
     assert told not in loose
 
@@ -155,9 +158,8 @@ def test_detect_prints_exactly_the_documented_json(works, portrait):
     assert found["lens"]["focal_mm"] is None
     assert "focal length" in found["lens"]["why"]
     face = found["faces"][0]
-    judged = face.pop("doubt"), face.pop("look_at")
-    assert judged == (None, [])
-    for name in ("stretch_percent", "distance_m", "nose_percent"):
+    assert face.pop("look_at") == []
+    for name in ("doubt", "stretch_percent", "distance_m", "nose_percent"):
         assert face.pop(name) is None
     shapes = {name: np.shape(value) for name, value in face.items()}
     assert shapes == {
@@ -186,11 +188,8 @@ def test_detect_writes_where_people_are(works, fails, portrait, tmp_path):
     fails(3, "no folder", "detect", portrait, "--person-mask", tmp_path / "no" / "mask.png")
 
 
-def test_without_the_network_for_people_warp_says_so_once(
-    cli, works, fails, portrait, tmp_path, lack
-):
-    _, said, _ = cli("warp", portrait, "-o", tmp_path / "with.png")
-    assert "nearby" not in said
+def test_without_the_network_for_people_warp_says_so_once(works, fails, portrait, tmp_path, lack):
+    assert "nearby" not in works("warp", portrait, "-o", tmp_path / "with.png")
     lack("selfie")
     said = works("warp", portrait, "-o", tmp_path / "without.png")
     assert said.count("the network that tells people apart is missing") == 1
@@ -199,16 +198,14 @@ def test_without_the_network_for_people_warp_says_so_once(
     fails(1, "is missing; reinstall", "detect", portrait, "--person-mask", tmp_path / "mask.png")
 
 
-def test_detect_prints_a_table(cli, portrait):
-    code, said, _ = cli("detect", portrait)
-    assert code == 0
-    assert len(said.splitlines()) == 3
-    assert said.splitlines()[2].split()[0] == "1"
+def test_detect_prints_a_table(works, portrait):
+    *_, header, row = works("detect", portrait).splitlines()
+    assert len(header.split()) == len(row.split()) == 7
 
 
-def test_deep_photos_stay_deep_and_turned_photos_come_out_upright(cli, portrait, tmp_path):
-    source = photo.read(portrait)
-    deep = photo.Photo(source.pixels, portrait, "PNG", exif=b"Exif\0\0II*\0\x08\0\0\0\0\0\0\0\0\0")
+def test_deep_photos_stay_deep_and_turned_photos_come_out_upright(cli, small_png, tmp_path):
+    source = photo.read(small_png)
+    deep = photo.Photo(source.pixels, small_png, "PNG", exif=b"Exif\0\0II*\0\x08\0\0\0\0\0\0\0\0\0")
     for suffix in (".png", ".tif"):
         photo.write(deep, source.pixels.astype(np.uint16) * 257, tmp_path / f"in{suffix}")
         out = tmp_path / f"out{suffix}"
@@ -221,60 +218,61 @@ def test_deep_photos_stay_deep_and_turned_photos_come_out_upright(cli, portrait,
     lying[0x0112] = 6
     turned = Image.fromarray(np.rot90(source.pixels))
     turned.save(tmp_path / "turned.png", exif=lying)
-    for name, reference in (("turned", portrait), ("straight", tmp_path / "turned.png")):
+    for name, reference in (("turned", small_png), ("straight", tmp_path / "turned.png")):
         assert cli("warp", reference, "-o", tmp_path / f"{name}-out.png")[0] == 0
     upright, straight = (photo.read(tmp_path / f"{n}-out.png") for n in ("turned", "straight"))
     assert upright.orientation == straight.orientation == 1
     np.testing.assert_array_equal(upright.pixels, straight.pixels)
 
 
-@pytest.mark.usefixtures("portrait")
-def test_a_threshold_that_is_not_used_is_told(cli, tmp_path):
-    arguments = ["warp", "--sample", "--percent", 8, "--lattice", 0.5, "--threshold", 8, "--force"]
-    arguments += ["-o", tmp_path / "out.png"]
-    report = json.loads(cli(*arguments, "--json", "-")[1])
+@pytest.fixture
+def told(works, portrait, tmp_path):  # noqa: ARG001
+    """Warp the sample with options; return what is said, and the figures."""
+
+    def run(*options):
+        out, report = tmp_path / "out.png", tmp_path / "report.json"
+        said = works("warp", "--sample", "-o", out, "--json", report, "--force", *options)
+        return said, json.loads(report.read_text())
+
+    return run
+
+
+def test_a_threshold_that_is_not_used_is_told(told):
+    said, report = told("--percent", 8, "--lattice", 0.5, "--threshold", 8)
     assert report["recipe"]["threshold_px"] == 8
     assert report["threshold_px"] == 1 / 64
-    assert "threshold 8 px not used" in cli(*arguments)[1]
-    arguments[arguments.index("--threshold") + 1] = 0.1
-    report = json.loads(cli(*arguments, "--json", "-")[1])
+    assert "threshold 8 px not used" in said
+    said, report = told("--percent", 8, "--lattice", 0.5, "--threshold", 0.1)
     assert report["threshold_px"] == 0.1
-    assert "not used" not in cli(*arguments)[1]
+    assert "not used" not in said
 
 
-@pytest.mark.usefixtures("portrait")
-def test_folding_is_held_back_or_told(cli, tmp_path):
-    arguments = ["warp", "--sample", "--percent", 12, "--lattice-unit", "warp", "--force"]
-    arguments += ["--lattice", 0.5, "--head-follows", 0, "--no-keep-features"]
-    arguments += ["-o", tmp_path / "out.png"]
-    report = json.loads(cli(*arguments, "--json", "-")[1])
+def test_folding_is_held_back_or_told(told):
+    steep = ("--percent", 12, "--lattice-unit", "warp", "--lattice", 0.5)
+    steep += ("--head-follows", 0, "--no-keep-features")
+    said, report = told(*steep)
     assert report["shares"][0] < 1
     assert report["one_to_one"]["min_det"] > 0
-    assert "held back to" in cli(*arguments)[1]
-    report = json.loads(cli(*arguments, "--no-guard", "--json", "-")[1])
+    assert "held back to" in said
+    said, report = told(*steep, "--no-guard")
     assert report["shares"] == [1]
     assert report["one_to_one"]["folded_cells"]
-    assert "the warp folds in" in cli(*arguments, "--no-guard")[1]
+    assert "the warp folds in" in said
 
 
-def test_zero_percent_copies_the_file(cli, portrait, tmp_path):
-    assert cli("warp", portrait, "-o", tmp_path / "out.jpg", "--percent", 0)[0] == 0
-    assert (tmp_path / "out.jpg").read_bytes() == portrait.read_bytes()
-
-
-def test_options_override_the_recipe_file(cli, portrait, tmp_path):
+def test_options_override_the_recipe_file(cli, small_portrait, tmp_path):
     saved = Recipe(percent=2.0, center=4, lattice=1.5, threshold_px=0.25)
     (tmp_path / "r.json").write_text(json.dumps(saved.to_dict()), encoding="utf-8")
     arguments = ["--recipe", tmp_path / "r.json", "--percent", 3, "--json", "-"]
-    _, said, _ = cli("warp", portrait, "-o", tmp_path / "out.png", *arguments)
+    _, said, _ = cli("warp", small_portrait, "-o", tmp_path / "out.png", *arguments)
     used = json.loads(said)["recipe"]
     assert used == {**saved.to_dict(), "percent": 3.0}
     assert used["threshold_px"] != LOSSLESS_PX
 
 
 def test_faces_are_chosen_by_number(cli, portrait, tmp_path, fails):
-    source = photo.read(portrait).pixels
-    small = np.ascontiguousarray(source[::2, ::2])
+    source = photo.read(portrait).pixels[::2, ::2]
+    small = source[::2, ::2]
     pair = np.full((source.shape[0], source.shape[1] + small.shape[1], 3), 128, np.uint8)
     pair[:, : source.shape[1]] = source
     pair[: small.shape[0], source.shape[1] :] = small
@@ -294,15 +292,15 @@ def test_faces_are_chosen_by_number(cli, portrait, tmp_path, fails):
         fails(2, f"there is no face {number}; the photo has 2", *bad)
 
 
-def test_force_replaces_even_the_input(cli, portrait, tmp_path, fails):
-    path = Path(shutil.copy(portrait, tmp_path / "in.jpg"))
+def test_force_replaces_even_the_input(cli, small_portrait, tmp_path, fails):
+    path = Path(shutil.copy(small_portrait, tmp_path / "in.jpg"))
     fails(2, "is the photo itself", "warp", path, "-o", path)
     (tmp_path / "out.jpg").write_text("mine")
     fails(2, "exists; --force replaces it", "warp", path, "-o", tmp_path / "out.jpg")
     for out in (tmp_path / "out.jpg", path):
         assert cli("warp", path, "-o", out, "--force")[0] == 0
-        assert photo.read(out).pixels.shape == photo.read(portrait).pixels.shape
-    assert path.read_bytes() != portrait.read_bytes()
+        assert photo.read(out).pixels.shape == photo.read(small_portrait).pixels.shape
+    assert path.read_bytes() != small_portrait.read_bytes()
 
 
 # ---- bad values: refused before the photo is even opened ------------------------------------
@@ -311,23 +309,17 @@ def test_force_replaces_even_the_input(cli, portrait, tmp_path, fails):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["--percent", "-16"], "percent must be within -15..15, got -16"),
         (["--percent", "99"], "percent must be within -15..15, got 99"),
-        (["--percent", "nan"], "percent must be within"),
         (["--percent", "much"], "'much' is not a valid float"),
-        (["--lattice", "0"], "lattice must be within 0.1..8, got 0"),
-        (["--center", "5"], "center must be within 1..4"),
+        (["--percent", "1" + "0" * 400], "percent must be within -15..15, got inf"),
+        (["--center", "1" + "0" * 400], r"center must be within 1..4, got 1000*…"),
         (["--threshold", "-1"], "threshold_px must be within"),
         (["--fit", "tight"], "'tight' is not one of"),
         (["--face", "biggest"], "none of all, largest, or numbers"),
         (["--face", "1,"], "none of all, largest, or numbers"),
         (["--recipe", "missing.json"], "missing.json can't be read"),
-        (["--percent", "1" + "0" * 400], "percent must be within -15..15, got inf"),
-        (["--center", "1" + "0" * 400], r"center must be within 1..4, got 1000*…"),
         (["--max-megapixels", "0"], "not in the range"),
         (["--max-megapixels", "nan"], "nan is not a finite number"),
-        (["--max-megapixels", "inf"], "inf is not a finite number"),
-        (["--protect-width", "nan"], "nan is not a finite number"),
         (["--protect-feather", "inf"], "inf is not a finite number"),
         (["--sample"], "name one photo, or use --sample"),
         (["--wrong"], "No such option.*see kogao-cli warp --help"),
@@ -359,8 +351,7 @@ def test_messages_are_short_and_hold_no_orders_to_the_terminal(cli, arguments):
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs any names")
-def test_what_is_printed_of_a_name_holds_no_orders_to_the_terminal(cli, tmp_path, monkeypatch):
-    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
+def test_what_is_printed_of_a_name_holds_no_orders_to_the_terminal(works, tmp_path):
     name = tmp_path / "a\x1b]0;title\a\u3000b\u202fc.jpg"
     shutil.copy(ROOT / "resources" / "samples" / "average.jpg", name)
     for arguments in (
@@ -370,8 +361,8 @@ def test_what_is_printed_of_a_name_holds_no_orders_to_the_terminal(cli, tmp_path
         ["warp", "--in-place", name],
         ["restore", name],
     ):
-        code, out, _ = cli(*arguments)
-        assert (code, out[-1]) == (0, "\n")
+        out = works(*arguments)
+        assert out[-1] == "\n"
         assert "a?]0;title?\u3000b\u202fc" in out
         assert not set("\x1b\a") & set(out)
 
@@ -379,22 +370,12 @@ def test_what_is_printed_of_a_name_holds_no_orders_to_the_terminal(cli, tmp_path
 @pytest.mark.parametrize(
     ("content", "words"),
     [
-        ("", "can't be used: the file is not JSON"),
-        ("\x80", "the file is not JSON"),
+        ("\x80", "can't be used: the file is not JSON"),
         ("[]", "must be a JSON object"),
         ('{"percent": 99}', "can't be used: percent must be"),
-        ('{"percent": "4"}', "percent must be a number"),
-        ('{"fit": ["exact"]}', "fit must be one of"),
-        ('{"strength": 4}', "unknown recipe field 'strength'"),
-        ('{"version": 4}', "version"),
         ("[" * 100_000, "nested too deeply"),
-        ('{"fit": "' + "x" * 500_000 + '"}', "got 'x{39}…"),
         ('{"fit": ' + "[" * 900 + "]" * 900 + "}", r"got \[\["),
-        ('{"center": ' + "[1, " * 300 + "[]" + "]" * 300 + "}", "center must be a number, got"),
         ('{"' + "x" * 500_000 + '": 1}', "unknown recipe field 'x{39}…"),
-        ('{"percent": 1' + "0" * 400 + "}", "percent must be within -15..15, got 1000*…"),
-        ('{"percent": ' + "9" * 5000 + "}", "the file is not JSON"),
-        ('{"percent": 1e400}', "percent must be within -15..15, got inf"),
         ('{"version": 1' + "0" * 400 + "}", "version 3, got 1000*…"),
         ("{" + " " * 2**20, "at most 1048576 are allowed"),
     ],
@@ -421,30 +402,12 @@ def test_a_recipe_from_a_windows_editor_is_read(cli, marked, tmp_path):
     assert (code, json.loads(said)["recipe"]["percent"]) == (0, 3)
 
 
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (["--protect", "0,0 1e9,1e9"], r"corner 2 of protected line 1 .* ends at 479, 359"),
-        (["--protect", "1e308,0 5,5"], "corner 1 of protected line 1"),
-        (["--protect", "0,0 5,5", "--protect-width", "1e9"], "has a width of 1e"),
-        (["--protect", "1,2 " * 20_000], "20000 corners together"),
-    ],
-)
-def test_protection_far_outside_the_photo_is_usage(fails, marked, tmp_path, arguments, words):
-    fails(2, words, "warp", *marked, "-o", tmp_path / "out.png", *arguments)
-
-
-def test_points_far_outside_are_refused_and_too_many_faces_too(fails, marked, tmp_path):
-    photo_file, out = marked[0], tmp_path / "out.png"
-    face = oval_face()
-    outline = face.outline.copy()
-    outline[7, 0] *= 1000.0
-    slipped, many = tmp_path / "slipped.json", tmp_path / "many.json"
-    interchange.write([face, dataclasses.replace(face, outline=outline)], slipped)
-    interchange.write([face] * 500, many)
-    words = "landmark 8 of face 2 lies at .* the photo, which ends at 479, 359"
-    fails(3, words, "warp", photo_file, "-o", out, "--points", slipped)
-    fails(3, "500 faces lie where face 1 does", "warp", photo_file, "-o", out, "--points", many)
+def test_what_lies_far_outside_the_photo_is_refused(fails, marked, tmp_path):
+    warp = "warp", *marked, "-o", tmp_path / "out.png"
+    words = r"corner 2 of protected line 1 .* ends at 479, 359"
+    fails(2, words, *warp, "--protect", "0,0 1e9,1e9")
+    interchange.write([oval_face()] * 500, marked[2])
+    fails(3, "500 faces lie where face 1 does", *warp)
 
 
 def test_a_label_on_an_unchanged_photo_is_left_out_and_said(cli, marked, tmp_path):
@@ -526,20 +489,6 @@ def test_missing_words_are_usage(fails, tmp_path):
 # ---- bad files ------------------------------------------------------------------------------
 
 
-def bad_inputs(folder):
-    yield "missing.jpg", None, "doesn't exist"
-    yield "text.jpg", b"not a photo\n", "not a JPEG"
-    yield "empty.jpg", b"", "0 bytes"
-    whole = folder / "whole.jpg"
-    Image.fromarray(np.random.default_rng(1).integers(0, 256, (90, 90, 3), np.uint8)).save(whole)
-    yield "truncated.jpg", whole.read_bytes()[:4000], "damaged or incomplete"
-    yield (
-        "large.png",
-        files.empty_png(40_000, 40_000),
-        "40000 x 40000 px, 1600 megapixels; the limit is 300",
-    )
-
-
 @pytest.mark.skipif(
     os.name == "nt" or os.geteuid() == 0, reason="permissions bind neither Windows nor root"
 )
@@ -550,11 +499,12 @@ def test_a_photo_without_permission_is_one_that_cannot_be_read(fails, faceless, 
 
 
 def test_unreadable_photos(fails, tmp_path):
-    for name, content, words in bad_inputs(tmp_path):
-        if content is not None:
-            (tmp_path / name).write_bytes(content)
-        fails(3, words, "detect", tmp_path / name, "--json", "-")
-        fails(3, words, "warp", tmp_path / name, "-o", tmp_path / "out.jpg")
+    text, large = tmp_path / "text.jpg", tmp_path / "large.png"
+    text.write_bytes(b"not a photo\n")
+    large.write_bytes(files.empty_png(40_000, 40_000))
+    fails(3, "not a JPEG", "detect", text, "--json", "-")
+    fails(3, "doesn't exist", "warp", tmp_path / "missing.jpg", "-o", tmp_path / "out.jpg")
+    fails(3, "1600 megapixels; the limit is 300", "warp", large, "-o", tmp_path / "out.jpg")
     fails(3, "is a folder", "detect", tmp_path)
 
 
@@ -586,35 +536,21 @@ def test_bad_outputs(fails, tmp_path, faceless):
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="POSIX files")
-@pytest.mark.parametrize("kind", ["pipe", "link to a pipe", "link to a device", "circle"])
-def test_only_files_are_replaced(fails, portrait, tmp_path, device, kind):
-    photo = tmp_path / "photo.jpg"
-    shutil.copy(portrait, photo)
-    os.mkfifo(tmp_path / "pipe")
-    to = {"link to a pipe": tmp_path / "pipe", "link to a device": device}
-
-    def put(name):
-        path = tmp_path / name
-        if kind == "pipe":
-            os.mkfifo(path)
-        else:
-            path.symlink_to(to.get(kind, path))
-        return path
-
-    commands = {
-        "out.jpg": ("warp", photo, "-o", tmp_path / "out.jpg"),
-        "photo.jpg.kogao.json": ("warp", photo, "-o", tmp_path / "new.jpg", "--save-project"),
-        "photo.tem": ("landmarks", "export", photo, "--format", "tem", "-o", tmp_path),
-        "photo-lattice.png": ("experiment", "figures", photo, "-o", tmp_path),
-        "report.html": ("experiment", "domains", photo, "--html", tmp_path / "report.html"),
-    }
-    # One function looks at what is there: all commands ask it, and it knows all kinds.
-    for name, command in list(commands.items())[: None if kind == "pipe" else 1]:
-        path = put(name)
-        for force in ((), ("--force",)):
-            fails(2, "can't be replaced: it is a", *command, *force)
-        path.unlink()
-    put("batch.jsonl")
+def test_only_files_are_replaced(fails, small_portrait, tmp_path):
+    """Every command asks one function what is there, which knows more kinds than a pipe."""
+    photo = shutil.copy(small_portrait, tmp_path / "photo.jpg")
+    for name, *command in (
+        ("out.jpg", "warp", photo, "-o", tmp_path / "out.jpg"),
+        ("photo.jpg.kogao.json", "warp", photo, "-o", tmp_path / "new.jpg", "--save-project"),
+        ("photo.tem", "landmarks", "export", photo, "--format", "tem", "-o", tmp_path),
+        ("photo-lattice.png", "experiment", "figures", photo, "-o", tmp_path),
+        ("report.html", "experiment", "domains", photo, "--html", tmp_path / "report.html"),
+    ):
+        os.mkfifo(tmp_path / name)
+        fails(2, "can't be replaced: it is a pipe", *command)
+        fails(2, "can't be replaced: it is a pipe", *command, "--force")
+        (tmp_path / name).unlink()
+    os.mkfifo(tmp_path / "batch.jsonl")
     words = "report .*can't be written .it is a"
     fails(3, words, "batch", photo, "-o", tmp_path / "out", "--report", tmp_path / "batch.jsonl")
 
@@ -624,25 +560,20 @@ def test_a_full_disk_leaves_nothing(fails, portrait, tmp_path, monkeypatch):
     fails(3, "No space left on device", "warp", portrait, "-o", tmp_path / "out.jpg")
 
 
-def test_without_networks_the_aam_steps_in_and_says_so(cli, portrait, lack):
+def test_without_networks_the_aam_steps_in_and_says_so(cli, fails, portrait, lack):
     lack(".tflite")
     code, said, err = cli("detect", portrait, "--json", "-")
-    assert code == 0
-    assert len(json.loads(said)["faces"]) == 1
+    assert (code, len(json.loads(said)["faces"])) == (0, 1)
     assert "less exact" in err
-    code, said, err = cli("detect", portrait, "--landmarks", "mesh")
-    assert (code, said) == (1, "")
-    assert "is missing; reinstall" in err
+    fails(1, "is missing; reinstall", "detect", portrait, "--landmarks", "mesh")
 
 
-def test_landmarks_come_from_where_they_are_asked_for(cli, fails, portrait, tmp_path):
+def test_landmarks_come_from_where_they_are_asked_for(works, fails, portrait, tmp_path):
     for name in ("mesh", "aam"):
-        code, said, _ = cli("detect", portrait, "--json", "-", "--landmarks", name)
-        assert code == 0
+        said = works("detect", portrait, "--json", "-", "--landmarks", name)
         assert len(json.loads(said)["faces"]) == 1
     (tmp_path / "model.yaml").write_text("none")
-    words = "no landmark model"
-    fails(2, words, "detect", portrait, "--landmarks", tmp_path / "model.yaml")
+    fails(2, "no landmark model", "detect", portrait, "--landmarks", tmp_path / "model.yaml")
 
 
 @pytest.mark.parametrize("name", ["face_detection_back", "face_landmarks_detector"])
@@ -679,44 +610,36 @@ def test_help_documents_the_exit_codes_and_version_is_told(cli):
     assert (code, said) == (0, "kogao-cli, version 0.1.0\n")
 
 
-def test_a_whole_warp_loads_no_qt(portrait, tmp_path):
-    program = (
-        "import sys; from kogao_core.cli import main\n"
-        "try: main()\n"
-        "except SystemExit as ending: code = ending.code\n"
-        "qt = {'PySide6', 'shiboken6', 'pyqtgraph'} & {m.split('.')[0] for m in sys.modules}\n"
-        "print(code, qt)"
-    )
-    for arguments in (["warp", portrait, "-o", tmp_path / "out.jpg"], ["doctor"], ["licenses"]):
-        done = subprocess.run(
-            [sys.executable, "-W", "error", "-c", program, *map(str, arguments)],
-            capture_output=True, text=True, check=True,
-        )  # fmt: skip
-        assert re.fullmatch(r"[01] set\(\)", done.stdout.splitlines()[-1]), done.stdout
-        assert done.stderr == ""
+LOADED = """
+import sys
+from kogao_core.cli import main
+def loaded(*arguments):
+    try:
+        main(arguments)
+    except SystemExit as ending:
+        assert ending.code in (0, 1)
+    return {module for module in sys.modules}
+warped = loaded("warp", *sys.argv[1:])
+whole = warped | loaded("doctor") | loaded("licenses")
+qt = {"PySide6", "shiboken6", "pyqtgraph"}
+print(sorted(UNUSED & warped | qt & {name.split(".")[0] for name in whole}))
+"""
+# What a warp has no use for.
+UNUSED = {
+    *("webbrowser", "urllib.request", "email", "importlib.metadata", "numpy.ma", "distributed"),
+    *("secrets", "kogao_core.lab", "kogao_core.batch", "kogao_core.cli.batch"),
+    *("kogao_core.cli.doctor", "kogao_core.lab.commands.experiment"),
+}
 
 
-def test_a_warp_loads_only_what_it_uses(portrait, tmp_path):
-    unused = {
-        *("webbrowser", "urllib.request", "email", "importlib.metadata", "numpy.ma", "distributed"),
-        *(
-            "kogao_core.photo.disclosure.edit_record",
-            "kogao_core.lab",
-            "kogao_core.batch",
-            "secrets",
-        ),
-        *("kogao_core.cli.batch", "kogao_core.cli.doctor", "kogao_core.lab.commands.experiment"),
-    }
-    program = (
-        "import sys; from kogao_core.cli import main\n"
-        "try: main()\n"
-        f"finally: print(sorted({unused} & set(sys.modules)))"
-    )
+def test_a_warp_loads_only_what_it_uses(small_portrait, tmp_path):
+    """No command but the laboratory's loads Qt."""
+    program = f"UNUSED = {UNUSED}\n{LOADED}"
     done = subprocess.run(
-        [sys.executable, "-c", program, "warp", str(portrait), "-o", str(tmp_path / "out.jpg")],
+        [sys.executable, "-W", "error", "-c", program, small_portrait, "-o", tmp_path / "out.jpg"],
         capture_output=True, text=True, check=True,
     )  # fmt: skip
-    assert done.stdout.splitlines()[-1] == "[]"
+    assert (done.stdout.splitlines()[-1], done.stderr) == ("[]", "")
 
 
 def test_help_loads_neither_numpy_nor_opencv():
@@ -727,28 +650,26 @@ def test_help_loads_neither_numpy_nor_opencv():
     assert done.stdout.strip() == "set()"
 
 
+def in_a_shell(arguments):
+    command = f"{sys.executable} -c 'from kogao_core.cli import main; main()' {arguments}"
+    return subprocess.run(command, shell=True, capture_output=True, text=True, check=False)
+
+
 @pytest.mark.skipif(os.name == "nt", reason="POSIX pipes")
 def test_a_reader_that_leaves_is_no_error():
-    command = f"{sys.executable} -c 'from kogao_core.cli import main; main()' licenses | true"
-    done = subprocess.run(command, shell=True, capture_output=True, text=True, check=False)
-    assert done.stderr == ""
+    assert in_a_shell("licenses | true").stderr == ""
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="a device that is always full")
-@pytest.mark.parametrize("arguments", ["licenses", "doctor --json -"])
-def test_a_full_disk_behind_the_output_gives_one_line(arguments):
-    command = f"{sys.executable} -c 'from kogao_core.cli import main; main()' {arguments}"
-    done = subprocess.run(
-        f"{command} > /dev/full", shell=True, capture_output=True, text=True, check=False
-    )
+def test_a_full_disk_behind_the_output_gives_one_line():
+    done = in_a_shell("licenses > /dev/full")
     assert done.returncode == 3
     assert re.fullmatch(r"kogao-cli: [^\n]+can't be printed[^\n]+\n", done.stderr)
 
 
 @pytest.mark.skipif(os.name == "nt", reason="POSIX shells")
 def test_a_closed_output_is_no_error():
-    command = f"{sys.executable} -c 'from kogao_core.cli import main; main()' licenses >&-"
-    done = subprocess.run(command, shell=True, capture_output=True, text=True, check=False)
+    done = in_a_shell("licenses >&-")
     assert (done.returncode, done.stderr) == (0, "")
 
 
@@ -779,21 +700,19 @@ def test_doctor_says_how_to_get_an_extra_and_calls_nothing_broken(cli, monkeypat
 
 @pytest.mark.usefixtures("portrait")
 @pytest.mark.parametrize(("user", "sudo"), [(0, ""), (1000, "sudo ")])
-def test_doctor_names_missing_libraries_and_the_one_command(cli, monkeypatch, user, sudo):
+def test_doctor_names_missing_libraries_and_the_one_command(cli, tmp_path, monkeypatch, user, sudo):
     monkeypatch.setattr(os, "geteuid", lambda: user)
     missing = ("libxcb-cursor.so.0", "libEGL.so.1")
     monkeypatch.setattr(sys, "platform", "linux")
     monkeypatch.setattr(installed, "_loads", lambda name: name not in missing)
-    code, said, _ = cli("doctor", "--json", "-")
+    code, said, _ = cli("doctor", "--json", tmp_path / "found.json")
     assert code == 1
-    found = json.loads(said)
+    found = json.loads((tmp_path / "found.json").read_text())
     assert found["missing_libraries"] == {
         "libxcb-cursor.so.0": "libxcb-cursor0",
         "libEGL.so.1": "libegl1",
     }
     assert found["mend"] == [f"{sudo}apt-get install libegl1 libxcb-cursor0"]
-    code, said, _ = cli("doctor")
-    assert code == 1
     assert "libxcb-cursor.so.0: missing (Debian and Ubuntu: libxcb-cursor0)" in said
     assert f"To mend it: {sudo}apt-get install libegl1 libxcb-cursor0" in said
 

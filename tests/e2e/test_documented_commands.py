@@ -73,7 +73,8 @@ def opens(command, photo, display):
             found = subprocess.run(asked, env=environment, capture_output=True).returncode == 0
             time.sleep(0.2)
         alive = editor.poll() is None
-        os.killpg(editor.pid, 15)
+        if alive:
+            os.killpg(editor.pid, 15)
     return found and alive
 
 

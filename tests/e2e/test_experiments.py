@@ -13,7 +13,7 @@ import pytest
 from scenes import oval_face
 
 from kogao_core.base import atomic
-from kogao_core.cli import progress
+from kogao_core.cli import common
 from kogao_core.lab import experiments
 from kogao_core.lab.experiments import EXPERIMENTS, lens
 from kogao_core.lab.experiments import methods as comparing
@@ -55,7 +55,7 @@ def test_every_experiment_is_in_the_table_and_has_its_section():
 def test_one_command_says_how_far_it_is_and_writes_everything(
     cli, small_png, tmp_path, monkeypatch, name
 ):
-    monkeypatch.setattr(progress, "CALM_S", 0.0)
+    monkeypatch.setattr(common, "CALM_S", 0.0)
     for few in ("FOCALS_MM", "SHARES"):  # one face to look for
         monkeypatch.setattr(lens, few, getattr(lens, few)[-1:])
     folder = tmp_path / "out"

@@ -14,10 +14,12 @@ import metadata_cases
 import numpy as np
 import pytest
 from PIL import Image
+from scenes import oval_face
 
 from kogao_core import photo
 from kogao_core.base import originals
 from kogao_core.base.originals import Originals
+from kogao_core.projects.interchange.formats import faces_text
 
 
 @pytest.fixture(autouse=True)
@@ -101,11 +103,13 @@ def test_a_phones_portrait_comes_back_whole(cli, works, small_portrait, tmp_path
 
 
 def test_the_same_pixels_come_as_in_a_copy(cli, small_portrait, tmp_path):
+    face = tmp_path / "face.json"
+    face.write_text(faces_text([oval_face(150, 150)]))
     for suffix, make in files.MAKERS.items():
         source = tmp_path / f"in{suffix}"
         source.write_bytes(make(pixels_of(small_portrait)))
-        assert cli("warp", source, "-o", tmp_path / f"out{suffix}")[0] == 0
-        assert cli("warp", "--in-place", source)[0] == 0
+        assert cli("warp", source, "-o", tmp_path / f"out{suffix}", "--points", face)[0] == 0
+        assert cli("warp", "--in-place", source, "--points", face)[0] == 0
         assert source.read_bytes() == (tmp_path / f"out{suffix}").read_bytes()
 
 

@@ -193,32 +193,32 @@ def kept(data):
     return (data / "kogao" / "originals").exists()
 
 
-def test_darktables_settings_keep_what_is_in_them(cli, tmp_path):
+def test_darktables_settings_keep_what_is_in_them(works, tmp_path):
     marks = tmp_path / "luarc"
     marks.write_bytes(THEIRS)
     for _ in range(2):
-        assert cli("integrate", "darktable", "--settings", tmp_path)[0] == 0
+        works("integrate", "darktable", "--settings", tmp_path)
     assert marks.read_bytes() == THEIRS + b"\n" + integrate._LINE.encode() + b"\n"
     assert "@KOGAO" not in (tmp_path / "lua" / "kogao.lua").read_text()
-    assert cli("integrate", "darktable", "--settings", tmp_path, "--remove")[0] == 0
+    works("integrate", "darktable", "--settings", tmp_path, "--remove")
     assert marks.read_bytes() == THEIRS + b"\n"
     assert not (tmp_path / "lua" / "kogao.lua").exists()
 
 
-def test_the_desktop_starts_this_very_program_and_forgets_it(cli, tmp_path, monkeypatch):
+def test_the_desktop_starts_this_very_program_and_forgets_it(works, tmp_path, monkeypatch):
     monkeypatch.setattr(installed, "program", lambda name: Path("/opt/a b/50% $1", name))
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
     theirs = tmp_path / "applications" / "theirs.desktop"
     theirs.parent.mkdir()
     theirs.touch()
     before = set(tmp_path.rglob("*"))
-    assert cli("integrate", "desktop")[0] == 0
+    works("integrate", "desktop")
     entry = (tmp_path / "applications" / f"{desktop.NAME}.desktop").read_text()
     starts = re.findall("^Exec=.*", entry, re.MULTILINE)
     program = r'Exec="/opt/a b/50%% \\$1/kogao"'
     assert starts == [f"{program} %F", f"{program} --sample"]
     assert all((tmp_path / folder / name).is_file() for name, folder in desktop.PLACES.items())
-    assert cli("integrate", "desktop", "--remove")[0] == 0
+    works("integrate", "desktop", "--remove")
     left = {path for path in set(tmp_path.rglob("*")) - before if desktop.NAME in path.name}
     assert left == set()
     assert theirs.exists()
@@ -262,7 +262,7 @@ def opened_by(kind):
 
 @pytest.mark.skipif(not shutil.which("gio"), reason="needs GLib's gio, which tells defaults")
 @pytest.mark.parametrize("listed", [None, LISTED, "[Default Applications]\n"])
-def test_integrating_takes_no_default_over_and_removing_leaves_nothing(cli, programs, listed):
+def test_integrating_takes_no_default_over_and_removing_leaves_nothing(works, programs, listed):
     if listed:
         programs.parent.mkdir()
         programs.write_text(listed)
@@ -270,33 +270,32 @@ def test_integrating_takes_no_default_over_and_removing_leaves_nothing(cli, prog
     assert before["image/tiff"] == "viewer.desktop"
     assert before["image/heic"] is None
     for _ in range(2):
-        assert cli("integrate", "desktop")[0] == 0
+        works("integrate", "desktop")
         if not shutil.which("update-desktop-database"):
             pytest.skip("needs desktop-file-utils, which tell desktops of an entry")
         ours = f"{desktop.NAME}.desktop"
         assert {kind: opened_by(kind) for kind in PHOTOS} == before | {"image/heic": ours}
         assert opened_by("application/vnd.kogao.project+json") == ours
-    assert cli("integrate", "--remove")[0] == 0
+    works("integrate", "--remove")
     assert {kind: opened_by(kind) for kind in PHOTOS} == before
     assert (programs.read_text() if programs.exists() else None) in (listed, None)
     assert programs.exists() or listed in (None, "[Default Applications]\n")
 
 
-def test_removing_takes_everything_out_and_says_what_there_was(cli, programs, tmp_path):
+def test_removing_takes_everything_out_and_says_what_there_was(works, programs, tmp_path):
     for version in ("2.10", "3.0"):
         (programs.parent / "GIMP" / version).mkdir(parents=True)
     before = {file for file in tmp_path.rglob("*") if file.is_file()}
     for host in ("desktop", *integrate.HOSTS):
-        assert cli("integrate", host)[0] == 0
-    code, said, _ = cli("integrate", "--remove")
-    assert code == 0
+        works("integrate", host)
+    said = works("integrate", "--remove")
     for name in ("darktable", "GIMP", "Krita", "Kogao is gone from"):
         assert name in said
     left = {file for file in tmp_path.rglob("*") if file.is_file()} - before
     assert [
         file for file in left if "kogao" in file.name.lower() or "kogao" in contents(file)
     ] == []
-    assert cli("integrate", "--remove")[0] == 0
+    works("integrate", "--remove")
 
 
 def contents(file):
@@ -312,39 +311,40 @@ def test_which_program_is_asked_for_unless_all_are_removed(cli):
 
 @pytest.mark.parametrize("has_own", [True, False])
 def test_darktable_as_a_flatpak_gets_the_script_and_its_user_the_command(
-    cli, tmp_path, monkeypatch, has_own
+    works, tmp_path, monkeypatch, has_own
 ):
     monkeypatch.setenv("HOME", str(tmp_path))
     monkeypatch.delenv("XDG_CONFIG_HOME", raising=False)
     own, inner = tmp_path / ".config", tmp_path / ".var/app/org.darktable.Darktable/config"
     for config in [inner, own][: 1 + has_own]:
         (config / "darktable").mkdir(parents=True)
-    code, said, _ = cli("integrate", "darktable")
-    assert code == 0
+    said = works("integrate", "darktable")
     assert "flatpak override --user --talk-name=org.freedesktop.Flatpak" in said
     assert (inner / "darktable/lua/kogao.lua").is_file()
     assert (own / "darktable/lua/kogao.lua").is_file() == has_own
-    assert cli("integrate", "darktable", "--remove")[0] == 0
+    works("integrate", "darktable", "--remove")
     assert list(tmp_path.rglob("kogao.lua")) == []
 
 
 @pytest.mark.parametrize(("version", "started"), [("3.0", "kogao.py"), ("2.10", "kogao")])
-def test_gimps_plug_in_has_a_folder_of_its_name_and_goes_with_it(cli, tmp_path, version, started):
+def test_gimps_plug_in_has_a_folder_of_its_name_and_goes_with_it(works, tmp_path, version, started):
     settings = tmp_path / version
-    assert cli("integrate", "gimp", "--settings", settings)[0] == 0
+    works("integrate", "gimp", "--settings", settings)
     folder = settings / "plug-ins" / "kogao"
     assert [file.name for file in folder.iterdir() if os.access(file, os.X_OK)] == [started]
     for file in folder.iterdir():
         assert "@KOGAO" not in file.read_text()
         if file.suffix == ".py":
             compile(file.read_text(), file, "exec")
-    assert cli("integrate", "gimp", "--settings", settings, "--remove")[0] == 0
+    works("integrate", "gimp", "--settings", settings, "--remove")
     assert not folder.exists()
-    assert cli("integrate", "gimp", "--settings", settings, "--remove")[0] == 0
+    works("integrate", "gimp", "--settings", settings, "--remove")
 
 
-@pytest.mark.parametrize("started", [{"2.10"}, {"3.0"}, {"2.10", "3.0"}, set()])
-def test_each_gimp_that_has_been_started_gets_its_plug_in(cli, tmp_path, monkeypatch, started):
+@pytest.mark.parametrize("started", [{"2.10"}, {"2.10", "3.0"}, set()])
+def test_each_gimp_that_has_been_started_gets_its_plug_in(
+    cli, works, tmp_path, monkeypatch, started
+):
     # One that finds a folder of settings when it first starts doesn't fill it.
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
     for version in started:
@@ -353,7 +353,7 @@ def test_each_gimp_that_has_been_started_gets_its_plug_in(cli, tmp_path, monkeyp
     assert {path.parents[2].name for path in tmp_path.rglob("plug-ins/kogao/common.py")} == started
     assert (code == 0) == bool(started)
     assert ("start it once" in complaint) == (not started)
-    assert cli("integrate", "gimp", "--remove")[0] == 0
+    works("integrate", "gimp", "--remove")
     assert list(tmp_path.rglob("plug-ins/kogao")) == []
 
 
@@ -393,12 +393,12 @@ def sandbox(tmp_path):
 @pytest.mark.slow
 @pytest.mark.parametrize("is_sandboxed", [True, False])
 @pytest.mark.parametrize("has_face", [True, False])
-def test_gimp_gets_a_layer_back(cli, sandbox, small_portrait, tmp_path, has_face, is_sandboxed):
+def test_gimp_gets_a_layer_back(works, sandbox, small_portrait, tmp_path, has_face, is_sandboxed):
     (tmp_path / "gi.py").write_text(STAND_IN)
     sent, back = tmp_path / "sent.tif", tmp_path / "back.tif"
     with Image.open(small_portrait) as picture:
         (picture if has_face else Image.new("RGB", (90, 80))).save(sent)
-    assert cli("integrate", "gimp", "--settings", tmp_path)[0] == 0
+    works("integrate", "gimp", "--settings", tmp_path)
     done = subprocess.run(
         [sys.executable, str(tmp_path / "plug-ins" / "kogao" / "kogao.py"), str(sent), str(back)],
         env=os.environ | {"PYTHONPATH": str(tmp_path), "XDG_DATA_HOME": str(tmp_path / "data")}
@@ -425,7 +425,7 @@ def test_gimp_gets_a_layer_back(cli, sandbox, small_portrait, tmp_path, has_face
     ],
 )
 def test_gimp_gets_nothing_back_and_says_why(
-    cli, small_portrait, tmp_path, monkeypatch, meanwhile, said
+    works, small_portrait, tmp_path, monkeypatch, meanwhile, said
 ):
     program = tmp_path / "kogao-cli"
     if meanwhile != "uninstalled":
@@ -435,7 +435,7 @@ def test_gimp_gets_nothing_back_and_says_why(
         program.chmod(0o755)
     monkeypatch.setattr(installed, "program", lambda _: program)
     (tmp_path / "gi.py").write_text(STAND_IN)
-    assert cli("integrate", "gimp", "--settings", tmp_path)[0] == 0
+    works("integrate", "gimp", "--settings", tmp_path)
     done = subprocess.run(
         [sys.executable, str(tmp_path / "plug-ins" / "kogao" / "kogao.py"), str(small_portrait),
          str(tmp_path / "back.tif"), meanwhile],
@@ -449,7 +449,7 @@ def test_gimp_gets_nothing_back_and_says_why(
 @pytest.mark.skipif(not shutil.which("gimp-console-2.10"), reason="needs GIMP 2.10")
 @pytest.mark.parametrize(("depth", "is_sandboxed"), [(np.uint8, False), (np.uint16, True)])
 def test_gimp_2_10_gets_a_layer_back(
-    cli, sandbox, faceless, small_portrait, tmp_path, monkeypatch, depth, is_sandboxed
+    cli, works, sandbox, faceless, small_portrait, tmp_path, monkeypatch, depth, is_sandboxed
 ):
     monkeypatch.setattr(files, "profile_for", lambda _: colours.profile("Display P3"))
     mine, told, shown = (tmp_path / name for name in ("小 顔's.png", "told", "shown.png"))
@@ -461,7 +461,7 @@ def test_gimp_2_10_gets_a_layer_back(
     programs["kogao"].chmod(0o755)
     monkeypatch.setattr(installed, "program", programs.get)
     config = tmp_path / "its settings"
-    assert cli("integrate", "gimp", "--settings", config / "GIMP" / "2.10")[0] == 0
+    works("integrate", "gimp", "--settings", config / "GIMP" / "2.10")
     folders = {"XDG_CONFIG_HOME": config, "XDG_DATA_HOME": tmp_path / "data",
                "XDG_CACHE_HOME": tmp_path / "cache", "TMPDIR": tmp_path}  # fmt: skip
     script = GIMP_2_10.format(mine=mine, nobody=faceless, shown=shown, told=told)
@@ -507,11 +507,11 @@ def is_there_within(seconds, file, program):
 )
 @pytest.mark.parametrize("is_sandboxed", [True, False])
 def test_darktable_gets_a_photo_back_beside_its_own(
-    cli, request, sandbox, faceless, small_portrait, tmp_path, is_sandboxed
+    works, request, sandbox, faceless, small_portrait, tmp_path, is_sandboxed
 ):
     settings, done = tmp_path / "settings", tmp_path / "done"
     mine = Path(shutil.copy(small_portrait, tmp_path / "mine's.jpg"))
-    assert cli("integrate", "darktable", "--settings", settings)[0] == 0
+    works("integrate", "darktable", "--settings", settings)
     cancels = tmp_path / "cancels"
     cancels.write_text("#!/bin/sh\nexit 6")
     cancels.chmod(0o755)
@@ -548,9 +548,8 @@ def test_darktable_gets_a_photo_back_beside_its_own(
     assert (tmp_path / "door").exists() == is_sandboxed
 
 
-def test_kritas_plug_in_comes_and_goes_and_says_what_is_left_to_do(cli, tmp_path):
-    code, said, _ = cli("integrate", "krita", "--settings", tmp_path)
-    assert code == 0
+def test_kritas_plug_in_comes_and_goes_and_says_what_is_left_to_do(works, tmp_path):
+    said = works("integrate", "krita", "--settings", tmp_path)
     assert "Python Plugin Manager" in said
     files = list((tmp_path / "pykrita" / "kogao").iterdir())
     assert tmp_path / "pykrita" / "kogao" / "__init__.py" in files
@@ -559,7 +558,7 @@ def test_kritas_plug_in_comes_and_goes_and_says_what_is_left_to_do(cli, tmp_path
         compile(file.read_text(), file, "exec")
     assert "X-KDE-Library=kogao" in (tmp_path / "pykrita" / "kogao.desktop").read_text()
     (tmp_path / "pykrita" / "other.desktop").write_text("theirs")
-    assert cli("integrate", "krita", "--settings", tmp_path, "--remove")[0] == 0
+    works("integrate", "krita", "--settings", tmp_path, "--remove")
     assert [path.name for path in (tmp_path / "pykrita").iterdir()] == ["other.desktop"]
 
 
@@ -574,13 +573,13 @@ def krita_runs():
 @pytest.mark.slow
 @pytest.mark.skipif(not krita_runs(), reason="needs Krita, its Python with PyQt5, and Xvfb")
 @pytest.mark.parametrize("depth", [np.uint8, np.uint16])
-def test_krita_gets_a_layer_back(cli, request, small_portrait, tmp_path, depth):
+def test_krita_gets_a_layer_back(works, request, small_portrait, tmp_path, depth):
     mine, told, shown = (tmp_path / name for name in ("mine.png", "told", "shown.png"))
     pixels = photo.read(small_portrait).pixels.astype(depth)
     pixels *= np.iinfo(depth).max // 255
     mine.write_bytes(files.png(pixels))  # with a profile, for which Krita would ask
     data, config = tmp_path / "data", tmp_path / "config"
-    assert cli("integrate", "krita", "--settings", data / "krita")[0] == 0
+    works("integrate", "krita", "--settings", data / "krita")
     hands = data / "krita" / "pykrita" / "hands"
     hands.mkdir()
     (hands / "__init__.py").write_text(KRITA.format(photo=mine, told=told, shown=shown))

@@ -1,7 +1,9 @@
 """A program that is told to end does so at once; a photo that is written is never called failed."""
 
+import signal
 import subprocess
 import sys
+from unittest.mock import Mock
 
 import cv2
 import numpy as np
@@ -9,6 +11,7 @@ import pytest
 from timeouts import LONGEST_S
 
 from kogao_core import photo
+from kogao_core.base import interrupts
 from kogao_core.base.atomic import is_aside
 
 ENDED = """
@@ -22,27 +25,28 @@ place.{name} = ended
 from kogao_core.cli import main
 main()
 """
-# While a network looks; while a file is laid aside and standard error is kept from decoders; when
-# all is written.
-PLACES = [
-    ("kogao_core.retouch", "held_of"),
-    ("kogao_core.photo.jpeg.coefficients", "write"),
-    ("kogao_core.cli.summary", "as_text"),
-]
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs signals")
-@pytest.mark.parametrize("told", ["SIGINT", "SIGTERM", "SIGHUP"])
-@pytest.mark.parametrize(("module", "name"), PLACES, ids=[name for _, name in PLACES])
+@pytest.mark.parametrize(
+    ("module", "name", "told", "heard"),
+    [
+        # While a network looks, as whoever starts a program in the background has it hear Ctrl-C.
+        ("kogao_core.retouch", "held_of", "SIGINT", "default_int_handler"),
+        # While a file is laid aside and standard error is kept from decoders.
+        ("kogao_core.photo.jpeg.coefficients", "write", "SIGTERM", "SIG_DFL"),
+        # When all is written.
+        ("kogao_core.cli.summary", "as_text", "SIGHUP", "SIG_DFL"),
+    ],
+)
 def test_a_signal_ends_a_warp_with_one_line_and_nothing_left(
-    portrait, tmp_path, told, module, name
+    small_portrait, tmp_path, module, name, told, heard
 ):
-    program = ENDED.format(module=module, name=name, signal=told)
-    # Whoever starts a program in the background may have it ignore Ctrl-C.
-    hear = f"import signal; signal.signal(signal.{told}, signal.{DEFAULT[told]})\n"
+    hear = f"import signal; signal.signal(signal.{told}, signal.{heard})\n"
+    program = hear + ENDED.format(module=module, name=name, signal=told)
     output = tmp_path / "out.jpg"
     done = subprocess.run(
-        [sys.executable, "-c", hear + program, "warp", str(portrait), "-o", str(output)],
+        [sys.executable, "-c", program, "warp", str(small_portrait), "-o", str(output)],
         capture_output=True, text=True, check=False, timeout=LONGEST_S,
     )  # fmt: skip
     assert (done.returncode, done.stderr) == (130, "kogao-cli: interrupted\n")
@@ -52,27 +56,32 @@ def test_a_signal_ends_a_warp_with_one_line_and_nothing_left(
         photo.read(output)
 
 
-DEFAULT = {"SIGINT": "default_int_handler", "SIGTERM": "SIG_DFL", "SIGHUP": "SIG_DFL"}
-
-
 @pytest.mark.skipif(sys.platform == "win32", reason="needs signals")
-def test_whoever_has_a_signal_ignored_is_let_alone(portrait, tmp_path):
-    program = "import signal; signal.signal(signal.SIGHUP, signal.SIG_IGN)\n" + ENDED.format(
-        module="kogao_core.retouch", name="held_of", signal="SIGHUP"
-    )
-    done = subprocess.run(
-        [sys.executable, "-c", program, "warp", str(portrait), "-o", str(tmp_path / "out.jpg")],
-        capture_output=True, text=True, check=False, timeout=LONGEST_S,
-    )  # fmt: skip
-    assert (done.returncode, done.stderr) == (0, "")
+def test_whoever_has_a_signal_ignored_is_let_alone():
+    before = {number: signal.getsignal(number) for number in interrupts._numbers()}
+    try:
+        signal.signal(signal.SIGHUP, signal.SIG_IGN)
+        interrupts.end_when_told()
+        assert signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
+        assert signal.getsignal(signal.SIGTERM) is not before[signal.SIGTERM]
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
-def test_a_figure_that_cant_be_measured_is_a_note(works, portrait, tmp_path, monkeypatch):
-    def fail(*_):
-        raise np.linalg.LinAlgError("SVD did not converge")
+@pytest.fixture
+def fails_with(monkeypatch):
+    """Let a function of the command line raise something."""
 
-    monkeypatch.setattr("kogao_core.cli.warp.measure", fail)
-    said = works("warp", portrait, "-o", tmp_path / "out.jpg")
+    def arrange(name, error):
+        monkeypatch.setattr(f"kogao_core.cli.{name}", Mock(side_effect=error))
+
+    return arrange
+
+
+def test_a_figure_that_cant_be_measured_is_a_note(works, small_portrait, tmp_path, fails_with):
+    fails_with("warp.measure", np.linalg.LinAlgError("SVD did not converge"))
+    said = works("warp", small_portrait, "-o", tmp_path / "out.jpg")
     assert "the straight lines couldn't be measured (LinAlgError: SVD did not converge)" in said
     photo.read(tmp_path / "out.jpg")
 
@@ -89,30 +98,21 @@ def test_numbers_that_stand_for_no_data_leave_lines_measured(cli, small_portrait
     assert "measured" not in said
 
 
-@pytest.mark.parametrize("broken", ["as_text", "as_json"])
+@pytest.mark.parametrize(
+    ("broken", "error", "words"),
+    [
+        ("summary.as_text", ZeroDivisionError("by zero"), "what was done can't be told (by zero)"),
+        ("summary.as_json", ZeroDivisionError("by zero"), "what was done can't be told (by zero)"),
+        ("common.put", OSError(28, "No space left on device"), "No space left on device"),
+    ],
+)
 def test_a_summary_that_fails_is_a_note_for_the_photo_is_written(
-    cli, portrait, tmp_path, monkeypatch, broken
+    cli, small_portrait, tmp_path, fails_with, broken, error, words
 ):
-    def fail(*_):
-        raise ZeroDivisionError("division by zero")
-
-    monkeypatch.setattr(f"kogao_core.cli.summary.{broken}", fail)
-    code, _, err = cli("warp", portrait, "-o", tmp_path / "out.jpg", "--json", tmp_path / "a.json")
-    assert code == 0
-    assert "the photo is written, but what was done can't be told (division by zero)" in err
-    photo.read(tmp_path / "out.jpg")
-
-
-def test_a_report_that_cant_be_written_is_a_note_for_the_photo_is(
-    cli, portrait, tmp_path, monkeypatch
-):
-    def full(*_):
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr("kogao_core.cli.json_file.put", full)
+    fails_with(broken, error)
     output, report = tmp_path / "out.jpg", tmp_path / "report.json"
-    code, out, err = cli("warp", portrait, "-o", output, "--json", report)
-    assert (code, "written to" in out) == (0, True)
-    assert "the photo is written; " in err
-    assert "No space left on device" in err
+    code, said, err = cli("warp", small_portrait, "-o", output, "--json", report)
+    assert (code, "written to" in said) == (0, broken != "summary.as_text")
+    assert "the photo is written" in err
+    assert words in err
     photo.read(output)

@@ -10,14 +10,14 @@ from kogao_core.projects import interchange
 
 
 @pytest.mark.parametrize("form", ["json", "tem"])
-def test_exported_points_warp_like_those_found(cli, works, portrait, tmp_path, form):
-    said = works("landmarks", "export", portrait, "--format", form, "-o", tmp_path / "lm")
-    file = tmp_path / "lm" / f"average.{form}"
+def test_exported_points_warp_like_those_found(cli, works, small_portrait, tmp_path, form):
+    said = works("landmarks", "export", small_portrait, "--format", form, "-o", tmp_path / "lm")
+    file = tmp_path / "lm" / f"small.{form}"
     assert str(file) in said
     # The forehead isn't in the files: what surrounds the face would follow an arch over it.
     alone = "--head-follows", 0, "--no-keep-features"
-    cli("warp", portrait, *alone, "-o", tmp_path / "found.png")
-    works("warp", portrait, *alone, "--points", file, "-o", tmp_path / "given.png")
+    cli("warp", small_portrait, *alone, "-o", tmp_path / "found.png")
+    works("warp", small_portrait, *alone, "--points", file, "-o", tmp_path / "given.png")
     found, given = (
         np.asarray(Image.open(tmp_path / f"{name}.png"), int) for name in ("found", "given")
     )
@@ -25,39 +25,30 @@ def test_exported_points_warp_like_those_found(cli, works, portrait, tmp_path, f
     assert np.abs(found - given).max() <= (0 if form == "json" else 2)
 
 
-def test_68_points_and_a_mapping_come_near(cli, works, portrait, tmp_path):
-    code, said, _ = cli("landmarks", "export", portrait, "--format", "pts", "-o", tmp_path)
+def test_68_points_and_a_mapping_come_near(cli, works, small_portrait, tmp_path):
+    code, said, _ = cli("landmarks", "export", small_portrait, "--format", "pts", "-o", tmp_path)
     assert code == 0
     assert "45 of 68 points are a mean face's" in said
     report = []
     for options in ((), ("--points-map", "0-16/36,39,42,45/48,54")):
         out = tmp_path / f"out{len(options)}.png"
-        found = ("--points", tmp_path / "average.pts", *options)
-        said = works("warp", portrait, *found, "-o", out, "--json", "-")
+        found = ("--points", tmp_path / "small.pts", *options)
+        said = works("warp", small_portrait, *found, "-o", out, "--json", "-")
         report.append(json.loads(said)["faces"])
     assert report[0] == report[1]
 
 
-def test_what_cant_be_done_is_said_and_leaves_nothing(fails, portrait, tmp_path):
+def test_what_cant_be_done_is_said_and_leaves_nothing(fails, small_portrait, tmp_path):
     (tmp_path / "text.tem").write_text("hello")
-    (tmp_path / "average.csv").touch()
+    (tmp_path / "small.csv").touch()
     interchange.write(interchange.read(_far(tmp_path)), tmp_path / "far.json")
-    export = ("landmarks", "export", portrait)
-    warp = ("warp", portrait, "-o", tmp_path / "out.png")
+    export = ("landmarks", "export", small_portrait)
+    as_json = ("--format", "json")
+    warp = ("warp", small_portrait, "-o", tmp_path / "out.png")
     for wanted, words, *arguments in (
         (2, "--force replaces", *export, "--format", "csv", "-o", tmp_path),
-        (
-            2,
-            "leave --template out",
-            *export,
-            "--format",
-            "json",
-            "--template",
-            "68",
-            "-o",
-            tmp_path,
-        ),
-        (2, "several photos", *export, portrait, "--format", "tem", "-o", tmp_path / "new"),
+        (2, "leave --template out", *export, *as_json, "--template", 68, "-o", tmp_path),
+        (2, "several photos", *export, small_portrait, "--format", "tem", "-o", tmp_path / "new"),
         (3, "number of points", *warp, "--points", tmp_path / "text.tem"),
         (3, "another photo or size", *warp, "--points", tmp_path / "far.json"),
         (2, "needs --points", *warp, "--points-map", "0-16/36,39,42,45/48,54"),
@@ -74,16 +65,16 @@ def _far(folder):
     return path
 
 
-def test_figures_are_drawn_and_not_over_others(cli, works, portrait, tmp_path):
-    arguments = ("experiment", "figures", portrait, "-o", tmp_path / "new", "--width", 300)
+def test_figures_are_drawn_and_not_over_others(cli, works, small_portrait, tmp_path):
+    arguments = ("experiment", "figures", small_portrait, "-o", tmp_path / "new", "--width", 300)
     said = works(*arguments, "--format", "both")
-    assert "average-landmarks.png" in said
-    assert len(list((tmp_path / "new").glob("average-*.svg"))) == 13
-    with Image.open(tmp_path / "new" / "average-lattice.png") as image:
+    assert "small-landmarks.png" in said
+    assert len(list((tmp_path / "new").glob("small-*.svg"))) == 13
+    with Image.open(tmp_path / "new" / "small-lattice.png") as image:
         assert image.size == (300, 225)
     code, _, err = cli(*arguments)
     assert code == 2
     assert "--force" in err
-    code, _, err = cli("experiment", "figures", portrait, portrait, "-o", tmp_path / "x")
+    code, _, err = cli(*arguments[:3], small_portrait, "-o", tmp_path / "x")
     assert (code, (tmp_path / "x").exists()) == (2, False)
     assert "give those their own folder" in err

@@ -34,12 +34,10 @@ def test_a_preset_goes_in_is_listed_shown_and_goes_out(cli, file, tmp_path, fold
     assert cli("presets", "export", "The paper's", "-o", out, "--force")[0] == 0
 
 
-def test_an_export_is_a_recipe_for_other_commands(cli, tmp_path):
-    out = tmp_path / "clear.json"
-    assert cli("presets", "export", "Clear, 6 %", "-o", out)[0] == 0
-    small = tmp_path / "small.png"
-    code, told, _ = cli("warp", "--sample", "-o", small, "--recipe", out, "--json", "-")
-    assert code == 0
+def test_an_export_is_a_recipe_for_other_commands(works, tmp_path):
+    out, small = tmp_path / "clear.json", tmp_path / "small.png"
+    works("presets", "export", "Clear, 6 %", "-o", out)
+    told = works("warp", "--sample", "-o", small, "--recipe", out, "--json", "-")
     assert json.loads(told)["recipe"]["percent"] == 6.0
 
 
@@ -52,16 +50,9 @@ def test_a_preset_is_replaced_only_when_told_to(cli, file, folder):
     assert presets.listed(folder)["Soft"].percent == 9
 
 
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [("", "not JSON"), ('{"percent": 99}', "percent must be"), ("[" * 99999, "too deeply")],
-)
-def test_of_files_one_of_which_is_none_nothing_is_taken(cli, file, tmp_path, folder, text, words):
-    (tmp_path / "odd.json").write_text(text)
-    code, out, err = cli("presets", "import", file, tmp_path / "odd.json")
-    assert (code, out) == (2, "")
-    assert words in err
-    assert "odd.json" in err
+def test_of_files_one_of_which_is_none_nothing_is_taken(fails, file, tmp_path, folder):
+    (tmp_path / "odd.json").write_text('{"percent": 99}')
+    fails(2, "odd.json.*percent must be", "presets", "import", file, tmp_path / "odd.json")
     assert not folder.exists()
 
 

@@ -5,6 +5,7 @@ import subprocess
 import sys
 
 import pytest
+from few_cases import few_of
 
 SCREENS = ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM")
 EDITOR = "from kogao_app.__main__ import main; sys.exit(main(sys.argv[1:]))"
@@ -34,10 +35,14 @@ def ends_in_a_sentence(done, *words):
 
 
 @pytest.mark.parametrize(
-    "screen", [{}, {"DISPLAY": ":7654"}, {"WAYLAND_DISPLAY": "nobodys", "XDG_RUNTIME_DIR": "/tmp"}]
+    ("arguments", "screen"),
+    [
+        ([], {}),
+        (["--sample"], {"DISPLAY": ":7654"}),
+        (["--edit", "a.jpg"], {"WAYLAND_DISPLAY": "nobodys", "XDG_RUNTIME_DIR": "/tmp"}),
+    ],
 )
-@pytest.mark.parametrize("arguments", [["--sample"], ["--edit", "photo.jpg"], []])
-def test_the_editor_says_that_there_is_no_display(screen, arguments):
+def test_the_editor_says_that_there_is_no_display(arguments, screen):
     done = start(ALL_LIBRARIES + EDITOR, *arguments, **screen)
     ends_in_a_sentence(done, "no display", "kogao-cli")
 
@@ -50,12 +55,9 @@ def test_a_picture_of_the_window_needs_no_display(tmp_path, weights):
     assert shot.stat().st_size > 100_000
 
 
-@pytest.mark.parametrize("library", ["libxcb-cursor.so.0", "libEGL.so.1", "libxkbcommon-x11.so.0"])
-def test_the_editor_names_the_library_that_lacks_and_its_package(library):
-    package = {"libxcb-cursor.so.0": "libxcb-cursor0", "libEGL.so.1": "libegl1"}
-    done = start(LIBRARY.format(library) + EDITOR, "--sample", DISPLAY=":7654")
-    named = package.get(library, "libxkbcommon-x11-0")
-    ends_in_a_sentence(done, library, f"apt-get install {named}")
+def test_the_editor_names_the_library_that_lacks_and_its_package():
+    done = start(LIBRARY.format("libxcb-cursor.so.0") + EDITOR, "--sample", DISPLAY=":7654")
+    ends_in_a_sentence(done, "libxcb-cursor.so.0", "apt-get install libxcb-cursor0")
 
 
 def test_a_picture_of_the_window_needs_the_library_that_is_named(tmp_path):
@@ -66,16 +68,18 @@ def test_a_picture_of_the_window_needs_the_library_that_is_named(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("module", "package"), [("cv2", "opencv-contrib-python-headless"), ("numpy", "numpy")]
+    ("program", "module"),
+    few_of([(EDITOR, "numpy"), (CLI, "cv2"), (EDITOR, "cv2"), (CLI, "numpy")], 2),
 )
-def test_a_package_that_does_not_load_is_named(tmp_path, module, package):
+def test_a_package_that_does_not_load_is_named(tmp_path, program, module):
     (tmp_path / f"{module}.py").write_text('raise ImportError("libany.so.1: cannot open it")')
-    shot = "--sample", "--screenshot", tmp_path / "window.png"
-    editor = start(EDITOR, *shot, PYTHONPATH=tmp_path)
-    ends_in_a_sentence(editor, package, "to mend it: ", " -m pip install --force-reinstall ")
-    warp = "warp", "--sample", "-o", tmp_path / "warped.png"
-    ends_in_a_sentence(start(CLI, *warp, PYTHONPATH=tmp_path), package, "to mend it: ")
-    assert list(tmp_path.glob("*.png")) == []
+    shot, warp = ("--sample", "--screenshot", tmp_path / "a.png"), ("warp", "--sample", "-o")
+    done = start(
+        program, *(shot if program == EDITOR else (*warp, tmp_path / "a.png")), PYTHONPATH=tmp_path
+    )
+    package = {"cv2": "opencv-contrib-python-headless"}.get(module, module)
+    ends_in_a_sentence(done, package, "to mend it: ", " -m pip install --force-reinstall ")
+    assert not (tmp_path / "a.png").exists()
 
 
 def test_what_is_no_fault_of_the_installation_is_told_as_such(tmp_path):

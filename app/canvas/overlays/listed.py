@@ -16,8 +16,7 @@ from ...i18n import tr, translated
 from ...view_state import Kind
 from . import glyphs
 from .background import BentLines, People
-from .lattice import Displacement, DomainRegions, Folds, LatticeLines
-from .maps import HeatMap, JacobianMap
+from .field import Displacement, DomainRegions, Folds, HeatMap, JacobianMap, LatticeLines
 from .marks import Centre, Landmarks, LensStretch, Targets
 from .overlay import Overlay, Place
 from .protection import Protected

@@ -17,7 +17,7 @@ from kogao_core.projects.results import Provenance
 from ...ahead import Ahead
 from ...document import State, UndoSteps
 from ...render.colour import pyramid_of, screen_colours
-from ...render.pyramid import PicturePyramid
+from ...render.pictures import PicturePyramid
 from ...storage import Storage
 from . import history
 from .history import project_of, state_of

@@ -12,8 +12,7 @@ from PySide6.QtWidgets import QCheckBox, QDialogButtonBox, QLineEdit, QWidget
 from kogao_core.photo import CannotDisclose
 from kogao_core.photo.disclosure.credentials import Signer, check_signer
 from kogao_core.photo.disclosure.disclosing import NO_DISCLOSURE, Disclosure
-from kogao_core.photo.disclosure.label import LONGEST, check_label
-from kogao_core.photo.disclosure.label_picture import LabelPicture, check_picture
+from kogao_core.photo.disclosure.label import LONGEST, LabelPicture, check_label, check_picture
 from kogao_core.recipe.settings import CORNERS, LABEL_CORNER, LABEL_PERCENT, LABEL_SHARE, Corner
 
 from ...i18n import sentence, tr, translated

@@ -277,10 +277,10 @@ class RecipePanel(QWidget):
         form.setSpacing(2 * GRID_PX)
         shown_elsewhere = (*_ALWAYS_SHOWN, *fields.FOLDED_PARTS)
         folded = [one for one in SETTINGS.values() if one.name not in shown_elsewhere]
-        for setting in (one for one in folded if one.per_face):
+        for setting in (one for one in folded if not one.per_photo):
             self._add(setting, form)
         form.addRow(muted_label(tr("These hold for the whole photo:")))
-        for setting in (one for one in folded if not one.per_face):
+        for setting in (one for one in folded if one.per_photo):
             self._add(setting, form)
         column_of(details, form)
         return details

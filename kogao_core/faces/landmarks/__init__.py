@@ -10,8 +10,8 @@ from kogao_core.faces.landmarks.sources import (
     find,
     networks_are_here,
     source,
+    template_face,
 )
-from kogao_core.faces.landmarks.template import template_face
 
 __all__ = [
     "CHOICES",

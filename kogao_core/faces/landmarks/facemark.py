@@ -105,7 +105,8 @@ def _loaded(model: Path) -> Any:
     try:
         with model.open("rb") as file:
             start = file.read(len(_KAZEMI))
-            text = start + file.read(_MOST_BYTES) if start.startswith(_YAML) else b""
+            is_yaml = start.startswith(_YAML)
+            text = start + file.read(_MOST_BYTES) if is_yaml else b""
     except OSError as error:
         raise ModelRefused(
             Text(
@@ -118,7 +119,7 @@ def _loaded(model: Path) -> Any:
         raise ModelRefused(
             Text("{model} is too large for a landmark model; give another file", model=model)
         )
-    if start.startswith(_YAML):
+    if is_yaml:
         facemark = _silent_lbf()
     elif start == _KAZEMI:
         facemark = cv2.face.createFacemarkKazemi()
@@ -131,7 +132,7 @@ def _loaded(model: Path) -> Any:
             )
         )
     try:
-        whole = not start.startswith(_YAML) or (_is_flat(text) and _is_whole(model))
+        whole = not is_yaml or (_is_flat(text) and _is_whole(model))
         if whole:
             facemark.loadModel(str(model))
     except (cv2.error, SystemError):

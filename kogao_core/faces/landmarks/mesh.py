@@ -27,7 +27,7 @@ from kogao_core.faces.landmarks.blazeface import (
     Square,
     are_opposite,
 )
-from kogao_core.faces.landmarks.edges import EdgeNetwork, refine
+from kogao_core.faces.landmarks.edges import MODEL, EdgeNetwork
 from kogao_core.faces.landmarks.outline import forehead, joined, silhouette
 from kogao_core.faces.landmarks.pixels import Pyramid, planes, sharpened
 
@@ -56,7 +56,7 @@ _PRESENCE_MIDDLE: Final = -1.5
 _PRESENCE_WIDTH: Final = 0.75
 _NO_PRESENCE: Final = -8.0
 # The wide look separates faces from the rest better than the close one, both best.
-_WIDE_SHARE: Final = 0.7
+WIDE_SHARE: Final = 0.7
 _DOUBT: Final = 0.86
 _UPSIDE_DOWN: Final = 0.5  # least probability of the turned view that makes a second fit worth it
 # What a face on its head counts beside an upright one, and what is left of the score where that
@@ -230,7 +230,7 @@ class MeshSource:
 
     @cached_property
     def _edges(self) -> EdgeNetwork:
-        return EdgeNetwork.read(assets.path(refine.MODEL), beards=self._beards)
+        return EdgeNetwork.read(assets.path(MODEL), beards=self._beards)
 
     @cached_property
     def _network(self) -> MeshNetwork:
@@ -336,7 +336,7 @@ class MeshSource:
             return box.score
         wide = self._detector.sight(image, mesh.box, WIDE)
         close = self._detector.sight(image, mesh.box, CLOSE, soft=True)
-        return _WIDE_SHARE * wide + (1.0 - _WIDE_SHARE) * close
+        return WIDE_SHARE * wide + (1.0 - WIDE_SHARE) * close
 
 
 class ChinSource(MeshSource):

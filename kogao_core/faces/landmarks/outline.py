@@ -10,7 +10,7 @@ from typing import Final
 import cv2
 import numpy as np
 
-from kogao_core.base.geometry import Array
+from kogao_core.base.geometry import Array, arc_lengths
 from kogao_core.base.language import Text
 from kogao_core.faces.face import FOREHEAD_POINTS, OUTLINE_POINTS
 
@@ -109,17 +109,12 @@ def _raised(side: Array, depth: Array) -> Array:
     return np.vstack([side[:at] if len(over) else side, end])
 
 
-def _arc_lengths(line: Array) -> Array:
-    steps = np.linalg.norm(np.diff(line, axis=0), axis=1)
-    return np.concatenate([[0.0], np.cumsum(steps)])
-
-
 def resampled(line: Array, count: int) -> Array:
     """Return `count` points at equal steps of arc length along a polyline, ends kept.
 
     `line` (N, 2 or more). Result (count, 2 or more).
     """
-    lengths = _arc_lengths(line[:, :2])
+    lengths = arc_lengths(line[:, :2])
     wanted = np.linspace(0.0, lengths[-1], count)
     return np.column_stack(
         [np.interp(wanted, lengths, line[:, axis]) for axis in range(line.shape[1])]
@@ -131,5 +126,5 @@ def _pushed_out(line: Array) -> Array:
     along = np.gradient(line, axis=0)
     along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-9)
     outward = np.column_stack([-along[:, 1], along[:, 0]])
-    distance = (_OUTWARD_AT_CHIN - _OUTWARD_LESS_AT_ENDS * t**2) * _arc_lengths(line)[-1]
+    distance = (_OUTWARD_AT_CHIN - _OUTWARD_LESS_AT_ENDS * t**2) * arc_lengths(line)[-1]
     return np.asarray(line + distance[:, None] * outward)

@@ -13,7 +13,7 @@ from kogao_core.base.assets import AssetMissing
 from kogao_core.base.language import Text, tr
 from kogao_core.base.strict import BadFile
 from kogao_core.cli import common, ending, options, reading, words
-from kogao_core.cli.progress import ProgressLine
+from kogao_core.cli.common import ProgressLine
 from kogao_core.faces.face import LandmarkSource
 from kogao_core.faces.landmarks import ModelRefused
 from kogao_core.lab.commands import outputs, pictures, study

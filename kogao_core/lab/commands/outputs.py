@@ -14,16 +14,16 @@ from kogao_core.base import atomic
 from kogao_core.base.display import png
 from kogao_core.base.geometry import Image
 from kogao_core.base.language import Text
-from kogao_core.cli import common, ending, json_file, words
+from kogao_core.cli import common, ending, words
 from kogao_core.lab.reports.report import Made, Report, files, translated_report
 
 KINDS: Final = ("json", "csv", "html")
-STDOUT: Final = json_file.STDOUT
+STDOUT: Final = common.STDOUT
 # Adds ``--json``, ``--csv``, ``--html``, which `asked_for` reads, and ``--force``.
 writes_files = words.together(
-    json_file.writes_json,
-    json_file.writes("csv", Text("Write a table of all figures, or print it.")),
-    json_file.writes("html", Text("Write a report for a browser, or print it.")),
+    common.writes_json,
+    common.writes("csv", Text("Write a table of all figures, or print it.")),
+    common.writes("html", Text("Write a report for a browser, or print it.")),
     common.forces,
 )
 

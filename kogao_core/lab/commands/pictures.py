@@ -13,7 +13,7 @@ from kogao_core.base.atomic import put
 from kogao_core.base.language import Text, tr
 from kogao_core.base.wording import shown
 from kogao_core.cli import common, ending, options, reading, words
-from kogao_core.cli.progress import ProgressLine
+from kogao_core.cli.common import ProgressLine
 from kogao_core.lab import series as one_person
 from kogao_core.lab.commands import outputs
 from kogao_core.lab.experiments.figures import figures as drawings_of

@@ -16,8 +16,8 @@ from kogao_core.base import interrupts
 from kogao_core.base.language import Text, tr
 from kogao_core.base.strict import BadFile
 from kogao_core.base.wording import shown
-from kogao_core.cli import common, ending, options, projects, reading, words
-from kogao_core.cli.progress import ProgressLine
+from kogao_core.cli import common, ending, options, reading, words
+from kogao_core.cli.common import ProgressLine
 from kogao_core.faces.face import select
 from kogao_core.lab.commands import outputs
 from kogao_core.lab.study import data as answer_tables
@@ -226,7 +226,7 @@ def _subjects(
         photo = reading.read_photo(path, max_megapixels)
         (face,) = select(reading.find_faces(photo, landmarks), "largest")
         shown = making.subject(photo, face)
-        found.append(dataclasses.replace(shown, sha256=projects.hash_of(path)))
+        found.append(dataclasses.replace(shown, sha256=reading.hash_of(path)))
     return found
 
 

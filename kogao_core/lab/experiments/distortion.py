@@ -28,7 +28,7 @@ from kogao_core.pipeline import Rendering, render
 from kogao_core.recipe.recipe import PAPER, Recipe
 from kogao_core.recipe.settings import SETTINGS
 from kogao_core.warp.field import Field, shown_at
-from kogao_core.warp.samples import largest_det
+from kogao_core.warp.one_to_one import largest_det
 
 RULES: Final = 16  # straight lines drawn each way
 _ROUND: Final = 0.25  # of the faces' box is added round them for these lines
@@ -45,7 +45,7 @@ class Distortion:
     spacing_px: float
     warp_px: float
     # How far landmarks come towards the centre, mean over the faces, in % of D
-    # (`kogao_core.warp.dose`); the variant's percentage was asked for.
+    # (`kogao_core.warp.measures`); the variant's percentage was asked for.
     achieved: float
     # Area inside the outline after the warp over the area before it, minus 1, in %.
     face_area: float

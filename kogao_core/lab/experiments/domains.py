@@ -32,8 +32,7 @@ from kogao_core.lab.subjects import Progress, Subject, no_progress, psnr_db, whi
 from kogao_core.pipeline import Rendering, render
 from kogao_core.recipe.recipe import LOSSLESS_PX, Recipe
 from kogao_core.recipe.settings import DOMAINS, DomainName
-from kogao_core.warp.counts import pixel_counts
-from kogao_core.warp.domain import Mask, mask_of
+from kogao_core.warp.domain import Mask, mask_of, pixel_counts
 from kogao_core.warp.field import Field
 from kogao_core.warp.lattice import ORDER
 

@@ -15,8 +15,8 @@ from typing import Any, Final, Literal
 
 from kogao_core.base.geometry import Box
 from kogao_core.base.language import Text
-from kogao_core.faces.differences import matching
 from kogao_core.faces.face import Face, LandmarkSource
+from kogao_core.faces.targets import matching
 from kogao_core.lab.experiments.trials import Apart, Trial, apart
 from kogao_core.lab.reports.spread import Spread, in_turns
 from kogao_core.lab.subjects import Progress, Subject, at_paper_size, no_progress, set_by_hand
@@ -25,8 +25,7 @@ from kogao_core.photo.formats import READ_ONLY
 from kogao_core.pipeline import render
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.recipe.settings import DomainName
-from kogao_core.warp.counts import pixel_counts
-from kogao_core.warp.domain import threshold_of
+from kogao_core.warp.domain import pixel_counts, threshold_of
 from kogao_core.warp.field import Field
 
 Size = Literal["960x720", "own"]

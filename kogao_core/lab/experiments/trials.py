@@ -27,8 +27,8 @@ import numpy as np
 from kogao_core.base.atomic import appended
 from kogao_core.base.language import Text
 from kogao_core.base.strict import BadFile, Node, parse
-from kogao_core.faces.differences import differences, matching
 from kogao_core.faces.face import Face
+from kogao_core.faces.targets import differences, matching
 from kogao_core.projects.json import MOST_FACES, face_dict
 from kogao_core.projects.json import faces as faces_of
 from kogao_core.recipe.recipe import PAPER

@@ -94,7 +94,7 @@ class PhotoRecord:
 class PictureFigures:
     """What a picture's warp amounts to."""
 
-    # How far the landmarks came towards the centre, % of D (`kogao_core.warp.dose`).
+    # How far the landmarks came towards the centre, % of D (`kogao_core.warp.measures`).
     achieved: float
     # Lattice spacing in mean warp distances, the paper's R in figures 10 and 11.
     lattice_in_warps: float | None

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import io
 import os
+from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -27,8 +28,16 @@ if TYPE_CHECKING:
 PASSWORD: Final = "KOGAO_SIGN_PASSWORD"
 """Name of the environment variable that holds a key's password."""
 _EDITED: Final = "http://cv.iptc.org/newscodes/digitalsourcetype/humanEdits"
-# By the number of bits of an elliptic curve.
-_CURVES: Final = {256: "es256", 384: "es384", 521: "es512"}
+# C2PA's algorithms by the kind of a key, as certificates name it, and its bits; 0 are any.
+_ALGORITHMS: Final = {
+    **{
+        ("1.2.840.10045.2.1", bits): name
+        for bits, name in ((256, "es256"), (384, "es384"), (521, "es512"))
+    },
+    ("1.3.101.112", 0): "ed25519",
+    ("1.2.840.113549.1.1.1", 0): "ps256",
+    ("1.2.840.113549.1.1.10", 0): "ps256",
+}
 _PROGRAM: Final = {"name": "Kogao", "version": kogao_core.__version__}
 _BUILDER: Final = {
     "thumbnail": {"enabled": False},
@@ -66,17 +75,21 @@ def signed(photo: Photo, pieces: Pieces, form: str, *, signer: Signer, what: str
     c2pa = _c2pa()
     algorithm, chain, key = _read(signer)
     source = photo.path.read_bytes()
+    # Without credentials of its own nothing else would tell which file it was.
+    digest = hashlib.sha256(source).hexdigest()
+    whole = {"relationship": "parentOf", "description": f"SHA-256 {digest}"}
     result = io.BytesIO()
     try:
         context = c2pa.Context.from_dict({"verify": _LOCAL, "builder": _BUILDER})
         info = c2pa.C2paSignerInfo(algorithm, chain, key, None)
         with c2pa.Builder(_manifest(what), context=context) as builder:
-            builder.add_ingredient(_ingredient(source), _type(photo, source), io.BytesIO(source))
+            builder.add_ingredient(whole, _type(photo, source), io.BytesIO(source))
             with c2pa.Signer.from_info(info) as hand:
                 builder.sign(hand, formats.BY_NAME[form].mime, io.BytesIO(b"".join(pieces)), result)
     except c2pa.C2paError as error:
+        said = str(error).split(": ", 1)[-1]  # C2PA's own words: it names their kind twice
         raise CannotDisclose(
-            Text("the result can't be signed ({problem}); save it without", problem=_plain(error))
+            Text("the result can't be signed ({problem}); save it without", problem=said)
         ) from error
     return [result.getvalue()]
 
@@ -103,16 +116,10 @@ def _manifest(what: str) -> dict[str, Any]:
     return {"assertions": [{"label": "c2pa.actions.v2", "data": {"actions": [action]}}]}
 
 
-def _ingredient(source: bytes) -> dict[str, str]:
-    # Without credentials of its own nothing else would tell which file it was.
-    digest = hashlib.sha256(source).hexdigest()
-    return {"relationship": "parentOf", "description": f"SHA-256 {digest}"}
-
-
 def _type(photo: Photo, source: bytes) -> str:
     """Return the type of a photo's file; raw files of many kinds are TIFF files."""
     is_tiff = photo.format == "RAW" and source.startswith(tiff.HEADS)
-    return formats.TIFF.mime if is_tiff else formats.BY_NAME[photo.format].mime
+    return formats.BY_NAME["TIFF" if is_tiff else photo.format].mime
 
 
 def _read(signer: Signer) -> tuple[str, bytes, bytes]:
@@ -120,7 +127,8 @@ def _read(signer: Signer) -> tuple[str, bytes, bytes]:
     from cryptography import x509  # comes with the extra
     from cryptography.hazmat.primitives import serialization
 
-    chain, key = _bytes_of(signer.certificate), _key(signer)
+    chain = _bytes_of(signer.certificate)
+    key = _key(signer, serialization.load_pem_private_key)
     try:
         certificate = x509.load_pem_x509_certificates(chain)[0]
     except ValueError:
@@ -133,16 +141,21 @@ def _read(signer: Signer) -> tuple[str, bytes, bytes]:
         serialization.PrivateFormat.PKCS8,
         serialization.NoEncryption(),
     )
-    return _algorithm(signer, key), chain, plain
+    kind = certificate.public_key_algorithm_oid.dotted_string
+    bits = getattr(key, "key_size", 0)
+    algorithm = _ALGORITHMS.get((kind, bits)) or _ALGORITHMS.get((kind, 0))
+    if algorithm is None:
+        raise CannotDisclose(
+            Text("the key {path} is of a kind that C2PA doesn't know; use P-256", path=signer.key)
+        )
+    return algorithm, chain, plain
 
 
-def _key(signer: Signer) -> Any:
-    from cryptography.hazmat.primitives.serialization import load_pem_private_key  # as above
-
+def _key(signer: Signer, load: Callable[[bytes, bytes | None], Any]) -> Any:
     data, password = _bytes_of(signer.key), os.environ.get(PASSWORD)
     try:
         try:
-            return load_pem_private_key(data, None)
+            return load(data, None)
         except TypeError:  # it is protected
             if not password:
                 raise CannotDisclose(
@@ -153,7 +166,7 @@ def _key(signer: Signer) -> Any:
                         name=PASSWORD,
                     )
                 ) from None
-            return load_pem_private_key(data, password.encode())
+            return load(data, password.encode())
     except ValueError:
         raise CannotDisclose(
             Text(
@@ -183,20 +196,6 @@ def _check_pair(signer: Signer, certificate: Certificate, key: Any) -> None:
         )
 
 
-def _algorithm(signer: Signer, key: Any) -> str:
-    from cryptography.hazmat.primitives.asymmetric import ec, ed25519, rsa  # as above
-
-    if isinstance(key, ec.EllipticCurvePrivateKey) and key.key_size in _CURVES:
-        return _CURVES[key.key_size]
-    if isinstance(key, ed25519.Ed25519PrivateKey):
-        return "ed25519"
-    if isinstance(key, rsa.RSAPrivateKey):
-        return "ps256"
-    raise CannotDisclose(
-        Text("the key {path} is of a kind that C2PA doesn't know; use P-256", path=signer.key)
-    )
-
-
 def _bytes_of(name: str) -> bytes:
     try:
         return Path(name).read_bytes()
@@ -204,8 +203,3 @@ def _bytes_of(name: str) -> bytes:
         raise CannotDisclose(
             Text("{path} can't be read ({problem})", path=name, problem=system_reason(error))
         ) from error
-
-
-def _plain(error: Exception) -> str:
-    """Return C2PA's own words: it names their kind twice."""
-    return str(error).split(": ", 1)[-1]

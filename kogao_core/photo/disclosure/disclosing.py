@@ -3,17 +3,36 @@
 from __future__ import annotations
 
 import dataclasses
+import html
+import re
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import partial, reduce
+from typing import Final, NoReturn
 
+import kogao_core
 from kogao_core.base.geometry import Image
 from kogao_core.base.language import Text
 from kogao_core.photo.disclosure.credentials import Signer, signed
-from kogao_core.photo.disclosure.label import draw_label
-from kogao_core.photo.disclosure.label_picture import LabelPicture, lay_over
+from kogao_core.photo.disclosure.label import LabelPicture, draw_label, lay_over
+from kogao_core.photo.errors import CannotDisclose
+from kogao_core.photo.metadata import xmp
 from kogao_core.photo.model import Photo, is_same
 from kogao_core.photo.writing import Sign
+
+_MEDIA: Final = "http://ns.adobe.com/xap/1.0/mm/"
+_EVENT: Final = "http://ns.adobe.com/xap/1.0/sType/ResourceEvent#"
+_IPTC: Final = "http://iptc.org/std/Iptc4xmpExt/2008-02-29/"
+_KINDS: Final = "http://cv.iptc.org/newscodes/digitalsourcetype/"
+_EDITED: Final = f"{_KINDS}humanEdits"
+# Only these are less than "edited by a human"; a composite, say, stays one.
+_CAPTURE: Final = re.compile(
+    f"{_KINDS}(digitalCapture|computationalCapture|negativeFilm|positiveFilm|print)\\b".encode()
+)
+_ABOUT: Final = (*xmp.DESCRIPTION, f"{xmp.RDF} about")
+_SOURCE_TYPE: Final = (*xmp.DESCRIPTION, f"{_IPTC} DigitalSourceType")
+_HISTORY: Final = (*xmp.DESCRIPTION, f"{_MEDIA} History")
+_HISTORY_LIST: Final = (*_HISTORY, f"{xmp.RDF} Seq")
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,9 +85,7 @@ def disclose(
     if disclosure.label:
         pixels = draw_label(pixels, disclosure.label, disclosure.font)
     if disclosure.record:
-        from kogao_core.photo.disclosure import edit_record  # loads an XML writer; few ask for it
-
-        xmp = edit_record.added(photo.xmp, what, when or datetime.now(UTC))
+        xmp = added(photo.xmp, what, when or datetime.now(UTC))
         photo = dataclasses.replace(photo, xmp=xmp)
     return photo, pixels
 
@@ -95,3 +112,78 @@ def undisclosed(photo: Photo, pixels: Image, disclosure: Disclosure) -> str:
 
 def _and(one: Text, other: Text) -> Text:
     return Text("{one} and {other}", one=one, other=other)
+
+
+def added(packet: bytes | None, what: str, when: datetime) -> bytes:
+    """Return an XMP packet with one more event in its history.
+
+    The IPTC digital source type becomes "human edits" where there is none, or that of a capture.
+    What is nested elsewhere is another picture's. Raises CannotDisclose.
+    """
+    packet = (packet or xmp.EMPTY).rstrip(b"\0")
+    try:
+        parts = xmp.parts(packet)
+    except xmp.BadXmp as error:
+        _refuse(str(error))
+    spans = {part.path: part.span for part in parts}
+    top = spans.get(xmp.DESCRIPTION[:1])
+    if top is None:
+        _refuse(Text("it holds no rdf:RDF"))
+    edits, new = {}, ""
+    if (span := spans.get(_SOURCE_TYPE)) is None:
+        new += f"<Iptc4xmpExt:DigitalSourceType>{_EDITED}</Iptc4xmpExt:DigitalSourceType>"
+    else:
+        edits[span] = _CAPTURE.sub(_EDITED.encode(), packet[slice(*span)])
+    event = _event(what, when)
+    if (span := spans.get(_HISTORY_LIST)) is not None:
+        start, end, content = xmp.appended(packet, span, event)
+        edits[start, end] = content
+    elif _HISTORY in spans:
+        _refuse(Text("its history is of an unknown form"))
+    else:
+        new += f"<xmpMM:History><rdf:Seq>{event}</rdf:Seq></xmpMM:History>"
+    if new:
+        values = (part.value(packet) for part in parts if part.path == _ABOUT)
+        about = next(
+            (packet[slice(*value)] for value in values if value and value[0] < value[1]), b""
+        )
+        start, end, content = xmp.appended(
+            packet, top, _description(html.unescape(about.decode()), new)
+        )
+        edits[start, end] = content
+    return xmp.replaced(packet, edits)
+
+
+def _description(about: str, content: str) -> str:
+    return (
+        f'<rdf:Description xmlns:rdf="{xmp.RDF}" xmlns:xmpMM="{_MEDIA}" '
+        f'xmlns:Iptc4xmpExt="{_IPTC}" '
+        f"rdf:about={_quoted(about)}>{content}</rdf:Description>\n"
+    )
+
+
+def _event(what: str, when: datetime) -> str:
+    """Return an event as the XMP specification part 2 defines it."""
+    event = {
+        "action": "edited",
+        "when": when.isoformat(timespec="seconds"),
+        "softwareAgent": f"Kogao {kogao_core.__version__}",
+        "changed": "/",
+        **({"parameters": what} if what else {}),
+    }
+    fields = " ".join(f"stEvt:{name}={_quoted(value)}" for name, value in event.items())
+    return f'<rdf:li xmlns:rdf="{xmp.RDF}" xmlns:stEvt="{_EVENT}" {fields}/>'
+
+
+def _quoted(value: str) -> str:
+    text = html.escape(value, quote=False).replace('"', "&quot;")
+    return '"' + re.sub(r"[\t\n\r]", lambda one: f"&#{ord(one[0])};", text) + '"'
+
+
+def _refuse(reason: str) -> NoReturn:
+    raise CannotDisclose(
+        Text(
+            "the photo's XMP can't take an edit record ({reason}); save without one, or repair it",
+            reason=reason,
+        )
+    )

@@ -12,7 +12,7 @@ from typing import Final
 from kogao_core.base.geometry import Image
 from kogao_core.base.language import Text
 from kogao_core.photo.formats.avif import AVIF
-from kogao_core.photo.formats.base import Content, FileFormat, Source
+from kogao_core.photo.formats.base import FileFormat
 from kogao_core.photo.formats.heif import HEIF
 from kogao_core.photo.formats.jpeg import JPEG
 from kogao_core.photo.formats.png import PNG
@@ -31,28 +31,6 @@ READABLE: Final[dict[str, str]] = {suffix: form.name for form in ALL for suffix 
 READ_ONLY: Final[dict[str, str]] = {
     suffix: name for suffix, name in READABLE.items() if suffix not in FORMATS
 }
-
-__all__ = [
-    "ALL",
-    "AVIF",
-    "BY_NAME",
-    "FORMATS",
-    "HEIF",
-    "JPEG",
-    "PNG",
-    "RAW",
-    "READABLE",
-    "READ_ONLY",
-    "TIFF",
-    "WEBP",
-    "WRITTEN",
-    "Content",
-    "FileFormat",
-    "Source",
-    "either",
-    "exact_endings",
-    "of",
-]
 
 
 def of(path: str | os.PathLike[str]) -> FileFormat:

@@ -14,7 +14,7 @@ from kogao_core.base.atomic import Pieces
 from kogao_core.base.language import Text
 from kogao_core.photo.errors import UnreadablePhoto
 from kogao_core.photo.formats import colour, common, heif
-from kogao_core.photo.formats.base import Content, FileFormat, Reader, Source
+from kogao_core.photo.formats.base import Content, FileFormat, Source
 from kogao_core.photo.metadata import kinds, upright
 from kogao_core.photo.metadata.kinds import Extra
 from kogao_core.photo.model import Photo
@@ -101,9 +101,15 @@ AVIF: Final = FileFormat(
     encode=_encode,
     layouts={"uint8": (3, 4)},
     longest_side_px=16384,
-    kept=frozenset({kinds.EXIF, kinds.EXIF_TAGS, kinds.MAKER_NOTE, kinds.XMP, kinds.ICC}),
+    kept=frozenset(
+        {
+            *(kinds.EXIF, kinds.EXIF_TAGS, kinds.MAKER_NOTE, kinds.THUMBNAIL),
+            *(kinds.XMP, kinds.ICC),
+        }
+    ),
     moved=frozenset({kinds.MOVED_NOTE}),
-    reader=Reader(_is_avif, _decode),
+    recognises=_is_avif,
+    decode=_decode,
     inside=_inside,
     lacks=_lacks,
 )

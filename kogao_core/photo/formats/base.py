@@ -38,25 +38,6 @@ class Source:
 
 
 @dataclass(frozen=True, slots=True)
-class Reader:
-    """How a file is recognised by its content and name, and what decodes it.
-
-    Parameters
-    ----------
-    recognises : callable
-        Given an open file and its path; leaves the file at its start.
-    decode : callable
-        Given a `Source`; returns its `Photo`.
-    is_by_name : bool
-        Whether the name alone decides; such readers are asked first.
-    """
-
-    recognises: Callable[[IO[bytes], Path], bool]
-    decode: Callable[[Source], Photo]
-    is_by_name: bool = False
-
-
-@dataclass(frozen=True, slots=True)
 class Content:
     """Pixels to write and the metadata there is."""
 
@@ -112,8 +93,9 @@ class FileFormat:
         What a changed photo brings along, and what lies elsewhere in it; all else is left out.
     companions : set of Kind
         What a photo of this format keeps where it is accompanied by it (`Photo.companions`).
-    reader : Reader, optional
-        None, where Pillow recognises and decodes it.
+    recognises, decode : callable, optional
+        Given an open file and its path, which is left at its start, whether it is of this format;
+        given a `Source`, its `Photo`. None, where Pillow recognises and decodes it.
     behind : callable, optional
         Yields what follows the end of the picture in a file, open at its start.
     note : Kind, optional
@@ -143,7 +125,8 @@ class FileFormat:
     kept: frozenset[Kind] = frozenset()
     moved: frozenset[Kind] = frozenset()
     companions: frozenset[Kind] = frozenset()
-    reader: Reader | None = None
+    recognises: Callable[[IO[bytes], Path], bool] | None = None
+    decode: Callable[[Source], Photo] | None = None
     behind: Callable[[IO[bytes]], Iterator[Extra]] | None = None
     note: Kind | None = kinds.MAKER_NOTE
     lacks: Callable[[Photo], str] = _nothing_said
@@ -169,8 +152,10 @@ class FileFormat:
 
     def fate(self, kind: Kind) -> Fate:
         """Return what becomes of something in a changed photo of this format."""
+        if kind is kinds.CREDENTIALS or (kind is kinds.VIDEO and kind in self.companions):
+            return "on request"
         if kind in self.companions:
-            return "on request" if kind is kinds.VIDEO else "kept"
+            return "kept"
         return "kept" if kind in self.kept else "moved" if kind in self.moved else "left out"
 
     def turns(self, photo: Photo, *, is_export: bool = False) -> bool:
@@ -188,14 +173,19 @@ class FileFormat:
     ) -> str:
         """Return what of a photo's extras a changed one doesn't keep, in one line, as found.
 
-        `along`: what accompanies it; `is_export`: all is encoded anew.
+        `along`: what accompanies it, and credentials where it is signed; `is_export`: all is
+        encoded anew.
         """
         turns = self.turns(photo, is_export=is_export)
         lost: dict[str, None] = {}
         moved = has_note = False
         for extra in extras:
-            gone = extra.kind in self.companions and extra.kind not in along
+            asked = extra.kind in self.companions or extra.kind is kinds.CREDENTIALS
+            gone = asked and extra.kind not in along
+            is_behind = photo.format == self.name and not is_export and kinds.VIDEO not in along
+            gone |= extra.kind in kinds.RECORDS and not is_behind
             gone |= extra.kind is kinds.PLACES and turns
+            gone |= extra.kind is kinds.SECOND_PROFILE and photo.jpeg is None
             fate = "left out" if gone else self.fate(extra.kind)
             moved |= fate == "moved"
             has_note |= extra.kind in (kinds.MAKER_NOTE, kinds.MOVED_NOTE)

@@ -2,25 +2,37 @@
 
 from __future__ import annotations
 
+import math
 import os
-from typing import IO
+import struct
+from fractions import Fraction
+from typing import IO, Any, Final
 
 from PIL import Image as Pillow
 from PIL import JpegImagePlugin, UnidentifiedImageError
+from PIL.ExifTags import Base as Tag
 
 from kogao_core.base.geometry import Image
 from kogao_core.base.language import Text
 from kogao_core.photo.errors import UnreadablePhoto
-from kogao_core.photo.formats import colour, deep
+from kogao_core.photo.formats import colour, png, webp
 from kogao_core.photo.formats.base import Source
-from kogao_core.photo.formats.turning import turn_upright
-from kogao_core.photo.formats.webp import is_lossless
-from kogao_core.photo.jpeg import decoding
-from kogao_core.photo.metadata import contents, upright
-from kogao_core.photo.model import Photo, channels_of
+from kogao_core.photo.jpeg import decoding, segments
+from kogao_core.photo.metadata import jpeg_extras, upright
+from kogao_core.photo.metadata.upright import turn_upright
+from kogao_core.photo.model import JpegCoding, Photo, channels_of
 
 _USUAL, _DEEP = 8, 16  # bits of a channel
 _HEAD_BYTES = 16  # by which Pillow recognises a format
+_FINEST, _MOST = 1000, 65535  # denominator of a shape; numerator, as JFIF holds it
+_JPEG_LS: Final = 0xF7
+_FRAMES: Final = (
+    *(*range(0xC0, 0xC4), *range(0xC5, 0xC8), *range(0xC9, 0xCC), *range(0xCD, 0xD0)),
+    _JPEG_LS,
+)
+# Baseline, extended, progressive, lossless; then the first and third coded arithmetically.
+_KNOWN_FRAMES: Final = (*range(0xC0, 0xC4), 0xC9, 0xCA)
+_KNOWN_DEPTH: Final = 8
 
 
 def decode(source: Source, names: tuple[str, ...]) -> Photo:
@@ -29,40 +41,40 @@ def decode(source: Source, names: tuple[str, ...]) -> Photo:
     try:
         opened = Pillow.open(file, formats=names)
     except UnidentifiedImageError:
-        if contents.is_rare_jpeg(file):
+        if _is_rare_jpeg(file):
             raise _rare(source) from None
         _check_damage(file, names)
         raise
     with opened as image:
         source.check(*image.size)
-        jpeg = contents.jpeg_coding(image)
-        bits, is_grey = deep.png_layout(image, file) or (_USUAL, False)
+        jpeg = jpeg_coding(image)
+        bits, is_grey = colour.png_layout(image, file) or (_USUAL, False)
         notes: tuple[str, ...] = ()
         sound = None
         if bits == _DEEP:
-            deep.verify_png(file)
+            colour.verify_png(file)
         elif jpeg is not None and decoding.check(file, source.path):
             sound = decoding.pixels(source.data(), image.size, image.mode)
         decoded, damage = (image, ()) if sound is not None else _decoded(image, source)
-        contents.settle_profile(decoded, file)
+        _settle_profile(decoded, file)
         if sound is not None:
             pixels = sound
         elif bits == _DEEP:
             pixels, notes = _deep_png(image, source, is_grey=is_grey)
         else:
             pixels, image.info["icc_profile"], notes = colour.to_array(decoded, bits)
-        blocks = contents.blocks(image, file, channels_of(pixels))
-        turn = upright.orientation(blocks["exif"], blocks["xmp"])
+        metadata = _blocks(image, file, channels_of(pixels))
+        turn = upright.orientation(metadata["exif"], metadata["xmp"])
         return Photo(
             turn_upright(pixels, turn),
             source.path,
             # MPO is what phones call a JPEG followed by a depth or gain map.
             "JPEG" if jpeg is not None else next(name for name in names if name == image.format),
-            **blocks,
-            **contents.density(image),
+            **metadata,
+            **_density(image),
             orientation=turn,
             jpeg=jpeg if not notes else None,
-            lossless_webp=is_lossless(file),
+            lossless_webp=webp.is_lossless(file),
             notes=(*damage, *notes),
         )
 
@@ -90,9 +102,9 @@ def _deep_png(
     image: Pillow.Image, source: Source, *, is_grey: bool
 ) -> tuple[Image, tuple[str, ...]]:
     """Return the pixels of a 16-bit PNG file, and notes; grey with alpha becomes RGBA."""
-    pixels = deep.decode(source.data())
+    pixels = colour.decoded_deep(source.data())
     if pixels.ndim == 2 and "transparency" in image.info:
-        pixels = deep.with_alpha(pixels, image.info["transparency"])
+        pixels = colour.with_alpha(pixels, image.info["transparency"])
     if pixels.ndim == 2 or not is_grey or not image.info.get("icc_profile"):
         return pixels, ()
     image.info["icc_profile"] = None
@@ -109,10 +121,124 @@ def _decoded(image: Pillow.Image, source: Source) -> tuple[Pillow.Image, tuple[s
     except OSError:
         if not isinstance(image, JpegImagePlugin.JpegImageFile):
             raise
-        if contents.is_rare_jpeg(source.file):
+        if _is_rare_jpeg(source.file):
             raise _rare(source) from None
         whole = decoding.without_end(source.data())
         if whole is None:
             raise
         return whole, (Text("the file is slightly damaged: its end marker is missing"),)
     return image, ()
+
+
+def jpeg_coding(image: Pillow.Image) -> JpegCoding | None:
+    """Return how a JPEG file is compressed."""
+    if not isinstance(image, JpegImagePlugin.JpegImageFile):
+        return None
+    tables = tuple(tuple(image.quantization[key]) for key in sorted(image.quantization))
+    # -1 is grey or a sampling that Pillow can't write: keep all the colour there is.
+    subsampling = max(0, JpegImagePlugin.get_sampling(image))
+    return JpegCoding(tables, subsampling, bool(image.info.get("progressive")), _jfif(image))
+
+
+def _jfif(image: Pillow.Image) -> bytes:
+    info = image.info
+    if "jfif_unit" not in info:
+        return b""
+    return struct.pack(">BBBHH", *info["jfif_version"], info["jfif_unit"], *info["jfif_density"])
+
+
+def _settle_profile(image: Pillow.Image, file: IO[bytes]) -> None:
+    """Let the first whole colour profile of a JPEG count; Pillow drops two of them."""
+    if isinstance(image, JpegImagePlugin.JpegImageFile):
+        whole, _ = segments.profiles(file)
+        parts = (one[segments.PROFILE_AT :] for one in whole[0]) if whole else ()
+        image.info["icc_profile"] = b"".join(parts) or None
+
+
+def _is_rare_jpeg(file: IO[bytes]) -> bool:
+    """Tell whether an open JPEG file is of a kind that libjpeg doesn't know, or too colour."""
+    return any(
+        code in _FRAMES and (code not in _KNOWN_FRAMES or segment[4:5] != bytes([_KNOWN_DEPTH]))
+        for code, segment in segments.segments(file)
+    )
+
+
+def _blocks(image: Pillow.Image, file: IO[bytes], channels: int) -> dict[str, Any]:
+    """Return the metadata blocks of an open file of so many channels, by their names in `Photo`."""
+    exif = image.info.get("exif") or _raw_profile(image, "exif")
+    if exif is not None and not exif.startswith(upright.PREFIX):
+        exif = upright.PREFIX + exif
+    xmp = image.info.get("xmp")
+    xmp = xmp.encode() if isinstance(xmp, str) else xmp
+    return {
+        "icc_profile": image.info.get("icc_profile") or None,
+        "exif": exif,
+        "xmp": xmp or None,
+        **_native(image, file, channels),
+    }
+
+
+def _native(image: Pillow.Image, file: IO[bytes], channels: int) -> dict[str, Any]:
+    """Return what has another place in every format."""
+    if isinstance(image, JpegImagePlugin.JpegImageFile):
+        return {
+            "xmp": jpeg_extras.packet(file),
+            "photoshop": segments.photoshop(file),
+            "carried": jpeg_extras.carried(file),
+        }
+    if image.format == "PNG":
+        carried = png.carried(file, channels)
+        return {"photoshop": _raw_profile(image, "iptc"), "carried": carried}
+    return {"carried": webp.carried(file)} if image.format == "WEBP" else {}
+
+
+def _raw_profile(image: Pillow.Image, name: str) -> bytes | None:
+    """Return a block that ImageMagick has written into a text of a PNG file."""
+    text = image.info.get(f"Raw profile type {name}")
+    try:
+        return bytes.fromhex("".join(text.split("\n")[3:])) if isinstance(text, str) else None
+    except ValueError:
+        return None  # damaged, not worth the photo
+
+
+def _density(image: Pillow.Image) -> dict[str, Any]:
+    """Return the resolution, or else the pixels' shape, by their names in `Photo`."""
+    ratio = image.info.get("aspect")
+    if image.info.get("jfif_unit") == 0:
+        ratio = image.info["jfif_density"]
+    if (shape := aspect(ratio)) is not None:
+        return {"aspect": shape}
+    return {} if _is_guessed(image) else {"dpi": dpi(image.info.get("dpi"))}
+
+
+def _is_guessed(image: Pillow.Image) -> bool:
+    """Tell whether a JPEG holds no resolution, so that Pillow's 72 dpi is a guess."""
+    if image.format == "PNG" or image.info.get("jfif_unit") in (1, 2):
+        return False
+    try:
+        return not {Tag.XResolution, Tag.ResolutionUnit} <= image.getexif().keys()
+    except (OSError, SyntaxError, ValueError, struct.error):  # a damaged block
+        return True
+
+
+def aspect(value: Any) -> tuple[int, int] | None:
+    """Return pixels along x and y in the same length as small whole numbers, if they aren't square.
+
+    Absurd ratios are taken for damage.
+    """
+    try:
+        x, y = (float(part) for part in value)
+        shape = Fraction(x / y).limit_denominator(_FINEST)
+    except (TypeError, ValueError, OverflowError, ZeroDivisionError):
+        return None
+    known = 0 < shape != 1 and shape.numerator <= _MOST
+    return (shape.numerator, shape.denominator) if known else None
+
+
+def dpi(value: Any) -> tuple[float, float] | None:
+    """Return a resolution as (x, y) in dots per inch; None unless it is two positive numbers."""
+    try:
+        x, y = (float(part) for part in value)
+    except (TypeError, ValueError, ZeroDivisionError):
+        return None
+    return (x, y) if 0 < x < math.inf and 0 < y < math.inf else None

@@ -1,4 +1,4 @@
-"""What follows a JPEG's picture in its file and can go along: a gain map for HDR, and a film.
+"""What follows a JPEG's picture in its file and can go along: a gain map, a film, records.
 
 The gain map is a small JPEG file of how much brighter each place is on an HDR screen. Behind the
 picture come such pictures, which the index of CIPA DC-007 (MPF) counts, and the film last.
@@ -19,10 +19,12 @@ from PIL import Image as Pillow
 from kogao_core.base.atomic import Pieces
 from kogao_core.base.geometry import Box, Image
 from kogao_core.base.stderr import hushed
-from kogao_core.photo.formats.turning import as_stored, turn_upright
+from kogao_core.photo.formats import common
 from kogao_core.photo.jpeg import decoding, segments
-from kogao_core.photo.jpeg.blocks import CannotKeepBlocks, keep_blocks
-from kogao_core.photo.metadata import container, contents, kinds
+from kogao_core.photo.jpeg.blocks import keep_blocks
+from kogao_core.photo.jpeg.coefficients import CannotKeepBlocks
+from kogao_core.photo.metadata import kinds, stale
+from kogao_core.photo.metadata.upright import as_stored, turn_upright
 from kogao_core.photo.model import Companion, Photo, is_same
 
 Move = Callable[[Image], Image]
@@ -67,7 +69,7 @@ def accompanied(photo: Photo, move: Move, *, film: bool = False) -> Photo:
     """
     found: list[Companion] = []
     for extra in photo.extras:
-        if extra.kind is kinds.VIDEO and film and extra.data and _tells_film(photo):
+        if extra.kind is kinds.VIDEO and film and extra.data and stale.tells_film(photo.xmp or b""):
             found.append(Companion(kinds.VIDEO, extra.data))
         elif extra.kind is kinds.GAIN_MAP and _fits(extra.data, photo):
             before = _decoded(extra.data)
@@ -76,10 +78,6 @@ def accompanied(photo: Photo, move: Move, *, film: bool = False) -> Photo:
                 found.append(Companion(kinds.GAIN_MAP, extra.data, after, before))
     one_each = {one.kind: one for one in reversed(found)}
     return dataclasses.replace(photo, companions=tuple(reversed(one_each.values())))
-
-
-def _tells_film(photo: Photo) -> bool:
-    return photo.xmp is not None and container.tells_film(photo.xmp)
 
 
 def has_gain_map(photo: Photo) -> bool:
@@ -127,7 +125,7 @@ def _encoded(one: Companion, orientation: int, folder: Path) -> bytes:
     if is_same(before, after):
         return data
     with Pillow.open(io.BytesIO(data), formats=["JPEG"]) as image:
-        coding = contents.jpeg_coding(image)
+        coding = common.jpeg_coding(image)
 
     def encode(box: Box) -> bytes:
         with io.BytesIO() as out:
@@ -145,7 +143,7 @@ def _encoded(one: Companion, orientation: int, folder: Path) -> bytes:
 
 
 def joined(photo: Photo, picture: bytes) -> bytes:
-    """Return a JPEG file with its companions behind it, and an index of the pictures among them."""
+    """Return a JPEG file with what follows it, and an index of the pictures among that."""
     pictures = [one.data for one in photo.companions if one.kind is kinds.GAIN_MAP]
     if pictures:
         index = _index(0, [len(one) for one in pictures])
@@ -154,7 +152,9 @@ def joined(photo: Photo, picture: bytes) -> bytes:
         base = at + 4 + len(_MPF_NAME)
         picture = picture[:at] + _index(size, [len(one) for one in pictures], base) + picture[at:]
     films = [one.data for one in photo.companions if one.kind is kinds.VIDEO]
-    return b"".join([picture, *pictures, *films])
+    # A film is looked for at the end.
+    records = [one.data for one in photo.extras if one.kind in kinds.RECORDS and not films]
+    return b"".join([picture, *pictures, *films, *records])
 
 
 def grown(pieces: Pieces, more: int) -> Pieces:

@@ -12,9 +12,9 @@ import numpy as np
 from kogao_core.base.installed import adding
 from kogao_core.base.language import Text
 from kogao_core.photo.errors import UnreadablePhoto
-from kogao_core.photo.formats.base import FileFormat, Reader, Source
+from kogao_core.photo.formats.base import FileFormat, Source
+from kogao_core.photo.formats.common import aspect
 from kogao_core.photo.metadata import kinds, trailers, upright
-from kogao_core.photo.metadata.contents import aspect
 from kogao_core.photo.metadata.kinds import Extra, Kind
 from kogao_core.photo.model import Photo
 
@@ -25,7 +25,6 @@ _BOXES: Final = {
     b"mpvd": kinds.VIDEO,
     b"sefd": kinds.SAMSUNG,
     b"moov": kinds.FURTHER,
-    b"jumb": kinds.JUMBF,
 }
 _CREDENTIALS: Final = bytes.fromhex("d8fec3d61b0e483c92975828877ec481")
 _TONE_MAP: Final = re.compile(rb"infe\x02.{3}.{4}tmap", re.DOTALL)  # ISO 21496-1's item
@@ -135,6 +134,7 @@ HEIF: Final = FileFormat(
     mime="image/heic",
     suffixes=(".heic", ".heif", ".hif"),
     is_lossless=False,
-    reader=Reader(_is_heif, _decode),
+    recognises=_is_heif,
+    decode=_decode,
     inside=boxes,
 )

@@ -17,11 +17,12 @@ from kogao_core.base.language import Text
 from kogao_core.base.stderr import hushed
 from kogao_core.photo.formats import companions
 from kogao_core.photo.formats.base import Content, Encode, FileFormat
-from kogao_core.photo.formats.turning import as_stored
 from kogao_core.photo.jpeg import segments
-from kogao_core.photo.jpeg.blocks import CannotKeepBlocks, keep_blocks
+from kogao_core.photo.jpeg.blocks import keep_blocks
+from kogao_core.photo.jpeg.coefficients import CannotKeepBlocks
 from kogao_core.photo.metadata import jpeg_extras, kinds, trailers
 from kogao_core.photo.metadata.kinds import Extra
+from kogao_core.photo.metadata.upright import as_stored
 from kogao_core.photo.model import Photo, channels_of
 
 QUALITY: Final = 95
@@ -67,15 +68,14 @@ def _without_alpha(pixels: Image) -> Image:
     return np.ascontiguousarray(pixels[..., :3] if channels == 4 else pixels[..., 0])
 
 
-def _inside(_: Photo, file: IO[bytes]) -> Iterator[Extra]:
-    return jpeg_extras.found(file)
+def _inside(photo: Photo, file: IO[bytes]) -> Iterator[Extra]:
+    return jpeg_extras.found(file, is_turned=photo.orientation != 1)
 
 
 def _behind(file: IO[bytes]) -> Iterator[Extra]:
     data = file.read()
     end, late = segments.end_of_picture(data, 2)
-    if late:
-        yield Extra(kinds.LATE_SEGMENTS)
+    yield from jpeg_extras.late(late)
     yield from trailers.found(data, end)
 
 
@@ -135,7 +135,8 @@ JPEG: Final = FileFormat(
         {
             *(kinds.EXIF, kinds.EXIF_TAGS, kinds.MAKER_NOTE, kinds.XMP, kinds.XMP_EXTENSION),
             *(kinds.IPTC, kinds.ICC, kinds.GREY_PROFILE, kinds.RESOLUTION, kinds.ASPECT),
-            *(kinds.COMMENTS, kinds.SEGMENTS, kinds.PLACES),
+            *(kinds.COMMENTS, kinds.SEGMENTS, kinds.LATE_SEGMENTS, kinds.JUMBF, kinds.PLACES),
+            *(kinds.SECOND_XMP, kinds.SECOND_PROFILE, kinds.THUMBNAIL, *kinds.RECORDS),
         }
     ),
     moved=frozenset({kinds.MOVED_NOTE}),

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import os
+import struct
 import textwrap
+import zlib
 from collections.abc import Iterator
 from typing import IO, Final
 
@@ -10,22 +13,61 @@ import numpy as np
 from PIL import PngImagePlugin
 
 from kogao_core.base.atomic import Pieces
-from kogao_core.photo.formats import png_pixels
+from kogao_core.base.geometry import Image
+from kogao_core.base.language import Text
+from kogao_core.base.threads import default_threads, share_in_order
 from kogao_core.photo.formats.base import Content, FileFormat
-from kogao_core.photo.metadata import chunks, kinds, trailers
-from kogao_core.photo.metadata.kinds import Extra
-from kogao_core.photo.model import Photo
+from kogao_core.photo.metadata import kinds, trailers
+from kogao_core.photo.metadata.kinds import Extra, Kind
+from kogao_core.photo.model import Photo, channels_of
+
+SIGNATURE: Final = b"\x89PNG\r\n\x1a\n"
+_IHDR_END: Final = 33
+_OVERHEAD: Final = 12
+_DEPTH_AT: Final = 24
+_COLOUR: Final = (b"gAMA", b"cHRM", b"sRGB", b"cICP", b"mDCV", b"cLLI")
+_TEXT: Final = (b"tEXt", b"zTXt", b"iTXt")
+# Texts that hold blocks with a way of their own.
+_ELSEWHERE: Final = (
+    b"XML:com.adobe.xmp\0",
+    b"Raw profile type exif\0",
+    b"Raw profile type iptc\0",
+)
+# The picture itself, blocks with a way of their own, and Apple's index of the former.
+_PLAIN: Final = (
+    *(b"IHDR", b"PLTE", b"tRNS", b"IDAT", b"IEND", b"iCCP", b"eXIf", b"pHYs", b"sRGB", b"iDOT"),
+)
+_FRAMES: Final = (b"acTL", b"fcTL", b"fdAT")
+_BACKGROUND, _TRUE = b"bKGD", (b"sBIT", b"sTER", b"sCAL")
+_CREDENTIALS: Final = b"caBX"
+_COPY_BIT: Final = 0x20
+# Bytes that say a significant depth or a background, by the channels they are for.
+_SIZES: Final = {b"sBIT": {1: 1, 2: 2, 3: 3, 4: 4}, _BACKGROUND: {1: 2, 2: 2, 3: 6, 4: 6}}
+_SRGB_GAMMA: Final = 45455
+_SRGB_COLOURS: Final = (31270, 32900, 64000, 33000, 30000, 60000, 15000, 6000)
+_KEPT: Final = (kinds.TEXTS, kinds.COLOURS, kinds.CHUNKS)
+_MOST_BYTES: Final = 1 << 24
+# Pillow's own level takes eight times as long and saves a tenth (docs/fidelity.md).
+_LEVEL: Final = 1
+_UP: Final = 2  # each line as its difference from the one above
+_STRIP_BYTES: Final = 1 << 20
+_COLOUR_TYPES: Final = {1: 0, 2: 4, 3: 2, 4: 6}
+_RAW: Final = -zlib.MAX_WBITS  # no header and no checksum: strips have one of both together
+_ZLIB_HEADER: Final = b"\x78\x01"  # a window of 32 KiB, the fastest level
+_ADLER: Final = 65521
+Strip = tuple[bytes, int, int]
+"""Its chunk; the checksum and the number of the bytes that were packed."""
 
 
 def _encode(content: Content) -> Pieces:
     aspect = content.photo.aspect
-    shape = () if aspect is None else (chunks.shape(aspect),)
+    shape = () if aspect is None else (made(b"pHYs", struct.pack(">IIB", *aspect, 0)),)
     return [
-        png_pixels.header(content.pixels),
+        header(content.pixels),
         *shape,
         *content.carried,
         _metadata(content),
-        *png_pixels.packed(content.pixels),
+        *packed(content.pixels),
     ]
 
 
@@ -40,16 +82,175 @@ def _metadata(content: Content) -> bytes:
     if xmp is not None:
         text.add_itxt("XML:com.adobe.xmp", xmp.decode("utf-8", "replace"))
     empty = Content(content.photo, np.zeros((1, 1), np.uint8), content.blocks)
-    return chunks.before_pixels(empty.saved("PNG", pnginfo=text))
-
-
-def _inside(photo: Photo, file: IO[bytes]) -> Iterator[Extra]:
-    return chunks.found(file, photo.channels)
+    return _before_pixels(empty.saved("PNG", pnginfo=text))
 
 
 def _behind(file: IO[bytes]) -> Iterator[Extra]:
     data = file.read()
-    return trailers.found(data, chunks.end(data))
+    return trailers.found(data, _end(data))
+
+
+def chunks(file: IO[bytes]) -> Iterator[tuple[bytes, bytes]]:
+    """Yield name and bytes of each sound chunk but those of pixels; a damaged file ends early."""
+    file.seek(len(SIGNATURE))
+    while len(head := file.read(8)) == 8:
+        size, name = int.from_bytes(head[:4], "big"), head[4:]
+        if name == b"IDAT" or size > _MOST_BYTES:
+            file.seek(size + 4, os.SEEK_CUR)
+            continue
+        body = file.read(size + 4)
+        if len(body) < size + 4:
+            return
+        if zlib.crc32(name + body[:-4]) == int.from_bytes(body[-4:], "big"):
+            yield name, head + body
+
+
+def carried(file: IO[bytes], channels: int) -> tuple[bytes, ...]:
+    """Return chunks that a changed photo of so many channels keeps as they are.
+
+    These are texts, what colours mean, and what stays true or is marked as safe to copy.
+    """
+    found = list(chunks(file))
+    profiled = any(name == b"iCCP" for name, _ in found)
+    depth = _file_depth(file)
+    return tuple(
+        chunk
+        for name, chunk in found
+        if (name != b"sRGB" or not profiled)
+        and (name == b"sRGB" or _kind(name, chunk, channels, depth) in _KEPT)
+    )
+
+
+def _inside(photo: Photo, file: IO[bytes]) -> Iterator[Extra]:
+    depth = _file_depth(file)
+    all_of_it = list(chunks(file))
+    is_srgb = any(name in (b"sRGB", b"iCCP") for name, _ in all_of_it)
+    names: dict[Kind, list[str]] = {}
+    for name, chunk in all_of_it:
+        kind = _kind(name, chunk, photo.channels, depth)
+        if kind is None or (kind is kinds.COLOURS and (is_srgb or _says_srgb(name, chunk))):
+            continue
+        names.setdefault(kind, []).append(name.decode("latin-1"))
+    for kind, members in names.items():
+        listed = Text("PNG chunks {names}", names=" ".join(dict.fromkeys(members)))
+        yield Extra(kind, listed if kind in (kinds.CHUNKS, kinds.UNSAFE_CHUNKS) else "")
+
+
+def _end(data: bytes) -> int:
+    """Return where a PNG file ends by its last chunk."""
+    at = len(SIGNATURE)
+    while at + _OVERHEAD <= len(data):
+        name, at = data[at + 4 : at + 8], at + _OVERHEAD + int.from_bytes(data[at : at + 4], "big")
+        if name == b"IEND":
+            return min(at, len(data))
+    return len(data)
+
+
+def _file_depth(file: IO[bytes]) -> int:
+    """Return the bits per channel, or per index of a palette."""
+    file.seek(_DEPTH_AT)
+    return int.from_bytes(file.read(1), "big")
+
+
+def _kind(name: bytes, chunk: bytes, channels: int, depth: int) -> Kind | None:
+    """Return what a chunk is; None for the picture itself and what has a way of its own."""
+    if name in _TEXT:
+        return None if chunk[8:].startswith(_ELSEWHERE) else kinds.TEXTS
+    if name in _COLOUR and name != b"sRGB":
+        return kinds.COLOURS
+    known = {_CREDENTIALS: kinds.CREDENTIALS, **dict.fromkeys(_FRAMES, kinds.FURTHER)}
+    if name in known or name in _PLAIN:
+        return known.get(name)
+    fits = _SIZES.get(name, {}).get(channels) in (None, len(chunk) - _OVERHEAD)
+    if name == _BACKGROUND:  # shallower pixels are widened to 8 bits
+        return kinds.CHUNKS if fits and depth >= 8 else kinds.UNSAFE_CHUNKS
+    is_safe = name in _TRUE or bool(name[3] & _COPY_BIT)
+    return kinds.CHUNKS if fits and is_safe else kinds.UNSAFE_CHUNKS
+
+
+def _says_srgb(name: bytes, chunk: bytes) -> bool:
+    """Tell whether gamma or chromaticities are those that every reader takes for granted."""
+    body = chunk[8:-4]
+    numbers = struct.unpack(f">{len(body) // 4}I", body[: len(body) // 4 * 4])
+    return (name == b"gAMA" and numbers == (_SRGB_GAMMA,)) or (
+        name == b"cHRM" and numbers == _SRGB_COLOURS
+    )
+
+
+def made(name: bytes, body: bytes) -> bytes:
+    """Return a chunk as a file holds it."""
+    checksum = zlib.crc32(body, zlib.crc32(name))
+    return b"".join([struct.pack(">I", len(body)), name, body, struct.pack(">I", checksum)])
+
+
+def _before_pixels(png: bytes) -> bytes:
+    """Return the chunks between the header and the pixels of a file that an encoder wrote."""
+    end = _IHDR_END
+    while png[end + 4 : end + 8] != b"IDAT":
+        end += _OVERHEAD + int.from_bytes(png[end : end + 4], "big")
+    return png[_IHDR_END:end]
+
+
+def header(pixels: Image) -> bytes:
+    """Return the beginning of a file of pixels, up to the end of its header chunk."""
+    height, width = pixels.shape[:2]
+    colours = _COLOUR_TYPES[channels_of(pixels)]
+    return SIGNATURE + made(
+        b"IHDR", struct.pack(">IIBBBBB", width, height, 8 * pixels.itemsize, colours, 0, 0, 0)
+    )
+
+
+def packed(pixels: Image) -> list[bytes]:
+    """Return the chunks that hold pixels, and the one that ends the file.
+
+    The result doesn't depend on the number of threads.
+    """
+    lines = pixels.reshape(len(pixels), -1)
+    rows = max(1, _STRIP_BYTES // (lines.shape[1] * lines.itemsize))
+    tops = range(0, len(lines), rows)
+    checksum, pieces = 1, list[bytes]()
+
+    def take(_: int, strip: Strip) -> None:
+        nonlocal checksum
+        piece, own, count = strip
+        checksum = _joined(checksum, own, count)
+        pieces.append(piece)
+
+    share_in_order(tops, lambda top: _packed(lines, top, rows), take, default_threads())
+    return [*pieces, _idat(struct.pack(">I", checksum)), made(b"IEND", b"")]
+
+
+def _packed(lines: Image, top: int, rows: int) -> Strip:
+    filtered = _filtered(lines, top, min(len(lines), top + rows))
+    packer = zlib.compressobj(_LEVEL, zlib.DEFLATED, _RAW)
+    start = b"" if top else _ZLIB_HEADER
+    end = zlib.Z_FINISH if top + rows >= len(lines) else zlib.Z_SYNC_FLUSH
+    piece = _idat(start + packer.compress(filtered.data) + packer.flush(end))
+    return piece, zlib.adler32(filtered.data), filtered.nbytes
+
+
+def _idat(body: bytes) -> bytes:
+    return made(b"IDAT", body)
+
+
+def _filtered(lines: Image, top: int, bottom: int) -> Image:
+    """Return lines as PNG stores them: bytes from the highest, less those above, by line's kind."""
+    stored = lines[max(0, top - 1) : bottom]
+    data = np.ascontiguousarray(stored, stored.dtype.newbyteorder(">")).view(np.uint8)
+    filtered = np.empty((bottom - top, 1 + data.shape[1]), np.uint8)
+    filtered[:, 0] = _UP
+    if top == 0:
+        filtered[0, 1:] = data[0]
+    np.subtract(data[1:], data[:-1], out=filtered[len(filtered) - len(data) + 1 :, 1:])
+    return filtered
+
+
+def _joined(first: int, second: int, count: int) -> int:
+    """Return the Adler-32 of two pieces from those of each; the second is `count` bytes long."""
+    low, high = first & 0xFFFF, first >> 16
+    low_of_second, high_of_second = second & 0xFFFF, second >> 16
+    high = (high + high_of_second + count * (low - 1)) % _ADLER
+    return high << 16 | (low + low_of_second - 1) % _ADLER
 
 
 PNG: Final = FileFormat(
@@ -64,7 +265,7 @@ PNG: Final = FileFormat(
         {
             *(kinds.EXIF, kinds.EXIF_TAGS, kinds.MAKER_NOTE, kinds.XMP, kinds.IPTC, kinds.ICC),
             *(kinds.GREY_PROFILE, kinds.RESOLUTION, kinds.ASPECT),
-            *(kinds.TEXTS, kinds.COLOURS, kinds.CHUNKS),
+            *(kinds.TEXTS, kinds.COLOURS, kinds.CHUNKS, kinds.THUMBNAIL),
         }
     ),
     moved=frozenset({kinds.MOVED_NOTE}),

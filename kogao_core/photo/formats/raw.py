@@ -14,7 +14,7 @@ from PIL import ImageCms
 from kogao_core.base.installed import adding
 from kogao_core.base.language import Text
 from kogao_core.photo.errors import UnreadablePhoto
-from kogao_core.photo.formats.base import FileFormat, Reader, Source
+from kogao_core.photo.formats.base import FileFormat, Source
 from kogao_core.photo.metadata import kinds, tiff, tiff_extras
 from kogao_core.photo.metadata.kinds import Extra
 from kogao_core.photo.model import Photo
@@ -89,7 +89,8 @@ RAW: Final = FileFormat(
     mime="application/octet-stream",
     suffixes=_SUFFIXES,
     is_lossless=True,
-    reader=Reader(_is_raw, _decode, is_by_name=True),
+    recognises=_is_raw,
+    decode=_decode,
     inside=_inside,
     note=kinds.MOVED_NOTE,
 )

@@ -2,43 +2,55 @@
 
 from __future__ import annotations
 
+import io
 import logging
 import os
 from collections.abc import Iterator
+from importlib.util import find_spec
 from math import prod
-from typing import IO, Final
+from typing import IO, Any, Final
 
 import cv2
 import numpy as np
 from PIL import Image as Pillow
+from PIL import TiffImagePlugin, TiffTags
+from PIL.ExifTags import Base as Tag
 
 from kogao_core.base.atomic import Pieces
 from kogao_core.base.geometry import Image
 from kogao_core.base.installed import adding
 from kogao_core.base.language import Text
 from kogao_core.photo.errors import UnreadablePhoto
-from kogao_core.photo.formats import colour, deep, tiff_pixels
-from kogao_core.photo.formats.base import Content, FileFormat, Reader, Source
-from kogao_core.photo.formats.turning import turn_upright
-from kogao_core.photo.metadata import contents, kinds, tiff, tiff_extras, trailers
+from kogao_core.photo.formats import colour, common
+from kogao_core.photo.formats.base import Content, FileFormat, Source
+from kogao_core.photo.metadata import kinds, photoshop, tiff, tiff_extras, trailers
 from kogao_core.photo.metadata.kinds import Extra
-from kogao_core.photo.model import Photo
+from kogao_core.photo.metadata.upright import turn_upright
+from kogao_core.photo.model import Photo, channels_of
 
-_LZW: Final = 5
-# Lossless ways that every reader knows; what was compressed otherwise becomes LZW.
-_KEPT: Final = {
-    tiff_pixels.UNCOMPRESSED,
-    _LZW,
-    8,
-    32773,
-    32946,
-}  # none, LZW, Deflate, PackBits, Deflate's old number
+_UNCOMPRESSED, _LZW = 1, 5
+# Lossless ways that every reader knows, also Deflate, PackBits and Deflate's old number; what was
+# compressed otherwise becomes LZW.
+_KEPT: Final = {_UNCOMPRESSED, _LZW, 8, 32773, 32946}
 # Readers differ: darktable and libvips take them for linear, Java's for sRGB, as is whatever was
 # divided by 255.
 _SEEN: Final = Text(
     "32-bit numbers without a colour profile are seen as sRGB: linear ones look dark, and are "
     "written right all the same"
 )
+_BIG_ENDIAN: Final = b"MM"
+_DEPTHS: Final[dict[tuple[int, int], np.dtype[Any]]] = {
+    (16, 1): np.dtype(np.uint16),
+    (32, 3): np.dtype(np.float32),
+}
+_FORMATS: Final = {"u": 1, "f": 3}
+_HEADER_BYTES: Final = 8
+_WITH_ALPHA, _STRAIGHT = 4, 2
+_NO_UNIT, _PER_INCH = 1, 2
+_UNSIGNED, _USUAL_ORDER = 1, 1  # of a byte's bits
+_BLACK_IS_ZERO, _RGB, _INTERLEAVED = 1, 2, 1
+_USUAL_STRIP: Final = 8192  # bytes, as TIFF advises
+_MOST_SHORT: Final = 0xFFFF
 
 
 def _decode(source: Source) -> Photo:
@@ -54,7 +66,8 @@ def _decode(source: Source) -> Photo:
     tags.check_compression(path)
     if tags.is_deep:
         if tags.is_plain:
-            pixels = tags.decode(file)
+            plain = read_plain(file, tags.tags, tags.orientation)
+            pixels = tags.meant(colour.decoded_deep(source.data()) if plain is None else plain)
         else:
             pixels, profile, notes = _rare(source, tags)
         if pixels.dtype == np.float32 and profile is None:
@@ -65,6 +78,10 @@ def _decode(source: Source) -> Photo:
             image.load()
             pixels, profile, notes = colour.to_array(image, tags.bits)
         notes = notes or tags.converted
+    # What is unknown may speak of the pixels as they are stored.
+    is_as_stored = tags.orientation == 1 and not any(
+        note.startswith(colour.CONVERTED) for note in notes
+    )
     if tags.is_big:
         notes = (*notes, Text("a BigTIFF becomes an ordinary TIFF"))
     return Photo(
@@ -74,29 +91,29 @@ def _decode(source: Source) -> Photo:
         icc_profile=profile,
         exif=tags.exif,
         xmp=tags.xmp,
-        dpi=contents.dpi(tags.dpi),
-        aspect=contents.aspect(tags.aspect),
+        dpi=common.dpi(tags.dpi),
+        aspect=common.aspect(tags.aspect),
         orientation=tags.orientation,
         tiff_compression=tags.compression,
         photoshop=tags.photoshop,
         notes=notes,
+        carried=(tags.rare,) if tags.rare and is_as_stored else (),
     )
 
 
 def _rare(source: Source, tags: tiff.TiffTags) -> tuple[Image, bytes | None, tuple[str, ...]]:
     """Return deep pixels that OpenCV doesn't decode, upright, their profile, and notes."""
     tags.check_rare(source.path)
-    try:
-        import imagecodecs  # noqa: F401  # what tifffile decompresses with; both are an extra
-        import tifffile
-    except ImportError:
+    if not all(map(find_spec, ("tifffile", "imagecodecs"))):
         raise UnreadablePhoto(
             Text(
                 "{path} is a TIFF of a rare kind, which an extra reads: {how}",
                 path=source.path,
                 how=adding("tiff"),
             )
-        ) from None
+        )
+    import tifffile  # an extra
+
     logging.getLogger("tifffile").setLevel(logging.CRITICAL)  # it would complain on stderr
     source.file.seek(0)
     with tifffile.TiffFile(source.file) as opened:
@@ -122,24 +139,43 @@ def _rare(source: Source, tags: tiff.TiffTags) -> tuple[Image, bytes | None, tup
 
 
 def _encode(content: Content) -> Pieces:
-    number = content.photo.tiff_compression
-    if number == tiff_pixels.UNCOMPRESSED:
-        directory, stored = tiff_pixels.laid_out(content.pixels)
+    photo, blocks = content.photo, content.blocks
+    number = photo.tiff_compression
+    if number == _UNCOMPRESSED:
+        directory, stored = laid_out(content.pixels)
     else:
         how = (cv2.IMWRITE_TIFF_COMPRESSION, number if number in _KEPT else _LZW)
-        directory, stored = tiff.taken_apart(deep.encode(content.pixels, how))
-    return tiff.with_metadata(
-        directory,
-        stored,
-        photoshop_resources=content.resources,
-        aspect=content.photo.aspect,
-        **content.blocks,
-    )
+        directory, stored = _taken_apart(colour.encoded_deep(content.pixels, how))
+    if channels_of(content.pixels) == _WITH_ALPHA:
+        directory[Tag.ExtraSamples] = _STRAIGHT
+    density = blocks["dpi"] or photo.aspect
+    if density is not None:
+        directory[Tag.XResolution], directory[Tag.YResolution] = density
+        directory[Tag.ResolutionUnit] = _PER_INCH if blocks["dpi"] else _NO_UNIT
+    found = {
+        Tag.InterColorProfile: blocks["icc_profile"],
+        Tag.XMLPacket: blocks["xmp"],
+        Tag.ImageResources: content.resources,
+        Tag.IPTCNAA: photoshop.iptc_of(content.resources or b""),
+    }
+    for tag, block in found.items():
+        if block:
+            directory[tag] = block
+    for rare in map(tiff.directory_of, content.carried):
+        for name, value in rare.items():
+            directory.tagtype[name], directory[name] = rare.tagtype[name], tiff.as_read(value)
+    for name, value in tiff.entries_of(blocks["exif"]) or ():
+        if density is None or name not in tiff.DENSITY:
+            directory[name] = value
+    with io.BytesIO() as out:
+        directory.save(out)  # adds its own length to where the strips start
+        return [out.getvalue(), stored]
 
 
 def _inside(photo: Photo, file: IO[bytes]) -> Iterator[Extra]:
     file.seek(0)
-    return tiff_extras.found(tiff.TiffTags.read(file).tags, photo.channels)
+    kept = tiff.directory_of(photo.carried[0]) if photo.carried else ()
+    return tiff_extras.found(tiff.TiffTags.read(file).tags, photo.channels, kept)
 
 
 def _recoded(photo: Photo) -> str:
@@ -179,14 +215,108 @@ TIFF: Final = FileFormat(
     kept=frozenset(
         {
             *(kinds.EXIF, kinds.XMP, kinds.IPTC, kinds.ICC, kinds.GREY_PROFILE),
-            *(kinds.RESOLUTION, kinds.ASPECT),
+            *(kinds.RESOLUTION, kinds.ASPECT, kinds.TIFF_TAGS),
         }
     ),
     moved=frozenset({kinds.MAKER_NOTE, kinds.MOVED_NOTE}),
-    reader=Reader(tiff.is_tiff, _decode),
+    recognises=tiff.is_tiff,
+    decode=_decode,
     inside=_inside,
     behind=_behind,
     note=None,
     lacks=_lacks,
     recoded=_recoded,
 )
+
+
+def read_plain(file: IO[bytes], tags: Pillow.Exif, orientation: int) -> Image | None:
+    """Read deep pixels, upright, if they lie in a file uncompressed and one behind the other.
+
+    Result (H, W) or (H, W, 3..4), uint16 or float32, or None: None, where it takes a decoder.
+    """
+    width, height = tags[Tag.ImageWidth], tags[Tag.ImageLength]
+    samples = tags.get(Tag.SamplesPerPixel, 1)
+    depth = _depth(tags, samples)
+    start = None if depth is None else _start(tags, height, width * samples * depth.itemsize)
+    if depth is None or start is None:
+        return None
+    file.seek(0)
+    stored = depth.newbyteorder(">" if file.read(2) == _BIG_ENDIAN else "<")
+    file.seek(start)
+    pixels = np.fromfile(file, stored, height * width * samples)
+    channels = () if samples == 1 else (samples,)
+    pixels = pixels.astype(depth, copy=False).reshape(height, width, *channels)
+    return turn_upright(pixels, orientation)
+
+
+def _depth(tags: Pillow.Exif, samples: int) -> np.dtype[Any] | None:
+    """Return the type that all channels have, if they are stored as in memory."""
+    bits = tiff.numbers(tags, Tag.BitsPerSample)
+    formats = tiff.numbers(tags, Tag.SampleFormat) or (_UNSIGNED,) * samples
+    is_plain = (
+        tags.get(Tag.Compression, _UNCOMPRESSED) == _UNCOMPRESSED
+        and tags.get(Tag.FillOrder, _USUAL_ORDER) == _USUAL_ORDER
+        and Tag.TileWidth not in tags
+        and bits == bits[:1] * samples
+        and formats == formats[:1] * samples
+    )
+    return _DEPTHS.get((bits[0], formats[0])) if is_plain else None
+
+
+def _start(tags: Pillow.Exif, height: int, row_bytes: int) -> int | None:
+    """Return where the pixels start, if one strip follows the other."""
+    starts, lengths = (
+        np.array(tiff.numbers(tags, tag), np.int64)
+        for tag in (Tag.StripOffsets, Tag.StripByteCounts)
+    )
+    rows = min(int(tags.get(Tag.RowsPerStrip, height)), height)
+    wanted = np.full(-(-height // max(1, rows)), rows * row_bytes)
+    wanted[-1] -= len(wanted) * rows * row_bytes - height * row_bytes
+    if not np.array_equal(lengths, wanted) or len(starts) != len(lengths):
+        return None
+    return int(starts[0]) if np.array_equal(np.diff(starts), lengths[:-1]) else None
+
+
+def _taken_apart(written: bytes) -> tuple[TiffImagePlugin.ImageFileDirectory_v2, memoryview]:
+    """Return the directory and the pixels of a file as OpenCV writes it.
+
+    The pixels lie between header and directory, whose strips are then counted from the first pixel.
+    """
+    directory = tiff.directory_of(written)
+    start = TiffImagePlugin.ImageFileDirectory_v2(written[:_HEADER_BYTES]).next
+    dict(directory)  # entries that were never looked at would not be saved
+    starts = directory[Tag.StripOffsets]
+    directory[Tag.StripOffsets] = tuple(offset - _HEADER_BYTES for offset in starts)
+    return directory, memoryview(written)[_HEADER_BYTES:start]
+
+
+def laid_out(pixels: Image) -> tuple[TiffImagePlugin.ImageFileDirectory_v2, memoryview]:
+    """Return the directory of a file that holds pixels uncompressed, and its bytes of pixels.
+
+    `directory`: as libtiff writes it, but strips are counted from the first pixel; `stored`: those
+    of `pixels` themselves, where this machine stores numbers as the file does.
+    """
+    height, width = pixels.shape[:2]
+    samples = channels_of(pixels)
+    row_bytes = width * samples * pixels.itemsize
+    rows = min(height, max(1, _USUAL_STRIP // row_bytes))
+    starts = tuple(range(0, height * row_bytes, rows * row_bytes))
+    lengths = tuple(min(rows * row_bytes, height * row_bytes - start) for start in starts)
+    directory = TiffImagePlugin.ImageFileDirectory_v2()
+    sizes = {
+        Tag.ImageWidth: (width,),
+        Tag.ImageLength: (height,),
+        Tag.RowsPerStrip: (rows,),
+        Tag.StripByteCounts: lengths,
+    }
+    for tag, values in sizes.items():
+        directory.tagtype[tag] = TiffTags.SHORT if max(values) <= _MOST_SHORT else TiffTags.LONG
+        directory[tag] = values
+    directory[Tag.BitsPerSample] = (8 * pixels.itemsize,) * samples
+    directory[Tag.SampleFormat] = (_FORMATS[pixels.dtype.kind],) * samples
+    directory[Tag.Compression], directory[Tag.PlanarConfiguration] = _UNCOMPRESSED, _INTERLEAVED
+    directory[Tag.PhotometricInterpretation] = _BLACK_IS_ZERO if samples == 1 else _RGB
+    directory[Tag.SamplesPerPixel] = samples
+    directory[Tag.StripOffsets] = starts
+    stored = np.ascontiguousarray(pixels, pixels.dtype.newbyteorder("<"))
+    return directory, stored.reshape(-1).view(np.uint8).data

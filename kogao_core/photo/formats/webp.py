@@ -8,10 +8,12 @@ from collections.abc import Iterator
 from typing import IO, Final
 
 from kogao_core.base.atomic import Pieces
+from kogao_core.base.geometry import Image
 from kogao_core.base.language import Text
 from kogao_core.photo.formats.base import Content, FileFormat
+from kogao_core.photo.jpeg import segments
 from kogao_core.photo.metadata import kinds, trailers
-from kogao_core.photo.metadata.kinds import Extra
+from kogao_core.photo.metadata.kinds import Extra, Kind
 from kogao_core.photo.model import Photo
 
 _QUALITY: Final = 95
@@ -23,6 +25,7 @@ _KNOWN: Final = {
     b"ANMF": kinds.FURTHER,
 }
 _HEAD_BYTES: Final = 8
+_ALPHA: Final = 0x10  # the flag that says so
 
 
 def is_lossless(file: IO[bytes]) -> bool:
@@ -30,18 +33,37 @@ def is_lossless(file: IO[bytes]) -> bool:
     file.seek(_HEAD_BYTES)
     if file.read(4) != b"WEBP":
         return False
-    names = (name for name in _chunks(file) if name in (b"VP8 ", b"VP8L"))
+    names = (name for name, _ in _chunks(file) if name in (b"VP8 ", b"VP8L"))
     return next(names, b"") == b"VP8L"
 
 
-def _chunks(file: IO[bytes]) -> Iterator[bytes]:
-    """Yield the name of each chunk, up to the end that the file's header gives."""
+def carried(file: IO[bytes]) -> tuple[bytes, ...]:
+    """Return unknown chunks that a changed photo keeps as they are, as RFC 9649 asks."""
+    return tuple(chunk for name, chunk in _chunks(file) if _kind(name, chunk) is kinds.RIFF_CHUNKS)
+
+
+def _kind(name: bytes, chunk: bytes) -> Kind | None:
+    """Return what a chunk is; None for the picture itself and what has a way of its own."""
+    if name in _PLAIN:
+        return None
+    shows = segments.holds_picture(chunk)
+    return _KNOWN.get(name, kinds.UNKNOWN if shows else kinds.RIFF_CHUNKS)
+
+
+def _chunks(file: IO[bytes]) -> Iterator[tuple[bytes, bytes]]:
+    """Yield the name of each chunk, up to the end that the file's header gives, and all of it.
+
+    Pixels and blocks with a way of their own are passed over; a damaged file ends early.
+    """
     file.seek(0)
     end = _end(file.read(12))
     while file.tell() < end and len(head := file.read(_HEAD_BYTES)) == _HEAD_BYTES:
         name, size = struct.unpack("<4sI", head)
-        yield name
-        file.seek(size + size % 2, os.SEEK_CUR)
+        if name in _PLAIN or name in _KNOWN:
+            yield name, b""
+            file.seek(size + size % 2, os.SEEK_CUR)
+        elif len(body := file.read(size + size % 2)) == size + size % 2:
+            yield name, head + body
 
 
 def _end(head: bytes) -> int:
@@ -54,20 +76,31 @@ def _encode(content: Content) -> Pieces:
     del content.blocks["dpi"]  # WebP has no place for it, nor for Photoshop's resources
     lossless = content.is_lossless and not content.quality
     quality = _EFFORT if lossless else content.quality or _QUALITY
-    return [content.saved("WEBP", quality=quality, lossless=lossless, exact=True, method=4)]
+    webp = content.saved("WEBP", quality=quality, lossless=lossless, exact=True, method=4)
+    return [_with_chunks(webp, content.pixels, content.carried) if content.carried else webp]
+
+
+def _with_chunks(webp: bytes, pixels: Image, more: tuple[bytes, ...]) -> bytes:
+    """Return a file with more chunks behind its own, which then begin with what they are."""
+    chunks = webp[12:]
+    if not chunks.startswith(b"VP8X"):
+        height, width = pixels.shape[:2]
+        sides = b"".join((side - 1).to_bytes(3, "little") for side in (width, height))
+        has_alpha = _ALPHA if pixels.shape[2] == 4 else 0
+        chunks = struct.pack("<4sII", b"VP8X", 10, has_alpha) + sides + chunks
+    body = b"".join([b"WEBP", chunks, *more])
+    return struct.pack("<4sI", b"RIFF", len(body)) + body
 
 
 def _inside(_: Photo, file: IO[bytes]) -> Iterator[Extra]:
-    unknown = []
-    for name in _chunks(file):
-        if name in _KNOWN:
-            yield Extra(_KNOWN[name])
-        elif name not in _PLAIN:
-            unknown.append(name.decode("latin-1").strip())
-    if unknown:
-        yield Extra(
-            kinds.RIFF_CHUNKS, Text("WebP chunks {names}", names=" ".join(dict.fromkeys(unknown)))
-        )
+    names: dict[Kind, list[str]] = {}
+    for name, chunk in _chunks(file):
+        kind = _kind(name, chunk)
+        if kind is not None:
+            names.setdefault(kind, []).append(name.decode("latin-1").strip())
+    for kind, members in names.items():
+        listed = Text("WebP chunks {names}", names=" ".join(dict.fromkeys(members)))
+        yield Extra(kind, listed if kind in (kinds.RIFF_CHUNKS, kinds.UNKNOWN) else "")
 
 
 def _behind(file: IO[bytes]) -> Iterator[Extra]:
@@ -84,7 +117,12 @@ WEBP: Final = FileFormat(
     encode=_encode,
     layouts={"uint8": (3, 4)},
     longest_side_px=16383,
-    kept=frozenset({kinds.EXIF, kinds.EXIF_TAGS, kinds.MAKER_NOTE, kinds.XMP, kinds.ICC}),
+    kept=frozenset(
+        {
+            *(kinds.EXIF, kinds.EXIF_TAGS, kinds.MAKER_NOTE, kinds.THUMBNAIL),
+            *(kinds.XMP, kinds.ICC, kinds.RIFF_CHUNKS),
+        }
+    ),
     moved=frozenset({kinds.MOVED_NOTE}),
     inside=_inside,
     behind=_behind,

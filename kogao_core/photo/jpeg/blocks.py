@@ -18,7 +18,7 @@ from kogao_core.base.geometry import Box, Image
 from kogao_core.base.language import Text
 from kogao_core.base.stderr import hushed
 from kogao_core.photo.jpeg import coefficients
-from kogao_core.photo.jpeg.coefficients import Coefficients, UnreadableCoefficients
+from kogao_core.photo.jpeg.coefficients import CannotKeepBlocks, Coefficients
 from kogao_core.photo.jpeg.segments import APP_OR_COMMENT, START_OF_SCAN, segment, segments
 
 _WORD: Final = 8  # pixels' values that are looked at together
@@ -26,10 +26,6 @@ _ADOBE_RGB: Final = segment(0xEE, b"Adobe\0\x64" + bytes(5))  # version 100, no 
 _SEQUENTIAL_FRAMES: Final = (0xC0, 0xC1)  # baseline; extended, for 16-bit tables
 
 Mask = npt.NDArray[np.bool_]
-
-
-class CannotKeepBlocks(Exception):
-    """The source's blocks don't fit the new file; the message says why."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,13 +37,6 @@ class Kept:
     damage: tuple[str, ...] = ()  # the decoder's complaints about damaged data in the source
 
 
-def _read(data: bytes, copy: Path) -> Coefficients:
-    try:
-        return coefficients.read(data, copy)
-    except UnreadableCoefficients as error:
-        raise CannotKeepBlocks(str(error)) from error
-
-
 def keep_blocks(
     source: bytes, before: Image, after: Image, encode: Callable[[Box], bytes], folder: Path
 ) -> Kept:
@@ -57,14 +46,14 @@ def keep_blocks(
     of its own, and the headers that `encode` makes. Raises CannotKeepBlocks.
     """
     with aside(folder) as place, hushed() as complaints:
-        whole = _read(source, place / "source")
+        whole = coefficients.read(source, place / "source")
         if (whole.frame.height, whole.frame.width) != before.shape[:2]:
             raise CannotKeepBlocks(Text("its size has changed"))
         changed = _changed_units(before, after, whole.frame.unit_px)
         units = _around(changed)
         box = _pixels(units, whole)
         encoded = encode(box)
-        part = _read(encoded, place / "part")
+        part = coefficients.read(encoded, place / "part")
         if not _are_alike(whole, part):
             part = _by_component(after[box.slices], whole, place / "part")
         _put(part, whole, units, changed)
@@ -121,7 +110,7 @@ def _by_component(pixels: Image, whole: Coefficients, copy: Path) -> Coefficient
         full = np.pad(np.asarray(channel), [(0, one) for one in more], "edge")
         with io.BytesIO() as out:
             Pillow.fromarray(full).reduce((along, down)).save(out, "JPEG", qtables=[table])
-            one = _read(out.getvalue(), copy)
+            one = coefficients.read(out.getvalue(), copy)
         if one.used.tolist() != [table]:
             raise CannotKeepBlocks(Text("its quantisation tables can't be written again"))
         planes += one.planes

@@ -45,8 +45,8 @@ _SOI: Final = b"\xff\xd8"
 Plane = npt.NDArray[np.int16]
 
 
-class UnreadableCoefficients(Exception):
-    """The file is no JPEG, of a kind that isn't known here, or damaged; the message says which."""
+class CannotKeepBlocks(Exception):
+    """A file's blocks can't be read, or don't fit the new file; the message says why."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,7 +94,7 @@ class Coefficients:
 
 
 def read(data: bytes, copy: Path) -> Coefficients:
-    """Read the coefficients of a JPEG file. Raises UnreadableCoefficients."""
+    """Read the coefficients of a JPEG file. Raises CannotKeepBlocks."""
     with io.BytesIO(data) as file:
         needed = [(code, segment) for code, segment in segments(file) if code in _DECODING]
         frame, scans = _frame(needed), memoryview(data)[file.tell() :]
@@ -108,7 +108,7 @@ def read(data: bytes, copy: Path) -> Coefficients:
     )
     copy.unlink()
     if not is_done:
-        raise UnreadableCoefficients(Text("its blocks can't be read"))
+        raise CannotKeepBlocks(Text("its blocks can't be read"))
     is_usual = _codes(needed) <= _usual_codes()
     return Coefficients(frame, planes, tables, numbers, is_usual)
 
@@ -140,15 +140,15 @@ def write(coefficients: Coefficients, folder: Path) -> bytes:
 def _frame(needed: list[tuple[int, bytes]]) -> Frame:
     frames = [(code, segment) for code, segment in needed if code in _ANY_FRAME]
     if len(frames) != 1 or len(frames[0][1]) < 10:
-        raise UnreadableCoefficients(Text("its blocks can't be read"))
+        raise CannotKeepBlocks(Text("its blocks can't be read"))
     code, segment = frames[0]
     height, width = (int.from_bytes(segment[at : at + 2], "big") for at in (5, 7))
     parts = [segment[at : at + 3] for at in range(10, len(segment) - 2, 3)]
     factors = tuple((part[1] & 15, part[1] >> 4) for part in parts)
     if len(segment) != 10 + 3 * segment[9] or not all(map(all, [(height, width), *factors])):
-        raise UnreadableCoefficients(Text("its blocks can't be read"))
+        raise CannotKeepBlocks(Text("its blocks can't be read"))
     if code not in _FRAMES or len(parts) not in (1, 3):
-        raise UnreadableCoefficients(Text("it is coded in a rare way"))
+        raise CannotKeepBlocks(Text("it is coded in a rare way"))
     if len(parts) == 1:
         # A grey file is coded block by block, whatever its factors say.
         return Frame(height, width, ((1, 1),), GREY)

@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import io
-import os
-import re
-from collections.abc import Iterator
 from itertools import islice
 from pathlib import Path
 from typing import IO, Final
@@ -19,15 +16,12 @@ from kogao_core.base.geometry import Image
 from kogao_core.base.language import Text
 from kogao_core.base.stderr import if_unsaid
 from kogao_core.photo.errors import UnreadablePhoto
-from kogao_core.photo.jpeg.segments import START_OF_SCAN, segments
+from kogao_core.photo.jpeg.segments import END, START_OF_SCAN, markers, segments
 
 # Usual files have at most 18. Each takes about 1.2 ns a pixel, and may be a dozen bytes.
 MOST_SCANS: Final = 64
 _MOST_MARKERS: Final = 16 * MOST_SCANS  # tables and remarks between them
-_MARKER: Final = re.compile(rb"\xff[\x01-\xcf\xd8-\xfe]")  # restarts belong to the data
 _END: Final = b"\xff\xd9"
-_END_CODE: Final = 0xD9
-_CHUNK_BYTES: Final = 1 << 16
 _BLOCK_PX: Final = 8
 # The fewest bits that Huffman codes spend on a block: its mean, and in sequential files its end.
 _LEAST_BITS: Final = {0xC0: 2, 0xC1: 2, 0xC2: 1}
@@ -47,12 +41,11 @@ def check(file: IO[bytes], path: Path) -> bool:
     frame = next((body for code, body in segments(file) if code in _LEAST_BITS), None)
     for _ in segments(file):
         pass  # the file is then at its first scan
-    start = file.tell()
-    data_bytes = os.fstat(file.fileno()).st_size - start
-    if frame is not None and 8 * data_bytes < _LEAST_BITS[frame[1]] * _blocks(frame):
+    data = file.read()
+    if frame is not None and 8 * len(data) < _LEAST_BITS[frame[1]] * _blocks(frame):
         raise ValueError(Text("fewer data than blocks"))
-    codes = list(islice(_codes(file, start), _MOST_MARKERS + 1))
-    is_long = len(codes) > _MOST_MARKERS and codes[-1] != _END_CODE
+    codes = [code for code, _, _ in islice(markers(data, 0), _MOST_MARKERS + 1)]
+    is_long = len(codes) > _MOST_MARKERS and codes[-1] != END
     if is_long or codes.count(START_OF_SCAN) > MOST_SCANS:
         raise UnreadablePhoto(
             Text(
@@ -62,7 +55,7 @@ def check(file: IO[bytes], path: Path) -> bool:
                 most_scans=MOST_SCANS,
             )
         )
-    return codes[-2:] == [START_OF_SCAN, _END_CODE]
+    return codes[-2:] == [START_OF_SCAN, END]
 
 
 def _blocks(frame: bytes) -> int:
@@ -75,26 +68,6 @@ def _blocks(frame: bytes) -> int:
         * (height * down // max(1, most_down) // _BLOCK_PX)
         for across, down in parts
     )
-
-
-def _codes(file: IO[bytes], at: int) -> Iterator[int]:
-    """Yield the codes of markers from a place in the file up to its end, if there is one."""
-    while True:
-        file.seek(at)
-        chunk = file.read(_CHUNK_BYTES)
-        found = _MARKER.search(chunk)
-        if found is None:
-            if len(chunk) < _CHUNK_BYTES:
-                return
-            at += len(chunk) - 1
-            continue
-        code = chunk[found.start() + 1]
-        yield code
-        if code == _END_CODE:
-            return
-        at += found.end()
-        file.seek(at)
-        at += int.from_bytes(file.read(2), "big")
 
 
 def pixels(data: bytes, size: tuple[int, int], mode: str) -> Image | None:

@@ -11,12 +11,14 @@ from typing import IO, Final
 START_OF_SCAN: Final = 0xDA
 APP_OR_COMMENT: Final = {*range(0xE0, 0xF0), 0xFE}
 SOI: Final = b"\xff\xd8\xff"
+_PICTURES: Final = (SOI, b"\x89PNG\r\n", b"WEBPVP8", b"ftyp")  # how files of them start
 _JFIF, _PHOTOSHOP, _ADOBE = 0xE0, 0xED, 0xEE
 PHOTOSHOP_HEAD: Final = b"Photoshop 3.0\0"
 _PROFILE_HEAD: Final = b"ICC_PROFILE\0"
-_MOST_BYTES: Final = 65533
+PROFILE_AT: Final = 4 + len(_PROFILE_HEAD) + 2  # behind its part's number and their total
+MOST_BYTES: Final = 65533
 _JFIF_AT: Final = 11  # what its segment says, in a file where it comes first
-_END: Final = 0xD9
+END: Final = 0xD9
 # Within a scan: neither stuffed bytes, fill bytes nor restarts.
 _MARKER: Final = re.compile(rb"\xff[^\x00\xff\xd0-\xd7]")
 
@@ -41,39 +43,55 @@ def segments(file: IO[bytes]) -> Iterator[tuple[int, bytes]]:
         yield head[1], head + body
 
 
-def end_of_picture(data: bytes, start: int) -> tuple[int, int]:
-    """Return where a picture ends, and the bytes of APPn and comments behind its first scan."""
-    at, late, in_scans = start, 0, False
-    while (marker := _MARKER.search(data, at)) is not None:
-        at, code = marker.end(), data[marker.end() - 1]
-        if code == _END:
-            return at, late
-        size = int.from_bytes(data[at : at + 2], "big")
-        late += size + 2 if in_scans and code in APP_OR_COMMENT else 0
+def holds_picture(data: bytes) -> bool:
+    """Tell whether data hold a picture or film in a file of its own."""
+    return any(start in data for start in _PICTURES)
+
+
+def end_of_picture(data: bytes, start: int) -> tuple[int, list[tuple[int, bytes]]]:
+    """Return where a picture ends, and code and bytes of what else is behind its first scan."""
+    late, in_scans = list[tuple[int, bytes]](), False
+    for code, at, end in markers(data, start):
+        if code == END:
+            return end, late
+        is_whole = at + 4 <= end <= len(data)
+        if in_scans and code in APP_OR_COMMENT and is_whole:
+            late.append((code, data[at:end]))
         in_scans |= code == START_OF_SCAN
-        at += size
     return len(data), late
 
 
-def profiles(file: IO[bytes]) -> tuple[list[bytes], bool]:
-    """Return the whole colour profiles, each from its series, and whether a part is left over."""
+def markers(data: bytes, start: int) -> Iterator[tuple[int, int, int]]:
+    """Yield code, start and end of what each marker begins, up to the end of a picture."""
+    code, at = 0, start
+    while code != END and (marker := _MARKER.search(data, at)) is not None:
+        code, at = data[marker.end() - 1], marker.end()
+        at += 0 if code == END else int.from_bytes(data[at : at + 2], "big")
+        yield code, marker.start(), at
+
+
+def profiles(file: IO[bytes]) -> tuple[list[list[bytes]], list[bytes]]:
+    """Return the segments of each whole colour profile, by their numbers, and those left over."""
     series: list[dict[int, bytes]] = []
-    totals: list[int] = []
-    start = 4 + len(_PROFILE_HEAD)
-    for _, segment in segments(file):
-        if segment[1] != 0xE2 or segment[4:start] != _PROFILE_HEAD or len(segment) < start + 2:
+    for code, one in segments(file):
+        if code != 0xE2 or one[4 : PROFILE_AT - 2] != _PROFILE_HEAD or len(one) < PROFILE_AT:
             continue
-        number, total = segment[start], segment[start + 1]
-        if not series or number in series[-1] or total != totals[-1]:
+        number, total = one[PROFILE_AT - 2 : PROFILE_AT]
+        if (
+            not series
+            or number in series[-1]
+            or total != next(iter(series[-1].values()))[PROFILE_AT - 1]
+        ):
             series.append({})
-            totals.append(total)
-        series[-1][number] = segment[start + 2 :]
-    whole = [
-        b"".join(parts[number] for number in sorted(parts))
-        for parts, total in zip(series, totals, strict=True)
-        if set(parts) == set(range(1, total + 1))
-    ]
-    return whole, len(whole) < len(series)
+        series[-1][number] = one
+    whole, rest = [], []
+    for parts in series:
+        ordered = [parts[number] for number in sorted(parts)]
+        if sorted(parts) == list(range(1, ordered[0][PROFILE_AT - 1] + 1)):
+            whole.append(ordered)
+        else:
+            rest += ordered
+    return whole, rest
 
 
 def photoshop(file: IO[bytes]) -> bytes | None:
@@ -91,7 +109,7 @@ def photoshop(file: IO[bytes]) -> bytes | None:
 
 def photoshop_segments(resources: bytes) -> tuple[bytes, ...]:
     """Return segments that hold Photoshop resources."""
-    room = _MOST_BYTES - len(PHOTOSHOP_HEAD)
+    room = MOST_BYTES - len(PHOTOSHOP_HEAD)
     parts = (resources[at : at + room] for at in range(0, len(resources), room))
     return tuple(segment(_PHOTOSHOP, PHOTOSHOP_HEAD + part) for part in parts)
 

@@ -105,45 +105,20 @@ def _first(name: str, read: list[tuple[bytes, bytes]]) -> str | None:
     return None
 
 
-class _Properties(xmp.Walk):
-    """Where some properties of a packet lie: attributes and elements of top descriptions."""
-
-    def __init__(self, packet: bytes) -> None:
-        self.top: xmp.Span | None = None
-        self.spans: dict[xmp.Span, str] = {}
-        super().__init__(packet, len(xmp.DESCRIPTION) + 1)
-
-    def starts(self, path: xmp.NamePath, attributes: dict[str, str], at: int) -> None:
-        """Note attributes."""
-        if path == xmp.DESCRIPTION:
-            for name, span in zip(attributes, xmp.attribute_spans(self.packet, at), strict=True):
-                self._note(name, span)
-
-    def ends(self, path: xmp.NamePath, span: xmp.Span) -> None:
-        """Note elements, and what they are in."""
-        if path == xmp.DESCRIPTION[:1]:
-            self.top = span
-        elif path[:-1] == xmp.DESCRIPTION:
-            self._note(path[-1], span)
-
-    def _note(self, name: str, span: xmp.Span) -> None:
-        space, _, local = name.rpartition(" ")
-        if space == _NAMESPACE:
-            self.spans[span] = local
-
-
 def _changed(packet: bytes, new: Mapping[str, str]) -> bytes:
     """Return a packet with other values of properties. Raises BadXmp."""
-    there = _Properties(packet)
-    if there.top is None:
+    there = xmp.parts(packet)
+    top = next((one.span for one in there if one.path == xmp.DESCRIPTION[:1]), None)
+    if top is None:
         raise xmp.BadXmp(Text("it holds no rdf:RDF"))
-    known = {span: name for span, name in there.spans.items() if name in new}
+    paths = {(*xmp.DESCRIPTION, f"{_NAMESPACE} {name}"): name for name in new}
+    known = {one.span: paths[one.path] for one in there if one.path in paths}
     edits = {span: _written(packet, span, new[name]) for span, name in known.items()}
     added = {name: value for name, value in new.items() if name not in known.values()}
     if added:
         values = " ".join(f'xmp:{name}="{html.escape(value)}"' for name, value in added.items())
         attributes = f'xmlns:rdf="{xmp.RDF}" rdf:about="" xmlns:xmp="{_NAMESPACE}" {values}'
-        start, end, content = xmp.appended(packet, there.top, f"<rdf:Description {attributes}/>\n")
+        start, end, content = xmp.appended(packet, top, f"<rdf:Description {attributes}/>\n")
         edits[start, end] = content
     return xmp.replaced(packet, edits)
 

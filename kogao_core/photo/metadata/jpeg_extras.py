@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import struct
+from collections.abc import Callable, Iterable, Iterator
+from itertools import chain
 from typing import IO, Final
 
 from kogao_core.base.language import Text
@@ -13,6 +15,7 @@ from kogao_core.photo.metadata.kinds import Extra, Kind
 
 _EXTENSION: Final = b"http://ns.adobe.com/xmp/extension/\0"
 _PACKET: Final = b"http://ns.adobe.com/xap/1.0/\0"
+_PACKET_AT: Final = 4 + len(_PACKET)
 _JUMBF: Final = b"JP"
 _ISO_GAIN_MAP: Final = b"urn:iso:std:iso:ts:21496:-1\0"
 # By marker and start; what starts otherwise is the maker's.
@@ -31,9 +34,16 @@ _KNOWN: Final[tuple[tuple[int, bytes, Kind], ...]] = (
     (0xED, segments.PHOTOSHOP_HEAD, kinds.IPTC),
 )
 _ADOBE_CODING: Final = (0xEE, b"Adobe")  # an encoder writes its own
+# With a way of their own.
+_BLOCKS: Final = (kinds.EXIF, kinds.XMP, kinds.IPTC, kinds.RESOLUTION)
 # A maker's series of segments goes or stays as one.
-_CARRIED: Final = (kinds.COMMENTS, kinds.SEGMENTS, kinds.XMP_EXTENSION, kinds.GAIN_MAP)
+_CARRIED: Final = (
+    *(kinds.COMMENTS, kinds.SEGMENTS, kinds.XMP_EXTENSION, kinds.GAIN_MAP, kinds.JUMBF),
+    *(kinds.SECOND_XMP, kinds.SECOND_PROFILE),
+)
+_TEXTS: Final = (b"json", b"xml ", b"cbor")  # JUMBF's kinds of content
 _NAMES: Final = {
+    _JUMBF: kinds.JUMBF.name,
     b"FPXR": Text("FlashPix data"),
     b"II\x1a\0": Text("CIFF data"),
     b"MM\0\x1a": Text("CIFF data"),
@@ -43,11 +53,30 @@ _NAMES: Final = {
 def carried(file: IO[bytes]) -> tuple[bytes, ...]:
     """Return segments that a changed photo keeps as they are.
 
-    These are comments, the rest of a long XMP, what makers and programs add, and what goes along
-    with a gain map. Those that hold a picture would show the photo as it was; the series that such
-    a segment belongs to goes whole.
+    These are comments, the rest of a long XMP, further packets and profiles, what makers and
+    programs add, and what goes along with a gain map. Those that hold a picture would show the
+    photo as it was; the series that such a segment belongs to goes whole.
     """
-    return tuple(segment for kind, segment in _judged(file) if kind in _CARRIED)
+    return tuple(segment for kind, segment in _judged(_found(file)) if kind in _CARRIED)
+
+
+def packet(file: IO[bytes]) -> bytes | None:
+    """Return the XMP packet that counts, as for most readers the first one does."""
+    found = (one for kind, one in _judged(_found(file)) if kind is kinds.XMP)
+    return next(found, b"")[_PACKET_AT:] or None
+
+
+def with_packet(segment: bytes, change: Callable[[bytes], bytes]) -> bytes:
+    """Return a segment with another XMP packet, if it holds one; b"", where that is too long."""
+    if segment[4:_PACKET_AT] != _PACKET:
+        return segment
+    body = _PACKET + change(segment[_PACKET_AT:])
+    return segments.segment(segment[1], body) if len(body) <= segments.MOST_BYTES else b""
+
+
+def is_profile(segment: bytes) -> bool:
+    """Tell whether a segment holds part of a colour profile."""
+    return _kind(segment[1], segment) is kinds.ICC
 
 
 def is_extension(segment: bytes) -> bool:
@@ -60,40 +89,71 @@ def tells_gain_map(segment: bytes) -> bool:
     return segment[4:].startswith(_ISO_GAIN_MAP)
 
 
-def found(file: IO[bytes]) -> Iterator[Extra]:
-    """Yield what there is, in the order of the file."""
-    packets = 0
-    for kind, segment in _judged(file):
-        packets += kind is kinds.XMP
-        if kind is kinds.XMP and packets > 1:
-            yield Extra(kinds.SECOND_XMP)
-        elif kind is kinds.PREVIEW:
-            yield Extra(kind, _preview_name(segment))
-        elif kind not in (kinds.EXIF, kinds.XMP, kinds.ICC, kinds.IPTC, kinds.RESOLUTION):
+def found(file: IO[bytes], *, is_turned: bool) -> Iterator[Extra]:
+    """Yield what there is, in the order of the file, of a photo that lies turned or not."""
+    for kind, segment in _judged(_found(file)):
+        if kind in (kinds.PREVIEW, kinds.UNKNOWN):
+            yield Extra(kind, _exact_name(kind, segment))
+        elif kind is kinds.SECOND_XMP:
             yield Extra(kind)
-    whole, is_part_left = segments.profiles(file)
+            yield from map(Extra, stale.found(segment[_PACKET_AT:], is_turned=is_turned))
+        elif kind not in (*_BLOCKS, kinds.SECOND_PROFILE):
+            yield Extra(kind)
+    whole, rest = segments.profiles(file)
     if len(whole) > 1:
         yield Extra(kinds.SECOND_PROFILE)
-    if is_part_left:
+    if rest:
         yield Extra(kinds.SECOND_PROFILE, Text("an incomplete colour profile"))
 
 
-def _judged(file: IO[bytes]) -> Iterator[tuple[Kind, bytes]]:
+def late(found: list[tuple[int, bytes]]) -> Iterator[Extra]:
+    """Yield what lies between the scans, of segments by their codes; what is unknown may stay."""
+    judged = list(_judged(found))
+    kept = [one for kind, one in judged if kind in (kinds.COMMENTS, kinds.SEGMENTS)]
+    if kept:
+        yield Extra(kinds.LATE_SEGMENTS, data=b"".join(kept))
+    if len(kept) < len(judged):
+        yield Extra(kinds.UNKNOWN, Text("metadata between the scans"))
+
+
+def _found(file: IO[bytes]) -> list[tuple[int, bytes]]:
+    """Return code and bytes of the segments ahead of the first scan; of colour profiles last.
+
+    Those of the profile that counts are left out.
+    """
+    whole, rest = segments.profiles(file)
+    more = [(one[1], one) for one in (*chain(*whole[1:]), *rest)]
+    return [one for one in segments.segments(file) if not is_profile(one[1])] + more
+
+
+def _judged(of: Iterable[tuple[int, bytes]]) -> Iterator[tuple[Kind, bytes]]:
     found = [
         (_kind(code, segment), segment)
-        for code, segment in segments.segments(file)
+        for code, segment in of
         if code in APP_OR_COMMENT
         and not (code == _ADOBE_CODING[0] and segment[4:].startswith(_ADOBE_CODING[1]))
     ]
-    shown = {_series(one) for kind, one in found if kind is kinds.SEGMENTS and segments.SOI in one}
+    shown = {
+        _series(one)
+        for kind, one in found
+        if kind is kinds.SEGMENTS and segments.holds_picture(one)
+    }
     is_signed = any(kind is kinds.JUMBF and b"c2pa" in segment for kind, segment in found)
     extension = b"".join(one for kind, one in found if kind is kinds.XMP_EXTENSION)
     is_stale = stale.is_picture_in(extension)
+    packets = 0
     for kind, segment in found:
-        if kind is kinds.SEGMENTS and _series(segment) in shown:
+        packets += kind is kinds.XMP
+        if kind is kinds.XMP and packets > 1:
+            yield kinds.SECOND_XMP, segment
+        elif kind is kinds.ICC:
+            yield kinds.SECOND_PROFILE, segment
+        elif kind is kinds.SEGMENTS and _series(segment) in shown:
             yield kinds.PREVIEW, segment
         elif kind is kinds.JUMBF and is_signed:
             yield kinds.CREDENTIALS, segment
+        elif kind is kinds.JUMBF and not _is_text(segment):
+            yield kinds.UNKNOWN, segment
         elif kind is kinds.XMP_EXTENSION and is_stale:
             yield kinds.DEPTH, segment
         else:
@@ -112,7 +172,14 @@ def _series(segment: bytes) -> bytes:
     return segment[1:2] + segment[4:].split(b"\0", 1)[0][:32]
 
 
-def _preview_name(segment: bytes) -> str:
+def _is_text(segment: bytes) -> bool:
+    """Tell whether a segment of JUMBF data is one whole box of text, and not of JPEG XT's."""
+    size, box, _, described, content = struct.unpack_from(">I4sI4s4s", segment.ljust(32), 12)
+    is_whole = size == len(segment) - 12 and (box, described) == (b"jumb", b"jumd")
+    return is_whole and content in _TEXTS and not segments.holds_picture(segment)
+
+
+def _exact_name(kind: Kind, segment: bytes) -> str:
     place = f"APP{segment[1] & 15}"
     known = next((name for start, name in _NAMES.items() if segment[4:].startswith(start)), "")
-    return Text("{known} ({place})", known=known or kinds.PREVIEW.name, place=place)
+    return Text("{known} ({place})", known=known or kind.name, place=place)

@@ -40,6 +40,7 @@ class Extra:
 
 _OLD_FACE: Final = "shows the face as it was"
 _UNKNOWN: Final = "may tell of the face as it was, or of places in the file"
+_BEHIND: Final = "texts and numbers that a JPEG from a JPEG keeps, unless a film is behind it"
 
 EXIF: Final = Kind(Text("EXIF with GPS"), "APP1, `eXIf`, tag 34665")
 EXIF_TAGS: Final = Kind(
@@ -58,14 +59,16 @@ MOVED_NOTE: Final = Kind(
 THUMBNAIL: Final = Kind(
     Text("thumbnails"),
     "IFD1, `JFXX`, Photoshop resources 1033 and 1036, `xmp:Thumbnails`, HEIC's",
-    why=_OLD_FACE,
+    why="EXIF's is made anew of the result; the others show the face as it was",
     is_reported=False,
 )
 XMP: Final = Kind(Text("XMP"), "APP1, `iTXt`, tag 700, `XMP `")
 XMP_EXTENSION: Final = Kind(
     Text("the extended XMP"), "APP1 `xmp/extension`", why="no place in other formats"
 )
-SECOND_XMP: Final = Kind(Text("a second XMP packet"), "APP1, more than once", why="one is read")
+SECOND_XMP: Final = Kind(
+    Text("a second XMP packet"), "APP1, more than once", why="a segment of JPEG's"
+)
 PLACES: Final = Kind(
     Text("places in the picture as it lay"),
     "Lightroom's crops, masks and spots, ACDSee's, IPTC's and panoramas' regions, Photoshop's "
@@ -82,7 +85,7 @@ GREY_PROFILE: Final = Kind(
     Text("grey with its colour profile"), "a profile beside grey pixels", why="grey becomes RGB"
 )
 SECOND_PROFILE: Final = Kind(
-    Text("a second colour profile"), "APP2, a second series", why="the first whole one counts"
+    Text("a second colour profile"), "APP2, a second series", why="segments of JPEG's"
 )
 RESOLUTION: Final = Kind(
     Text("the print resolution"), "JFIF, `pHYs`, tag 282", why="no place in WebP or AVIF"
@@ -97,12 +100,16 @@ SEGMENTS: Final = Kind(
     Text("makers' segments"), "JPEG APP0 to APP15, unknown", why="segments of JPEG's"
 )
 PREVIEW: Final = Kind(
-    Text("a maker's segment with a preview"), "APPn that holds a JPEG", why=_OLD_FACE
+    Text("a maker's segment with a preview"), "APPn that holds a picture or film", why=_OLD_FACE
 )
 LATE_SEGMENTS: Final = Kind(
-    Text("comments or segments between the scans"), "`COM`, APPn after the first scan", why="rare"
+    Text("comments or segments between the scans"),
+    "`COM`, unknown APPn after the first scan",
+    why="segments of JPEG's; there they lie ahead of the one scan",
 )
-JUMBF: Final = Kind(Text("JUMBF data"), "APP11 `JP` without C2PA", why=_UNKNOWN)
+JUMBF: Final = Kind(
+    Text("JUMBF data"), "APP11 `JP`: JSON, XML or CBOR without C2PA", why="a segment of JPEG's"
+)
 TEXTS: Final = Kind(Text("PNG texts"), "`tEXt`, `zTXt`, `iTXt`", why="PNG's own")
 COLOURS: Final = Kind(
     Text("gamma and colours without a profile"),
@@ -119,9 +126,13 @@ UNSAFE_CHUNKS: Final = Kind(
     "`tIME`, `hIST`, any that aren't safe to copy",
     why="PNG's rule for copying",
 )
-RIFF_CHUNKS: Final = Kind(Text("WebP chunks"), "unknown chunks", why=_UNKNOWN)
+RIFF_CHUNKS: Final = Kind(
+    Text("WebP chunks"), "unknown chunks without a picture in them", why="WebP's own"
+)
 LAYERS: Final = Kind(Text("Photoshop layers"), "TIFF tag 37724", why=_OLD_FACE)
-TIFF_TAGS: Final = Kind(Text("TIFF tags"), "private and rare tags", why=_UNKNOWN)
+TIFF_TAGS: Final = Kind(
+    Text("TIFF tags"), "private and rare tags of texts and numbers", why="TIFF's own"
+)
 CHANNELS: Final = Kind(
     Text("extra channels"), "more samples than colours and alpha", why="not read"
 )
@@ -149,21 +160,25 @@ FURTHER: Final = Kind(
 CREDENTIALS: Final = Kind(
     Text("content credentials (C2PA)"),
     "APP11, `caBX`, tag 52545, `C2PA`, `uuid`",
-    why="no changed photo fulfils them; kept as the source's where the result is signed",
+    why="no changed photo fulfils them; a signed one names them as its source's",
 )
 CREDENTIALS_LINK: Final = Kind(
     Text("a link to content credentials (C2PA)"),
     "`dcterms:provenance`",
     why="no changed photo fulfils them",
 )
-SAMSUNG: Final = Kind(Text("Samsung's data at the end"), "`SEFT`, `sefd`", why=_UNKNOWN)
+SAMSUNG: Final = Kind(Text("Samsung's data at the end"), "`SEFT` behind texts alone", why=_BEHIND)
 AFCP: Final = Kind(
     Text("AFCP data at the end"), "`AXS!`, `AXS*`", why="hangs on places in the file"
 )
-PHOTO_MECHANIC: Final = Kind(Text("Photo Mechanic's data at the end"), "`cbipcbbl`", why=_UNKNOWN)
-FOTOSTATION: Final = Kind(Text("FotoStation's data at the end"), "`A1B2C3D4`", why=_UNKNOWN)
+PHOTO_MECHANIC: Final = Kind(Text("Photo Mechanic's data at the end"), "`cbipcbbl`", why=_BEHIND)
+FOTOSTATION: Final = Kind(
+    Text("FotoStation's data at the end"), "`A1B2C3D4` without a picture", why=_BEHIND
+)
 UNKNOWN: Final = Kind(
-    Text("unknown data"), "anything else after the end of the picture", why=_UNKNOWN
+    Text("unknown data"),
+    "anything else after the end of the picture; tags of bytes and places, boxes, JUMBF data",
+    why=_UNKNOWN,
 )
 INDEX: Final = Kind(
     Text("indexes of what isn't kept"),
@@ -172,4 +187,6 @@ INDEX: Final = Kind(
     is_reported=False,
 )
 
+RECORDS: Final = (SAMSUNG, PHOTO_MECHANIC, FOTOSTATION)
+"""What programs put behind a picture, which tells of itself alone."""
 KINDS: Final = tuple(value for value in list(globals().values()) if isinstance(value, Kind))

@@ -1,12 +1,13 @@
 """Properties of an XMP packet that describe parts of its file which a changed photo lacks.
 
-Only these properties go; every other byte of the packet stays.
+Only these go, and Google's directory of what follows a picture is made true; every other byte of
+the packet stays.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from typing import Final
 
 from kogao_core.photo.metadata import kinds, xmp
@@ -48,36 +49,12 @@ _PICTURES: Final = tuple(
     name.strip().encode() for name, kind in _STALE.items() if kind in (kinds.DEPTH, kinds.ORIGINAL)
 )
 _ABSENT: Final = re.compile(rb"""(=\s*["']|>)\s*0\s*["'<]""")
-
-
-class _Stale(xmp.Walk):
-    """Where stale properties lie: attributes and elements of top descriptions."""
-
-    def __init__(self, packet: bytes, names: dict[str, Kind]) -> None:
-        self.spans: list[xmp.Span] = []
-        self.kinds: dict[Kind, None] = {}
-        self._names = names
-        super().__init__(packet, len(xmp.DESCRIPTION) + 1)
-
-    def starts(self, path: xmp.NamePath, attributes: dict[str, str], at: int) -> None:
-        """Note stale attributes."""
-        if path == xmp.DESCRIPTION:
-            for name, span in zip(attributes, xmp.attribute_spans(self.packet, at), strict=True):
-                self._judge(name, span)
-
-    def ends(self, path: xmp.NamePath, span: xmp.Span) -> None:
-        """Note stale elements."""
-        if path[:-1] == xmp.DESCRIPTION:
-            self._judge(path[-1], span)
-
-    def _judge(self, name: str, span: xmp.Span) -> None:
-        kind = next((kind for start, kind in self._names.items() if name.startswith(start)), None)
-        if kind is None:
-            return
-        self.spans.append(span)
-        # "MotionPhoto" may be 0: the camera could have made one.
-        if not (kind == kinds.VIDEO and _ABSENT.search(self.packet, *span)):
-            self.kinds[kind] = None
+_DIRECTORY: Final = (*xmp.DESCRIPTION, f"{_CONTAINER}Directory")
+_ITEM: Final = (*_DIRECTORY, f"{xmp.RDF} Seq", f"{xmp.RDF} li")
+_OFFSET: Final = (*xmp.DESCRIPTION, f"{_GOOGLE}1.0/camera/ MicroVideoOffset")
+_PROPERTY: Final = f"{_GOOGLE}1.0/container/item/ "
+_SEMANTICS: Final = {"GainMap": kinds.GAIN_MAP, "MotionPhoto": kinds.VIDEO}
+_PICTURE: Final = "Primary"
 
 
 def _names(*, is_extended: bool, is_turned: bool, along: Collection[Kind] = ()) -> dict[str, Kind]:
@@ -91,13 +68,24 @@ def _names(*, is_extended: bool, is_turned: bool, along: Collection[Kind] = ()) 
     return {name: kind for name, kind in names.items() if kind not in along}
 
 
+def _spoken_of(packet: bytes, names: dict[str, Kind]) -> list[tuple[xmp.Span, Kind]]:
+    """Return where properties of top descriptions lie, and the parts of a file they speak of."""
+    own = (one for one in xmp.parts(packet) if one.path[:-1] == xmp.DESCRIPTION)
+    known = ((one, name) for one in own for name in names if one.path[-1].startswith(name))
+    return [(one.span, names[name]) for one, name in known]
+
+
 def found(packet: bytes, *, is_turned: bool = False) -> tuple[Kind, ...]:
     """Return the kinds that an XMP packet describes; none if it can't be read."""
-    names = _names(is_extended=True, is_turned=is_turned)
     try:
-        return tuple(_Stale(packet.rstrip(b"\0"), names).kinds)
+        spoken = _spoken_of(packet, _names(is_extended=True, is_turned=is_turned))
     except xmp.BadXmp:
         return ()
+    # "MotionPhoto" may be 0: the camera could have made one.
+    real = (
+        kind for span, kind in spoken if kind != kinds.VIDEO or not _ABSENT.search(packet, *span)
+    )
+    return tuple(dict.fromkeys(real))
 
 
 def without(
@@ -109,7 +97,7 @@ def without(
     """
     names = _names(is_extended=is_extended, is_turned=is_turned, along=along)
     try:
-        spans = _Stale(packet.rstrip(b"\0"), names).spans
+        spans = [span for span, _ in _spoken_of(packet, names)]
     except xmp.BadXmp:
         return packet
     return xmp.replaced(packet, dict.fromkeys(spans, b""))
@@ -118,3 +106,53 @@ def without(
 def is_picture_in(extension: bytes) -> bool:
     """Tell whether the rest of a long packet holds pictures or depth maps."""
     return any(name in extension for name in _PICTURES)
+
+
+def _items(packet: bytes) -> tuple[dict[xmp.Span, dict[str, xmp.Span]], xmp.Span | None]:
+    """Return the items of the directory, each with its values, and a film's offset."""
+    items: dict[xmp.Span, dict[str, xmp.Span]] = {}
+    values: dict[str, xmp.Span] = {}
+    offset = None
+    for part in xmp.parts(packet):
+        if part.path == _ITEM:
+            items[part.span], values = values, {}
+        elif (value := part.value(packet)) is not None:
+            if part.path == _OFFSET:
+                offset = value
+            elif part.path[-1].startswith(_PROPERTY):
+                values[part.path[-1].removeprefix(_PROPERTY)] = value
+    return items, offset
+
+
+def adjusted(packet: bytes, lengths: Mapping[Kind, int]) -> bytes:
+    """Return a packet that tells of the companions of these lengths, in bytes, and of no others.
+
+    They lie one behind the other, the film last.
+    """
+    try:
+        items, offset = _items(packet)
+    except xmp.BadXmp:
+        return packet
+    new: dict[xmp.Span, bytes] = {}
+    for span, values in items.items():
+        semantic = packet[slice(*values.get("Semantic", (0, 0)))].decode("latin-1")
+        kind = _SEMANTICS.get(semantic)
+        if semantic != _PICTURE and kind not in lengths:
+            new[span] = b""
+            continue
+        length = 0 if kind is None else lengths[kind]
+        told = {"Length": length, "Padding": 0}
+        new |= {values[name]: b"%d" % told[name] for name in told if name in values}
+    if offset is not None and kinds.VIDEO in lengths:
+        new[offset] = b"%d" % lengths[kinds.VIDEO]
+    return xmp.replaced(packet, new)
+
+
+def tells_film(packet: bytes) -> bool:
+    """Tell whether a packet says where a film lies, so that it can be found."""
+    try:
+        items, offset = _items(packet)
+    except xmp.BadXmp:
+        return False
+    semantics = (packet[slice(*one.get("Semantic", (0, 0)))] for one in items.values())
+    return offset is not None or b"MotionPhoto" in semantics

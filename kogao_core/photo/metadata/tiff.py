@@ -12,21 +12,19 @@ from typing import IO, Any, Final
 import numpy as np
 from PIL import ExifTags, TiffImagePlugin
 from PIL import Image as Pillow
+from PIL import TiffTags as TiffTypes
 from PIL.ExifTags import Base as Tag
 
-from kogao_core.base.atomic import Pieces
 from kogao_core.base.geometry import Image
 from kogao_core.base.language import Text
 from kogao_core.base.stderr import hushed
 from kogao_core.photo.errors import UnreadablePhoto
-from kogao_core.photo.formats import deep, tiff_pixels
-from kogao_core.photo.formats.tiff_pixels import numbers
 from kogao_core.photo.metadata import photoshop
 
 HEADS: Final = (b"II*\0", b"MM\0*")
 BIG_HEAD: Final = b"II+\0"
 _UNREAD_HEAD: Final = b"MM\0+"  # by Pillow
-_DENSITY: Final = (Tag.XResolution, Tag.YResolution, Tag.ResolutionUnit)
+DENSITY: Final = (Tag.XResolution, Tag.YResolution, Tag.ResolutionUnit)
 _IS_REDUCED: Final = 1
 _WHITE_IS_ZERO, _BLACK_IS_ZERO, _RGB, _SEPARATED, _YCBCR = 0, 1, 2, 5, 6
 _CHANNELS: Final = {_WHITE_IS_ZERO: (1,), _BLACK_IS_ZERO: (1,), _RGB: (3, 4)}
@@ -61,6 +59,28 @@ PICTURE_TAGS: Final = (
 )
 
 
+# How pixels are stored, and where: a new file says so itself. Blocks with a way of their own,
+# layers, credentials and further directories.
+_KNOWN: Final = {
+    *(254, 255, 256, 257, 258, 259, 262, 263, 264, 265, 266, 273, 274, 277, 278, 279, 280, 281),
+    *(282, 283, 284, 288, 289, 292, 293, 296, 297, 317, 320, 322, 323, 324, 325, 330, 338, 339),
+    *(340, 341, 347, 512, 513, 514, 515, 517, 518, 519, 520, 521, 529, 530, 531, 532),
+    *(700, 33723, 34377, 34675, 34853, 34665, 37724, 40965, 52545),
+    *PICTURE_TAGS,
+}  # fmt: skip
+# Texts, short and signed numbers, fractions; others may be bytes with anything in them, or places.
+_WITHOUT_PLACES: Final = (2, 3, 5, 6, 8, 10, 11, 12)
+# Inks, how Silicon Graphics and raw photos are stored, and where on the Earth pixels lie.
+_OF_PIXELS: Final = {
+    *range(332, 338), *range(32995, 32999), *range(50706, 52600), 33550, 33922, 34264,
+}  # fmt: skip
+
+
+def is_rare(tag: int) -> bool:
+    """Tell whether no new directory gets a tag of its own accord."""
+    return tag not in _KNOWN
+
+
 def compression_name(number: int) -> str:
     """Return what people call one of TIFF's compressions."""
     return _COMPRESSIONS.get(number, Text("number {number}", number=number))
@@ -86,6 +106,7 @@ class TiffTags:
 
     tags: Pillow.Exif
     iptc: bytes | None = None
+    rare: bytes = b""  # a directory of tags that no reader of ours knows
     is_big: bool = False  # whether places in the file take 8 bytes
 
     @staticmethod
@@ -98,9 +119,14 @@ class TiffTags:
             tags.load_from_fp(file, *struct.unpack("<Q", head[8:]))
         else:
             tags.load_from_fp(file)
+            head = head[:_HEADER_BYTES]
         if Tag.ImageWidth not in tags or Tag.ImageLength not in tags:
             raise ValueError(Text("a directory without a picture"))
-        return TiffTags(tags, None if is_big else _iptc(file), is_big)
+        there = _directory(head, file)
+        # Most programs store it as numbers of 32 bits, of which Pillow keeps the first one.
+        there.tagtype[Tag.IPTCNAA] = TiffTypes.UNDEFINED
+        iptc = _in_order(there.get(Tag.IPTCNAA, b"")) or None
+        return TiffTags(tags, iptc, _rare(there), is_big)
 
     def _first(self, tag: int, default: int) -> int:
         value = self.tags.get(tag, default)
@@ -228,14 +254,6 @@ class TiffTags:
                 )
             )
 
-    def decode(self, file: IO[bytes]) -> Image:
-        """Decode an open deep file that is plain; upright."""
-        pixels = tiff_pixels.read(file, self.tags, self.orientation)
-        if pixels is None:
-            file.seek(0)
-            pixels = deep.decode(file.read())
-        return self.meant(pixels)
-
     def meant(self, pixels: Image) -> Image:
         """Return decoded channels as grey, RGB or RGBA."""
         if self._meaning == _WHITE_IS_ZERO and pixels.dtype == np.uint16:
@@ -292,35 +310,42 @@ class TiffTags:
             return None
 
 
+def _rare(there: TiffImagePlugin.ImageFileDirectory_v2) -> bytes:
+    """Return a directory of those tags of another that are unknown texts and numbers, or b""."""
+    kept = TiffImagePlugin.ImageFileDirectory_v2()
+    for tag in filter(is_rare, there):
+        if tag not in _OF_PIXELS and there.tagtype[tag] in _WITHOUT_PLACES:
+            kept.tagtype[tag], kept[tag] = there.tagtype[tag], as_read(there[tag])
+    with io.BytesIO() as out:
+        try:
+            kept.save(out)
+        except _DAMAGED:
+            return b""
+        return out.getvalue() if len(kept) else b""
+
+
+def directory_of(rare: bytes) -> TiffImagePlugin.ImageFileDirectory_v2:
+    """Return a directory that stands alone."""
+    return _directory(rare[:_HEADER_BYTES], io.BytesIO(rare))
+
+
+def numbers(tags: Pillow.Exif, tag: int) -> tuple[int, ...]:
+    """Return all numbers of an entry of a directory; none where there is no such entry."""
+    value = tags.get(tag, ())
+    return value if isinstance(value, tuple) else (value,)
+
+
+def _directory(head: bytes, file: IO[bytes]) -> TiffImagePlugin.ImageFileDirectory_v2:
+    directory = TiffImagePlugin.ImageFileDirectory_v2(head)
+    file.seek(directory.next)
+    directory.load(file)
+    return directory
+
+
 def _as_bytes(value: object) -> bytes | None:
     if isinstance(value, tuple):  # a wrong type in the file: numbers for bytes
         value = bytes(value)
     return value if isinstance(value, bytes) and value else None
-
-
-def _iptc(file: IO[bytes]) -> bytes | None:
-    """Return the IPTC record of an open file; most programs store it as numbers of 32 bits.
-
-    Pillow keeps only the first of those numbers.
-    """
-    file.seek(0)
-    order = ">" if file.read(_HEADER_BYTES // 2) == HEADS[1] else "<"
-    try:
-        (at,) = struct.unpack(order + "I", file.read(4))
-        file.seek(at)
-        (entries,) = struct.unpack(order + "H", file.read(2))
-        for _ in range(entries):
-            tag, kind, count = struct.unpack(order + "HHI", file.read(8))
-            place = file.read(4)
-            if tag == Tag.IPTCNAA:
-                size = count * (4 if kind == _LONG else 1)
-                if size > len(place):
-                    file.seek(struct.unpack(order + "I", place)[0])
-                    place = file.read(size)
-                return _in_order(place[:size]) or None
-    except struct.error:
-        pass  # a damaged directory, not worth the photo
-    return None
 
 
 def _in_order(iptc: bytes) -> bytes:
@@ -328,58 +353,6 @@ def _in_order(iptc: bytes) -> bytes:
     if iptc[:1] != _IPTC_START and iptc[3:4] == _IPTC_START and len(iptc) % 4 == 0:
         return np.frombuffer(iptc, np.uint32).byteswap().tobytes()
     return iptc
-
-
-def taken_apart(written: bytes) -> tuple[TiffImagePlugin.ImageFileDirectory_v2, memoryview]:
-    """Return the directory and the pixels of a file as OpenCV writes it.
-
-    The pixels lie between header and directory, whose strips are then counted from the first pixel.
-    """
-    directory = TiffImagePlugin.ImageFileDirectory_v2(written[:_HEADER_BYTES])
-    start = directory.next
-    with io.BytesIO(written) as file:
-        file.seek(start)
-        directory.load(file)
-    dict(directory)  # entries that were never looked at would not be saved
-    starts = directory[Tag.StripOffsets]
-    directory[Tag.StripOffsets] = tuple(offset - _HEADER_BYTES for offset in starts)
-    return directory, memoryview(written)[_HEADER_BYTES:start]
-
-
-def with_metadata(
-    directory: TiffImagePlugin.ImageFileDirectory_v2,
-    pixels: memoryview,
-    *,
-    exif: bytes | None,
-    xmp: bytes | None,
-    icc_profile: bytes | None,
-    dpi: tuple[float, float] | None,
-    aspect: tuple[int, int] | None,
-    photoshop_resources: bytes | None,
-) -> Pieces:
-    """Return a TIFF file with a fuller directory ahead of its pixels."""
-    if directory[Tag.SamplesPerPixel] == _WITH_ALPHA:
-        directory[Tag.ExtraSamples] = _STRAIGHT
-    density = dpi or aspect
-    if density is not None:
-        directory[Tag.XResolution], directory[Tag.YResolution] = density
-        directory[Tag.ResolutionUnit] = _PER_INCH if dpi else _NO_UNIT
-    iptc = photoshop_resources and photoshop.iptc_of(photoshop_resources)
-    blocks = (
-        (Tag.InterColorProfile, icc_profile),
-        (Tag.XMLPacket, xmp),
-        (Tag.ImageResources, photoshop_resources),
-        (Tag.IPTCNAA, iptc),
-    )
-    for block, stored in blocks:
-        if stored:
-            directory[block] = stored
-    for tag, value in entries_of(exif) or ():
-        if density is None or tag not in _DENSITY:
-            directory[tag] = value
-    with io.BytesIO() as out:
-        directory.save(out)  # adds its own length to where the strips start
-        return [out.getvalue(), pixels]
 
 
 def entries_of(exif: bytes | None) -> list[tuple[int, Any]] | None:
@@ -403,7 +376,7 @@ def told_by(exif: bytes | None) -> list[tuple[int, Any]] | None:
     with hushed():
         try:
             block.load(exif)
-            density = [(tag, block[tag]) for tag in _DENSITY if tag in block]
+            density = [(tag, block[tag]) for tag in DENSITY if tag in block]
             return [*_picture_tags(block), *density]
         except _DAMAGED:
             return None
@@ -412,10 +385,10 @@ def told_by(exif: bytes | None) -> list[tuple[int, Any]] | None:
 def _picture_tags(tags: Pillow.Exif) -> Iterator[tuple[int, Any]]:
     for tag in PICTURE_TAGS:
         if tag in tags and tag not in (Tag.ExifOffset, Tag.GPSInfo):
-            yield tag, _kept(tags[tag])
+            yield tag, as_read(tags[tag])
     for tag in (Tag.ExifOffset, Tag.GPSInfo):
         if tag in tags:
-            inner = {name: _kept(value) for name, value in tags.get_ifd(tag).items()}
+            inner = {name: as_read(value) for name, value in tags.get_ifd(tag).items()}
             if (further := Tag.ExifInteroperabilityOffset) in inner:
                 inner[further] = dict(tags.get_ifd(further))
             yield tag, inner
@@ -431,5 +404,6 @@ class _Text(str):
         return super().encode("latin-1")
 
 
-def _kept(value: object) -> object:
+def as_read(value: object) -> object:
+    """Return a value of Pillow's so that it is written as it was read."""
     return _Text(value) if isinstance(value, str) else value

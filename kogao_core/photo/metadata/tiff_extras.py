@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import struct
-from collections.abc import Iterator
+from collections.abc import Container, Iterator
 from typing import IO, Final
 
 from PIL import ExifTags
@@ -16,13 +16,6 @@ from kogao_core.photo.metadata import kinds, tiff
 from kogao_core.photo.metadata.kinds import Extra
 
 _LAYERS, CREDENTIALS = 37724, 52545
-# How pixels are stored, and where: the new file says so itself. Blocks with a way of their own.
-_STORAGE: Final = {
-    *(254, 255, 256, 257, 258, 259, 262, 263, 264, 265, 266, 273, 274, 277, 278, 279, 280, 281),
-    *(282, 283, 284, 288, 289, 292, 293, 296, 297, 317, 320, 322, 323, 324, 325, 338, 339, 340),
-    *(341, 347, 512, 513, 514, 515, 517, 518, 519, 520, 521, 529, 530, 531, 532),
-    *(700, 33723, 34377, 34675, 34853, 34665, 40965),
-}  # fmt: skip
 _NAMED: Final = {
     _LAYERS: Extra(kinds.LAYERS),
     CREDENTIALS: Extra(kinds.CREDENTIALS),
@@ -36,8 +29,8 @@ _PLACES: Final = {273: 279, 324: 325, 513: 514}
 _MOST_DIRECTORIES: Final = 1000
 
 
-def found(tags: Pillow.Exif, channels: int) -> Iterator[Extra]:
-    """Yield what the first directory of a TIFF file holds, by its order."""
+def found(tags: Pillow.Exif, channels: int, kept: Container[int]) -> Iterator[Extra]:
+    """Yield what the first directory of a TIFF file holds, by its order; some rare tags stay."""
     if tags.get_ifd(ExifTags.IFD.IFD1):
         yield Extra(kinds.FURTHER)
     photometric, samples = (
@@ -49,18 +42,12 @@ def found(tags: Pillow.Exif, channels: int) -> Iterator[Extra]:
     for tag in tags:
         if tag in _NAMED:
             yield _NAMED[tag]
-    rare = rare_tags(tags)
-    if rare:
-        yield Extra(kinds.TIFF_TAGS, Text("TIFF tags {tags}", tags=" ".join(map(str, rare))))
+    rare = [tag for tag in tags if tiff.is_rare(tag)]
+    for kind, is_kept in ((kinds.TIFF_TAGS, True), (kinds.UNKNOWN, False)):
+        if some := [str(tag) for tag in rare if (tag in kept) == is_kept]:
+            yield Extra(kind, Text("TIFF tags {tags}", tags=" ".join(some)))
     if has_maker_note(tags):
         yield Extra(kinds.MOVED_NOTE)
-
-
-def rare_tags(tags: Pillow.Exif) -> list[int]:
-    """Return the tags of a first directory that no new directory gets."""
-    return [
-        tag for tag in tags if tag not in _STORAGE | _NAMED.keys() and tag not in tiff.PICTURE_TAGS
-    ]
 
 
 def has_maker_note(tags: Pillow.Exif) -> bool:

@@ -14,6 +14,10 @@ from kogao_core.photo.metadata.kinds import Extra, Kind
 
 _SAMSUNG, _SAMSUNG_HEAD, _SAMSUNG_ENTRY = b"SEFT", b"SEFH", 12
 _SAMSUNG_VIDEO: Final = b"MotionPhoto_Data"
+# Blocks of texts: when, where and how a photo was taken, and nothing that the editor left in it.
+_SAMSUNG_TEXTS: Final = re.compile(
+    rb"(?:\0\0..[\4-\x1f]\0\0\0(?!PhotoEditor|Original)[ -~]{0,2000})+", re.DOTALL
+)
 _AFCP: Final = (b"AXS!", b"AXS*")
 _PHOTO_MECHANIC: Final = b"cbipcbbl"
 _FOTOSTATION: Final = b"\xa1\xb2\xc3\xd4"
@@ -106,11 +110,18 @@ def _record(data: bytes, start: int, end: int) -> tuple[int, tuple[Extra, ...]] 
         size = size if start <= at < end else 12
     elif data.endswith(_PHOTO_MECHANIC, start, end):
         size = 12 + int.from_bytes(data[end - 12 : end - 8], "big")
-        extras = (Extra(kinds.PHOTO_MECHANIC),)
+        extras = (_kept(kinds.PHOTO_MECHANIC, data[max(start, end - size) : end]),)
     elif data.endswith(_FOTOSTATION, start, end):
         size = int.from_bytes(data[end - 8 : end - 4], "big")
-        extras = (Extra(kinds.FOTOSTATION),)
+        extras = (_kept(kinds.FOTOSTATION, data[max(start, end - size) : end]),)
     return (max(start, end - size), extras) if size > 0 else None
+
+
+def _kept(kind: Kind, record: bytes) -> Extra:
+    """Return a program's record, which stays unless it holds a picture."""
+    if segments.holds_picture(record):
+        return Extra(kinds.UNKNOWN, kind.name)
+    return Extra(kind, data=record)
 
 
 def _samsung(data: bytes, start: int, end: int) -> tuple[int, tuple[Extra, ...]]:
@@ -126,4 +137,6 @@ def _samsung(data: bytes, start: int, end: int) -> tuple[int, tuple[Extra, ...]]
     if (named := data.find(_SAMSUNG_VIDEO, first, head)) >= 0:
         start = named + len(_SAMSUNG_VIDEO)
         more = (Extra(kinds.VIDEO, data=data[start : _past_boxes(data, start, head)]),)
-    return end - first, (*more, Extra(kinds.SAMSUNG))
+    if _SAMSUNG_TEXTS.fullmatch(data, first, head):
+        return end - first, (*more, Extra(kinds.SAMSUNG, data=data[first:end]))
+    return end - first, (*more, Extra(kinds.UNKNOWN, kinds.SAMSUNG.name))

@@ -1,18 +1,24 @@
-"""How a stored picture becomes upright, and EXIF blocks whose numbers follow it, changed in place.
+"""How a stored picture becomes upright, and what EXIF and XMP tell of its sides and places in it.
 
-Blocks are patched, not rebuilt: makers' notes hold offsets that don't survive a move.
+EXIF blocks are patched, not rebuilt: makers' notes hold offsets that don't survive a move. Numbers
+in XMP keep as many decimals as they have. Places that aren't understood well enough go (`stale`).
 """
 
 from __future__ import annotations
 
 import re
 import struct
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from decimal import Decimal
 from typing import Any, Final
 
+import numpy as np
 from PIL.ExifTags import Base as Tag
+
+from kogao_core.base.geometry import Image
+from kogao_core.photo.metadata import xmp
 
 PREFIX: Final = b"Exif\0\0"
 _CODES: Final = {3: "H", 4: "I", 5: "Q"}  # of types; a rational is moved as a whole
@@ -25,8 +31,43 @@ _SIDES: Final[tuple[tuple[int, int], ...]] = (
 )
 _SUBJECTS: Final = (0x9214, Tag.SubjectLocation)  # the first is its area
 _FURTHER: Final = (Tag.ExifOffset, Tag.ExifInteroperabilityOffset)
-_ORIENTATION: Final = re.compile(rb"""tiff:Orientation(?:=["']|>)\s*([1-8])""")
 _DAMAGED: Final = (struct.error, KeyError)
+_ADOBE: Final = "http://ns.adobe.com/"
+_EXIF, _TIFF = f"{_ADOBE}exif/1.0/ ", f"{_ADOBE}tiff/1.0/ "
+_AREA, _SIZE = f"{_ADOBE}xmp/sType/Area# ", f"{_ADOBE}xap/1.0/sType/Dimensions# "
+_REGION: Final = "http://ns.microsoft.com/photo/1.2/t/Region# Rectangle"
+_XMP_SUBJECTS: Final = (f"{_EXIF}SubjectArea", f"{_EXIF}SubjectLocation")
+_DIMENSIONS: Final = (f"{_SIZE}w", f"{_SIZE}h")
+_CENTRE: Final = (f"{_AREA}x", f"{_AREA}y")
+_XMP_SIDES: Final = (
+    _DIMENSIONS,
+    (f"{_AREA}w", f"{_AREA}h"),
+    (f"{_TIFF}XResolution", f"{_TIFF}YResolution"),
+    (f"{_EXIF}FocalPlaneXResolution", f"{_EXIF}FocalPlaneYResolution"),
+)
+_RDF_ITEM: Final = f"{xmp.RDF} li"
+_PART: Final = re.compile(rb"[^,\s]+")
+_NUMBER: Final = re.compile(rb"-?\d{1,9}(\.\d{1,20})?")
+_ORIENTATION: Final = re.compile(rb"""(tiff:Orientation(?:=["']|>)\s*)([1-8])""")
+_SIZES: Final = [
+    re.compile(rb"""((?:tiff:Image%s|exif:Pixel%sDimension)(?:=["']|>)\s*)[0-9]+""" % names)
+    for names in ((b"Width", b"X"), (b"Length", b"Y"))
+]
+_THUMBNAILS: Final = (b"xmp:Thumbnails>", b"xap:Thumbnails>")
+_Structure = dict[str, xmp.Span]
+_Changes = Iterator[tuple[xmp.Span, bytes]]
+_ONE: Final = Decimal(1)
+_TURNS: Final[dict[int, Callable[[Image], Image]]] = {
+    1: lambda stored: stored,
+    2: np.fliplr,
+    3: lambda stored: np.rot90(stored, 2),
+    4: np.flipud,
+    5: lambda stored: stored.swapaxes(0, 1),
+    6: lambda stored: np.rot90(stored, -1),
+    7: lambda stored: np.rot90(stored, 2).swapaxes(0, 1),
+    8: np.rot90,
+}
+_BACK: Final = {6: 8, 8: 6}  # all others undo themselves
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,11 +83,6 @@ class Turn:
     def swaps_sides(self) -> bool:
         """Whether rows become columns."""
         return self.orientation >= 5
-
-    @property
-    def is_mirrored(self) -> bool:
-        """Whether writing would be seen in a mirror."""
-        return self.orientation in (2, 4, 5, 7)
 
     def place(self, at: Sequence[Any], ends: Sequence[Any]) -> tuple[Any, Any]:
         """Return a place (x, y) of the stored picture in the upright one, which ends at `ends`."""
@@ -115,13 +151,14 @@ def orientation(exif: bytes | None, xmp: bytes | None) -> int:
                 value = tiff.read(turn)
                 return value if 1 <= value <= 8 else 1
     found = _ORIENTATION.search(xmp or b"")
-    return int(found[1]) if found else 1
+    return int(found[2]) if found else 1
 
 
-def turned_exif(exif: bytes, turn: Turn) -> bytes:
-    """Return an EXIF block for a picture that was turned, without its thumbnail.
+def turned_exif(exif: bytes, turn: Turn, small: Callable[[bytes], bytes]) -> bytes:
+    """Return an EXIF block for a picture that was turned, with a thumbnail of its own.
 
-    The thumbnail would show the face as it was. What can't be parsed stays as it is.
+    The old one would show the face as it was: `small` returns one that is no longer in its place,
+    or nothing. What can't be parsed stays as it is.
     """
     try:
         tiff = _Tiff(exif)
@@ -136,7 +173,7 @@ def turned_exif(exif: bytes, turn: Turn) -> bytes:
                 break
             start = tiff.read(numbers[further])
     with suppress(*_DAMAGED):
-        _drop_thumbnail(tiff, main)
+        _replace_thumbnail(tiff, main, turn, small)
     return PREFIX + bytes(tiff.data)
 
 
@@ -161,7 +198,7 @@ def _turn(tiff: _Tiff, numbers: dict[int, _Numbers], turn: Turn) -> None:
             tiff.write(numbers[tag], *(max(0, number) for number in at), *size)
 
 
-def _drop_thumbnail(tiff: _Tiff, main: int) -> None:
+def _replace_thumbnail(tiff: _Tiff, main: int, turn: Turn, small: Callable[[bytes], bytes]) -> None:
     link = tiff.next_link(main)
     second = tiff.read(link)
     if not second:
@@ -172,7 +209,122 @@ def _drop_thumbnail(tiff: _Tiff, main: int) -> None:
         return
     start = tiff.read(numbers[Tag.JpegIFOffset])
     end = min(start + tiff.read(numbers[Tag.JpegIFByteCount]), len(tiff.data))
-    if end == len(tiff.data):
-        del tiff.data[start:]
-    else:
-        tiff.data[start:end] = bytes(end - start)
+    fresh = small(bytes(tiff.data[start:end]))
+    if fresh:
+        _turn(tiff, numbers, turn)
+        tiff.write(numbers[Tag.JpegIFByteCount], len(fresh))
+        tiff.write(link, second)
+    # Nothing else in the block moves.
+    at_end = end == len(tiff.data)
+    tiff.data[start:end] = fresh if at_end else fresh.ljust(end - start, b"\0")
+
+
+def turned_xmp(packet: bytes, turn: Turn) -> bytes:
+    """Return a packet for a picture that was turned, without its thumbnails.
+
+    Regions of faces (MWG's and Microsoft's), EXIF's subject and resolutions are turned, sizes set.
+    In a packet that can't be read, only what can be told by its words is.
+    """
+    for pattern, size in zip(_SIZES, (turn.width, turn.height), strict=True):
+        packet = pattern.sub(rb"\g<1>%d" % size, packet)
+    for name in _THUMBNAILS:
+        packet = _without(packet, b"<" + name, b"</" + name)
+    if turn.orientation == 1:
+        return packet
+    packet = _ORIENTATION.sub(rb"\g<1>1", packet)
+    try:
+        return xmp.replaced(packet, _new(packet, turn))
+    except xmp.BadXmp:
+        return packet
+
+
+def _without(text: bytes, start: bytes, end: bytes) -> bytes:
+    # In one pass: a hostile text may start a million times and never end.
+    kept, at = [], 0
+    while (first := text.find(start, at)) >= 0 and (last := text.find(end, first)) >= 0:
+        kept.append(text[at:first])
+        at = last + len(end)
+    return b"".join([*kept, text[at:]])
+
+
+def _new(packet: bytes, turn: Turn) -> dict[xmp.Span, bytes]:
+    # Simple values by name: of each structure, by where it lies, and of lists.
+    by_place: dict[int, _Structure] = {}
+    lists: dict[str, list[xmp.Span]] = {}
+    for part in xmp.parts(packet):
+        if len(part.path) <= len(xmp.DESCRIPTION) or (value := part.value(packet)) is None:
+            continue
+        if part.path[-1] == _RDF_ITEM:
+            lists.setdefault(part.path[-3], []).append(value)
+        else:
+            by_place.setdefault(part.holder, {})[part.path[-1]] = value
+    structures = list(by_place.values())
+    new: dict[xmp.Span, bytes] = {}
+    with suppress(ValueError):  # sizes that are no numbers: the specification's axes
+        if _is_upright(packet, structures, turn):
+            names = {*_DIMENSIONS, *_CENTRE}
+            structures = [one for one in structures if not names & one.keys()]
+    for one in structures:
+        new.update(_turned(packet, one, turn))
+    ends = Decimal(turn.width - 1), Decimal(turn.height - 1)
+    for name in _XMP_SUBJECTS:
+        spans = lists.get(name, [])
+        new.update(_changed(packet, spans[:2], lambda at: turn.place(at, ends)))
+        new.update(_changed(packet, spans[2:4], turn.sides))
+    return new
+
+
+def _is_upright(packet: bytes, structures: list[_Structure], turn: Turn) -> bool:
+    """Tell whether regions say that they apply to the upright picture, as some programs do."""
+    for one in structures:
+        if turn.swaps_sides and one.keys() >= set(_DIMENSIONS):
+            width, height = (_number(packet, one[name]) for name in _DIMENSIONS)
+            return width != height and (width > height) == (turn.width > turn.height)
+    return False
+
+
+def _turned(packet: bytes, structure: _Structure, turn: Turn) -> _Changes:
+    for pair in _XMP_SIDES:
+        if turn.swaps_sides and structure.keys() >= set(pair):
+            spans = [structure[name] for name in pair]
+            yield from zip(spans, [packet[slice(*span)] for span in spans[::-1]], strict=True)
+    if structure.keys() >= set(_CENTRE):
+        centre = [structure[name] for name in _CENTRE]
+        yield from _changed(packet, centre, lambda at: turn.place(at, (_ONE, _ONE)))
+    if _REGION in structure:
+        parts = [part.span() for part in _PART.finditer(packet, *structure[_REGION])]
+        yield from _changed(packet, parts, lambda of: _rectangle(of, turn))
+
+
+def _rectangle(of: Sequence[Decimal], turn: Turn) -> tuple[Decimal, ...]:
+    """Return a rectangle: left, top, width, height, in parts of the picture's."""
+    left, top, width, height = of
+    corners = [turn.place(at, (_ONE, _ONE)) for at in ((left, top), (left + width, top + height))]
+    x, y = (min(places) for places in zip(*corners, strict=True))
+    return (x, y, *turn.sides((width, height)))
+
+
+def _changed(
+    packet: bytes, spans: list[xmp.Span], change: Callable[[list[Decimal]], Iterable[Decimal]]
+) -> _Changes:
+    """Yield places in a packet with the numbers to write there; none, where there is another."""
+    with suppress(ValueError, IndexError):
+        changed = change([_number(packet, span) for span in spans])
+        yield from zip(spans, (str(one).encode() for one in changed), strict=True)
+
+
+def _number(packet: bytes, span: xmp.Span) -> Decimal:
+    text = packet[slice(*span)].strip()
+    if _NUMBER.fullmatch(text) is None:
+        raise ValueError(text)
+    return Decimal(text.decode())
+
+
+def turn_upright(stored: Image, orientation: int) -> Image:
+    """Return stored pixels of shape (H, W) or (H, W, C) as the orientation 1 to 8 shows them."""
+    return np.ascontiguousarray(_TURNS[orientation](stored))
+
+
+def as_stored(upright: Image, orientation: int) -> Image:
+    """Return upright pixels as a file of that orientation holds them; a view, where it can be."""
+    return _TURNS[_BACK.get(orientation, orientation)](upright)

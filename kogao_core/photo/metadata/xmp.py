@@ -1,4 +1,4 @@
-"""A walk through an XMP packet that knows where everything lies, so that no byte must be rewritten.
+"""Where everything lies in an XMP packet, so that no byte must be rewritten.
 
 expat finds the places; nothing is parsed and written anew.
 """
@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Final
 from xml.parsers import expat
 
@@ -21,6 +22,7 @@ EMPTY: Final = (
     '<?xpacket end="w"?>'
 ).encode()
 """A packet that says nothing."""
+_DEEPEST: Final = 17  # elements within each other
 _WRAPPER: Final = "adobe:ns:meta/ xmpmeta"
 # A start tag that expat has found sound, and one of its attributes.
 _TAG: Final = re.compile(rb"""<([^\s/>]+)(?:[^"'>]|"[^"]*"|'[^']*')*>""")
@@ -34,59 +36,70 @@ class BadXmp(ValueError):
     """The packet can't be read; the message says why."""
 
 
-class Walk:
-    """A walk through a packet; subclasses note what they look for.
+@dataclass(frozen=True, slots=True)
+class XmpPart:
+    """An element of a packet, or an attribute, which in RDF is the same as an element in it."""
 
-    Names are ``namespace local``, ways the names from ``rdf:RDF`` down. A way is empty below the
-    depth asked for: a hostile packet may be nested a million deep. Spans go from the first byte of
-    a start tag to past the last one of the end tag.
+    path: NamePath  # ``namespace local`` of all from ``rdf:RDF`` down to its own
+    # From the first byte of its start tag to past the last one of its end tag; of an attribute
+    # with the space before.
+    span: Span
+    holder: int  # where the element begins that it is in
 
-    Raises
-    ------
-    BadXmp
-        If the packet is no well-formed UTF-8, or declares a document type: that is where entities
-        that expand without end would be.
+    def value(self, packet: bytes) -> Span | None:
+        """Return where its text lies, if it holds nothing else."""
+        start, end = self.span
+        if packet[start : start + 1] != b"<":
+            at = packet.index(b"=", start) + 1
+            return at + len(packet[at:end]) - len(packet[at:end].lstrip()) + 1, end - 1
+        start = tag_end(packet, start)
+        end = packet.rfind(b"</", start, end)
+        return (start, end) if 0 <= end == packet.find(b"<", start, self.span[1]) else None
+
+
+def parts(packet: bytes) -> list[XmpPart]:
+    """Return what a packet holds: attributes where their tags start, elements where they end.
+
+    What is nested deeper than anything that is looked for is left out: a hostile packet may be
+    nested a million deep. Raises BadXmp, if the packet is no well-formed UTF-8, or declares a
+    document type: that is where entities that expand without end would be.
     """
+    packet = packet.rstrip(b"\0")
+    found: list[XmpPart] = []
+    names: list[str] = []
+    starts: list[int] = [0]
+    parser = expat.ParserCreate("UTF-8", namespace_separator=" ")
 
-    def __init__(self, packet: bytes, deepest: int) -> None:
-        self.packet = packet
-        self._deepest = deepest + 1
-        self._open: list[tuple[str, int]] = []
-        parser = expat.ParserCreate("UTF-8", namespace_separator=" ")
-        parser.StartElementHandler = self._starts
-        parser.EndElementHandler = self._ends
-        parser.StartDoctypeDeclHandler = _refuse_types
-        self._parser = parser
-        try:
-            parser.Parse(packet, True)
-        except expat.ExpatError as error:
-            raise BadXmp(str(error)) from None
+    def path() -> NamePath:
+        return tuple(names[names[:1] == [_WRAPPER] :])
 
-    def starts(self, path: NamePath, attributes: dict[str, str], at: int) -> None:
-        """Handle a start tag."""
+    def start(name: str, attributes: dict[str, str]) -> None:
+        at = parser.CurrentByteIndex
+        names.append(name)
+        starts.append(at)
+        if attributes and len(names) <= _DEEPEST:
+            spans = attribute_spans(packet, at)
+            if len(spans) != len(attributes):
+                raise BadXmp(Text("it isn't UTF-8"))
+            for one, span in zip(attributes, spans, strict=True):
+                found.append(XmpPart((*path(), one), span, at))
 
-    def ends(self, path: NamePath, span: Span) -> None:
-        """Handle the end of an element."""
+    def end(_: str) -> None:
+        at = starts.pop()
+        if len(names) <= _DEEPEST:
+            stop = tag_end(packet, at)
+            if packet[stop - 2 : stop] != b"/>":
+                stop = packet.index(b">", parser.CurrentByteIndex) + 1
+            found.append(XmpPart(path(), (at, stop), starts[-1]))
+        names.pop()
 
-    def _starts(self, name: str, attributes: dict[str, str]) -> None:
-        at = self._parser.CurrentByteIndex
-        self._open.append((name, at))
-        self.starts(self._path(), attributes, at)
-
-    def _ends(self, _: str) -> None:
-        path = self._path()
-        _, start = self._open.pop()
-        self.ends(path, (start, self._element_end(start, self._parser.CurrentByteIndex)))
-
-    def _path(self) -> NamePath:
-        if len(self._open) > self._deepest:
-            return ()
-        names = tuple(name for name, _ in self._open)
-        return names[1:] if names[:1] == (_WRAPPER,) else names
-
-    def _element_end(self, start: int, end_tag: int) -> int:
-        end = tag_end(self.packet, start)
-        return end if self.packet[end - 2 : end] == b"/>" else self.packet.index(b">", end_tag) + 1
+    parser.StartElementHandler, parser.EndElementHandler = start, end
+    parser.StartDoctypeDeclHandler = _refuse_types
+    try:
+        parser.Parse(packet, True)
+    except expat.ExpatError as error:
+        raise BadXmp(str(error)) from None
+    return found
 
 
 def _refuse_types(*_: object) -> None:

@@ -21,11 +21,12 @@ from kogao_core.base.wording import shown
 from kogao_core.faces.face import OUTLINE_POINTS, Face
 from kogao_core.faces.landmarks.aam.points import OUTLINE_LABELS
 from kogao_core.faces.landmarks.outline import resampled
-from kogao_core.projects.interchange.points import Line, PointSet
+from kogao_core.projects.interchange.formats import EYES, MOUTH, OWN_NAMES, Line, PointSet
 
 SOURCE: Final = "points"
-_EYES, _MOUTH = 4, 2
-_SPEC: Final = re.compile(r"[0-9,\-]+/[0-9,\-]+/[0-9,\-]+")
+# Outline, eyes and mouth: numbers from 0, and spans of them, either way.
+_NUMBERS: Final = "[0-9]{1,5}(?:-[0-9]{1,5})?(?:,[0-9]{1,5}(?:-[0-9]{1,5})?)*"
+_SPEC: Final = re.compile("/".join([f"({_NUMBERS})"] * 3))
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,18 +95,13 @@ class Template:
         return Affine(np.asarray(solved[:2].T), np.asarray(solved[2]))(mean)
 
 
-_OWN: Final = OUTLINE_POINTS + _EYES + _MOUTH
+_OWN: Final = len(OWN_NAMES)
 
 
 def _span(first: int, last: int) -> tuple[int, ...]:
     return tuple(range(first, last + 1))
 
 
-OWN_NAMES: Final = tuple(
-    f"{part}-{number}"
-    for part, count in (("outline", OUTLINE_POINTS), ("eye", _EYES), ("mouth", _MOUTH))
-    for number in _span(1, count)
-)
 TEMPLATES: Final = {
     template.name: template
     for template in (
@@ -182,8 +178,9 @@ def template(wanted: str) -> Template:
     """Return a template by its number of points, or by a mapping."""
     if wanted in TEMPLATES:
         return TEMPLATES[wanted]
-    parts = [_numbers(part) for part in wanted.split("/")] if _SPEC.fullmatch(wanted) else []
-    if len(parts) != 3 or len(parts[0]) < 3 or (len(parts[1]), len(parts[2])) != (_EYES, _MOUTH):
+    given = _SPEC.fullmatch(wanted)
+    parts = [_numbers(part) for part in given.groups()] if given else [()]
+    if len(parts[0]) < 3 or [len(part) for part in parts[1:]] != [EYES, MOUTH]:
         raise ValueError(
             Text(
                 "{wanted} is none of {names}, nor a mapping of outline, 4 eye "
@@ -199,11 +196,8 @@ def template(wanted: str) -> Template:
 def _numbers(text: str) -> tuple[int, ...]:
     found: list[int] = []
     for part in text.split(","):
-        first, dash, last = part.partition("-")
-        ends = (first, last if dash else first)
-        if not all(end.isdecimal() and len(end) < 6 for end in ends):
-            return ()
-        start, stop = map(int, ends)
+        first, _, last = part.partition("-")
+        start, stop = int(first), int(last or first)
         found += range(start, stop + 1) if start <= stop else range(start, stop - 1, -1)
     return tuple(found)
 

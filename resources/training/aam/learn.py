@@ -16,9 +16,16 @@ from typing import Any, Final
 import numpy as np
 
 from kogao_core.base.geometry import Array
-from kogao_core.faces.landmarks.aam.features import DIRECTIONS, Floats
 from kogao_core.faces.landmarks.aam.fitting import Observation, fit, moved, observe
-from kogao_core.faces.landmarks.aam.model import Model, Packed, Scale, Start, Update
+from kogao_core.faces.landmarks.aam.model import (
+    DIRECTIONS,
+    Floats,
+    Model,
+    Packed,
+    Scale,
+    Start,
+    Update,
+)
 
 from .examples import Example, jittered, lit
 from .labels import interocular

@@ -9,8 +9,7 @@ import cv2
 import numpy as np
 
 from kogao_core.base.geometry import Array
-from kogao_core.faces.landmarks.aam.features import Floats
-from kogao_core.faces.landmarks.aam.model import Packed, ShapeModel, Start, box_frame
+from kogao_core.faces.landmarks.aam.model import Floats, Packed, ShapeModel, Start, box_frame
 from kogao_core.faces.landmarks.aam.points import EYES, MIRROR, MOUTH, OUTLINE, similarity
 
 from .examples import Example

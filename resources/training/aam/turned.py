@@ -9,9 +9,8 @@ import cv2
 import numpy as np
 
 from kogao_core.base.geometry import Array
-from kogao_core.faces.landmarks.aam.features import Floats
 from kogao_core.faces.landmarks.aam.fitting import Grey
-from kogao_core.faces.landmarks.aam.model import carried
+from kogao_core.faces.landmarks.aam.model import Floats, carried
 from kogao_core.faces.landmarks.mesh import EYES
 from kogao_core.faces.landmarks.outline import LEFT_EAR, RIGHT_EAR
 

@@ -1,4 +1,4 @@
-"""Write the model's file, as `kogao_core.faces.landmarks.aam.model_file` reads it."""
+"""Write the model's file, as `kogao_core.faces.landmarks.aam.model` reads it."""
 
 from __future__ import annotations
 
@@ -11,9 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kogao_core.base.atomic import put
-from kogao_core.faces.landmarks.aam.features import Floats
-from kogao_core.faces.landmarks.aam.model import Model, Packed
-from kogao_core.faces.landmarks.aam.model_file import FORMAT, MOST_BYTES
+from kogao_core.faces.landmarks.aam.model import FORMAT, MOST_BYTES, Floats, Model, Packed
 
 
 def packed(matrix: Floats) -> Packed:

@@ -11,7 +11,7 @@ import numpy as np
 
 from kogao_core.base.geometry import Array, Image
 from kogao_core.faces.landmarks.aam.points import EYE_LABELS, OUTLINE_LABELS
-from kogao_core.faces.landmarks.edges.strips import smooth
+from kogao_core.faces.landmarks.edges import smooth
 from kogao_core.faces.landmarks.mesh import MeshSource
 from kogao_core.faces.landmarks.pixels import Pyramid
 

@@ -11,16 +11,21 @@ import numpy as np
 
 from kogao_core.base.geometry import Array, Image
 from kogao_core.faces.face import Face
-from kogao_core.faces.landmarks.edges import network, refine
-from kogao_core.faces.landmarks.edges.network import (
+from kogao_core.faces.landmarks import edges
+from kogao_core.faces.landmarks.edges import (
+    ACROSS,
     LAST,
     LAYERS,
+    MOVES,
+    Cut,
     Floats,
     Layer,
+    Lines,
+    lines_of,
     neighbours,
+    planes,
     shifted,
 )
-from kogao_core.faces.landmarks.edges.strips import ACROSS, MOVES, Cut, Lines, lines_of, planes
 from kogao_core.faces.landmarks.pixels import Pyramid
 
 _REACH: Final = 38.0  # steps; a label further off belongs to another part of the outline
@@ -94,7 +99,7 @@ def _moves(lines: Lines, label: Array) -> Array:
 def learn(examples: Sequence[LabelledCut], seed: int = 0) -> list[Floats]:
     """Return the parameters that tell where the labels are (Adam, soft cross-entropy)."""
     rng = np.random.default_rng(seed)
-    parameters = [_start(shape, rng) for shape in network.shapes()]
+    parameters = [_start(shape, rng) for shape in edges.shapes()]
     mean = [np.zeros_like(one) for one in parameters]
     square = [np.zeros_like(one) for one in parameters]
     weights = np.array([one.weight for one in examples])
@@ -123,7 +128,7 @@ def _start(shape: tuple[int, ...], rng: np.random.Generator) -> Floats:
 
 def _slope(outputs: Floats, moves: Array, unseen: np.ndarray) -> Floats:
     """Return the derivative of the loss, mean over all labelled lines, by the outputs."""
-    seen, hidden = refine.split(outputs)
+    seen, hidden = edges.split(outputs)
     known = np.isfinite(moves)
     clear = known & ~unseen
     goal = np.exp(-0.5 * ((MOVES - np.nan_to_num(moves)[..., None]) / _SOFT) ** 2)
@@ -132,7 +137,7 @@ def _slope(outputs: Floats, moves: Array, unseen: np.ndarray) -> Floats:
     share /= share.sum(axis=-1, keepdims=True)
     slope = np.zeros_like(outputs)
     window_seen, window_hidden = slope[:, 0], slope[:, 1]
-    first = refine.INSIDE
+    first = edges.INSIDE
     window_seen[..., first : first + len(MOVES)] = (share - goal) * clear[..., None]
     guess = 1.0 / (1.0 + np.exp(-np.clip(hidden, -30.0, 30.0)))
     window_hidden[..., first : first + len(MOVES)] = ((guess - unseen) * known / len(MOVES))[
@@ -194,10 +199,10 @@ def _relit(strip: Image, rng: np.random.Generator) -> Image:
 
 
 def forward(parameters: list[Floats], strips: Floats) -> list[LayerPass]:
-    """Run the network as `network.forward` does; the last layer's output is its."""
+    """Run the network as `edges.forward` does; the last layer's output is its."""
     here, passes = strips, []
     for index in range(len(LAYERS)):
-        columns, here = network.through(parameters, index, here)
+        columns, here = edges.through(parameters, index, here)
         passes.append(LayerPass(columns, here))
     return passes
 

@@ -11,9 +11,8 @@ import numpy as np
 import numpy.typing as npt
 
 from kogao_core.base.geometry import Array
-from kogao_core.faces.landmarks.edges import network, refine
-from kogao_core.faces.landmarks.edges.network import Floats
-from kogao_core.faces.landmarks.edges.strips import planes
+from kogao_core.faces.landmarks import edges
+from kogao_core.faces.landmarks.edges import Floats, planes
 from kogao_core.faces.landmarks.outline import resampled
 
 from ..evaluate import Labels, area_under_curve, distance_to_line
@@ -39,8 +38,8 @@ class Unseen:
 
 def unseen(parameters: list[Floats], one: LabelledCut, labels: Labels) -> Unseen:
     """Return what the network makes of a face."""
-    outputs = network.forward(parameters, planes(one.cut.strip(one.lines))[None])
-    moves, confidence = refine.settle(*refine.split(outputs[0]))
+    outputs = edges.forward(parameters, planes(one.cut.strip(one.lines))[None])
+    moves, confidence = edges.settle(*edges.split(outputs[0]))
     seen = np.ones(len(labels.jaw), bool) if labels.seen is None else labels.seen[6:]
     still, _ = _outline(one, np.zeros(len(moves)), confidence)
     outline, confidence = _outline(one, moves, confidence)

@@ -11,8 +11,14 @@ import numpy as np
 import numpy.typing as npt
 
 from kogao_core.base.geometry import Affine, Array
-from kogao_core.faces.landmarks.aam.features import DIRECTIONS, Floats, directions, sampled
-from kogao_core.faces.landmarks.aam.model import Model, Update
+from kogao_core.faces.landmarks.aam.model import (
+    DIRECTIONS,
+    Floats,
+    Model,
+    Update,
+    directions,
+    sampled,
+)
 from kogao_core.faces.landmarks.aam.points import MIRROR
 from kogao_core.faces.landmarks.pixels import Pyramid
 

@@ -1,23 +1,84 @@
-"""The learnt model: shape modes, where to start, per scale the appearance and its updates."""
+"""The learnt model: shape modes, where to start, per scale the appearance and its updates.
+
+What it sees of a picture are the directions of its edges, whatever the light. Its file holds plain
+arrays in an .npz, nothing that could run.
+"""
 
 from __future__ import annotations
 
+import struct
+import zipfile
+import zlib
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Final
+from pathlib import Path
+from typing import Any, Final
 
+import cv2
 import numpy as np
+import numpy.typing as npt
 
 from kogao_core.base.geometry import Affine, Array
-from kogao_core.faces.landmarks.aam.features import Floats
+from kogao_core.base.language import Text
 from kogao_core.faces.landmarks.aam.points import similarity
 from kogao_core.faces.landmarks.blazeface import Detection
+from kogao_core.faces.landmarks.locked import ModelRefused
 
-KEYPOINTS: Final = 6
+Floats = npt.NDArray[np.float32]
+
+DIRECTIONS: Final = 8
+_SMOOTH_PX: Final = 1.0
+_POOL_PX: Final = 1.5
+_CONTRAST_PX: Final = 4.0
 _MARGIN: Final = 0.3  # of the outer inter-ocular distance; faces differ from the mean by less
 _NEAR: Final = 0.12
 PLACING: Final = 4  # the first modes of a shape place the face: scale, turn, two shifts
 _MOST_DEVIATIONS: Final = 3.0
+FORMAT: Final = 1
+MOST_BYTES: Final = 4_000_000
+
+# What zipfile and numpy raise on files that are none of ours.
+_UNREADABLE: Final = (
+    *(OSError, EOFError, KeyError, ValueError, RuntimeError, MemoryError),
+    *(zipfile.BadZipFile, struct.error, zlib.error),
+)
+
+Arrays = Mapping[str, npt.NDArray[Any]]
+
+
+def directions(grey: npt.NDArray[np.uint8]) -> Floats:
+    """Return edge strength by direction, normalised by the contrast round about.
+
+    Result float32 (H, W, 8): square roots of the share of each of eight directions of the gradient,
+    0 to about 1.
+    """
+    smooth = cv2.GaussianBlur(grey.astype(np.float32), (0, 0), _SMOOTH_PX)
+    across = cv2.Sobel(smooth, cv2.CV_32F, 1, 0, scale=1.0 / 8.0)
+    down = cv2.Sobel(smooth, cv2.CV_32F, 0, 1, scale=1.0 / 8.0)
+    strength, angle = cv2.cartToPolar(across, down)
+    turn = angle[..., None] * np.float32(DIRECTIONS / (2.0 * np.pi)) - _BINS
+    turn -= DIRECTIONS * np.rint(turn / DIRECTIONS)
+    bins = np.maximum(0.0, 1.0 - np.abs(turn)) * strength[..., None]
+    pooled = cv2.GaussianBlur(bins, (0, 0), _POOL_PX)
+    energy = cv2.GaussianBlur(np.einsum("ijk,ijk->ij", pooled, pooled), (0, 0), _CONTRAST_PX)
+    return np.asarray(np.sqrt(pooled / np.sqrt(energy + 1.0)[..., None]), np.float32)
+
+
+_BINS: Final = np.arange(DIRECTIONS, dtype=np.float32)
+
+
+def sampled(features: Floats, places: Floats) -> Floats:
+    """Return features of shape (P, 8) between pixels at places (P, 2); held at the border."""
+    rows, columns, depth = features.shape
+    x = np.clip(places[:, 0], 0.0, columns - 1.001)
+    y = np.clip(places[:, 1], 0.0, rows - 1.001)
+    left, top = x.astype(np.intp), y.astype(np.intp)
+    u, v = (x - left)[:, None], (y - top)[:, None]
+    flat, at = features.reshape(-1, depth), top * columns + left
+    upper = flat[at] * (1.0 - u) + flat[at + 1] * u
+    lower = flat[at + columns] * (1.0 - u) + flat[at + columns + 1] * u
+    return np.asarray(upper * (1.0 - v) + lower * v, np.float32)
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,3 +231,70 @@ def carried(mean: Array, positions: Array) -> Array:
     system[count:, :count] = plane(mean).T
     inverse = np.linalg.inv(system)[:, :count]
     return np.asarray(np.column_stack([kernel(positions), plane(positions)]) @ inverse)
+
+
+def read(path: Path) -> Model:
+    """Read a model, if it is whole: what a checksum finds. Raises ModelRefused."""
+    try:
+        return _model(_read_arrays(path))
+    except _UNREADABLE as error:
+        reason = Text("{name} can't be read as a Kogao face model", name=path.name)
+        detail = " ".join(str(error).split()).rstrip(".")
+        raise ModelRefused(
+            Text(
+                "{reason} ({detail}); reinstall Kogao or train the model again",
+                reason=reason,
+                detail=detail,
+            )
+        ) from error
+
+
+def _read_arrays(path: Path) -> Arrays:
+    if path.stat().st_size > MOST_BYTES:
+        raise ValueError(Text("it is larger than {most_bytes} bytes", most_bytes=MOST_BYTES))
+    with zipfile.ZipFile(path) as archive:
+        # A stored entry can't unpack to more than the file holds.
+        if any(entry.compress_type != zipfile.ZIP_STORED for entry in archive.infolist()):
+            raise ValueError(Text("its arrays are compressed"))
+        if archive.testzip() is not None:
+            raise ValueError(Text("it is damaged"))
+    with np.load(path, allow_pickle=False) as stored:
+        version = int(stored["format"][0])
+        if version != FORMAT:
+            raise ValueError(
+                Text(
+                    "it has format {version}, this program reads {format}",
+                    version=version,
+                    format=FORMAT,
+                )
+            )
+        return {name: stored[name] for name in stored.files}
+
+
+def _model(arrays: Arrays) -> Model:
+    def floats(name: str) -> Array:
+        return arrays[name].astype(np.float64)
+
+    def packed(name: str) -> Packed:
+        return Packed(arrays[name], arrays[f"{name}_scales"])
+
+    units, updates = (arrays[name].tolist() for name in ("units_px", "updates"))
+    scales = (
+        Scale(
+            unit,
+            arrays[f"places_{k}"],
+            arrays[f"average_{k}"],
+            packed(f"appearance_{k}"),
+            tuple(
+                Update(packed(f"update_{k}_{step}"), arrays[f"constant_{k}_{step}"])
+                for step in range(steps)
+            ),
+        )
+        for k, (unit, steps) in enumerate(zip(units, updates, strict=True))
+    )
+    return Model(
+        ShapeModel(floats("mean"), floats("modes"), floats("deviations")),
+        Start(floats("start_keypoints"), floats("start_shape"), floats("start_slopes")),
+        tuple(scales),
+        float(arrays["most_residual"][0]),
+    )

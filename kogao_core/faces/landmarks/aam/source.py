@@ -19,17 +19,14 @@ from kogao_core.faces.face import Face, OnFace, ignored, in_reading_order
 from kogao_core.faces.landmarks import locked, search
 from kogao_core.faces.landmarks.aam import points
 from kogao_core.faces.landmarks.aam.fitting import Fit, fit_both_ways
-from kogao_core.faces.landmarks.aam.model import Model
-from kogao_core.faces.landmarks.aam.model_file import read
+from kogao_core.faces.landmarks.aam.model import Model, read
 from kogao_core.faces.landmarks.blazeface import CLOSE, INPUT_PX, SURE, BlazeFace, Detection, Square
-from kogao_core.faces.landmarks.mesh import LEAST_IN_COMPANY, LEAST_SCORE
+from kogao_core.faces.landmarks.mesh import LEAST_IN_COMPANY, LEAST_SCORE, WIDE_SHARE
 from kogao_core.faces.landmarks.pixels import Pyramid
 
 MODEL: Final = "models/aam.npz"
 _STEEP: Final = 4
 _MOST_NEAR: Final = 1.25  # single landmarks differ more than the whole face
-# As in the mesh source: the wide look separates faces from the rest better than the close one.
-_WIDE_SHARE: Final = 0.7
 _CASCADE: Final = "haarcascade_frontalface_alt2.xml"
 _LOOK_PX: Final = 512
 _LEAST_FACE_PX: Final = 24
@@ -75,20 +72,18 @@ class AamSource:
         """
         with self._lock, one_blas_thread():
             photo = _Photo(Pyramid(rgb), self._model)
-            if self._detector is None:
+            detector = self._detector
+            if detector is None:
                 faces = self._by_haar(photo, on_face)
             else:
-                faces = self._by_blazeface(photo, self._detector, on_face)
+                faces = search.faces(
+                    photo.picture,
+                    detector,
+                    lambda box: photo.face_at(detector, box, LEAST_SCORE),
+                    lambda box: photo.face_at(detector, box, LEAST_IN_COMPANY),
+                    on_face,
+                )
         return in_reading_order(faces)
-
-    def _by_blazeface(self, photo: _Photo, detector: BlazeFace, on_face: OnFace) -> list[Face]:
-        return search.faces(
-            photo.picture,
-            detector,
-            lambda box: photo.face_at(detector, box, LEAST_SCORE),
-            lambda box: photo.face_at(detector, box, LEAST_IN_COMPANY),
-            on_face,
-        )
 
     def _by_haar(self, photo: _Photo, on_face: OnFace) -> list[Face]:
         # The cascade gives no probability, and false boxes: only good fits count.
@@ -117,7 +112,7 @@ class _Photo:
         box, sure = boxes[0], boxes[0].score
         if sure <= SURE:
             close = detector.sight(self.picture, box, CLOSE)
-            sure = _WIDE_SHARE * sure + (1.0 - _WIDE_SHARE) * close
+            sure = WIDE_SHARE * sure + (1.0 - WIDE_SHARE) * close
         if sure <= least:
             return None
         fitted = self.fit(box)

@@ -1,22 +1,26 @@
-"""Overlays that show the method from inside: displacement, lattice, domains, folded cells."""
+"""Overlays that show the method from inside: displacement, its maps, lattice, domains, folds."""
 
 from __future__ import annotations
 
 from itertools import starmap
-from typing import Final
+from typing import ClassVar, Final
 
 import cv2
 import numpy as np
 import numpy.typing as npt
+import pyqtgraph as pg
 from PySide6.QtCore import QPointF, QRectF, Qt
-from PySide6.QtGui import QPainter, QPainterPath, QPolygonF
+from PySide6.QtGui import QBrush, QImage, QPainter, QPainterPath, QPen, QPolygonF
 
-from kogao_core.base.geometry import Affine, Box
+from kogao_core.base.display import Rgb8
+from kogao_core.base.geometry import Affine, Array, Box
 from kogao_core.base.language import Text
 from kogao_core.warp import domain
 from kogao_core.warp.field import Field
 from kogao_core.warp.lattice import Grid, Lattice
 
+from ...i18n import tr
+from ...render.pictures import qt_image
 from ...view_state import RenderedFrame, ViewState
 from . import glyphs
 from .overlay import FrameOverlay, Place
@@ -28,6 +32,14 @@ _LEAST_ARROW_PX: Final = 4.0
 _REACH: Final = 2
 # Regions are outlined on every third px of the screen: a ninth of the work, nothing to see.
 _SAMPLE_PX: Final = 3
+# The field is smooth: every fourth px of the screen is enough, Qt draws the ones between.
+_SMOOTH_PX: Final = 4.0
+_STRONGEST: Final = 0.8  # opacity where the map has most to say
+_LEGEND_PX: Final = (160.0, 10.0)
+_MARGIN_PX: Final = 16.0
+_NICE: Final = (1.0, 1.5, 2.0, 3.0, 5.0, 7.5, 10.0)
+# The darkest colours of a scale look like shade on a photo.
+_DARKEST: Final = 0.2
 
 
 class Displacement(FrameOverlay):
@@ -195,3 +207,157 @@ def _outline(painter: QPainter, mask: npt.NDArray[np.bool_], to_screen: Affine) 
         path.addPolygon(QPolygonF(list(starmap(QPointF, seen.tolist()))))
         path.closeSubpath()
     return path
+
+
+_FOLD: Final = (glyphs.FOLD.red(), glyphs.FOLD.green(), glyphs.FOLD.blue(), 255)
+
+
+class _Map(FrameOverlay):
+    """A colour for every place, see-through where nothing happens, with a legend on the canvas."""
+
+    colours: ClassVar[str]  # of pyqtgraph's maps
+    # With which share of the strongest value the legend's strip begins; how many colours it has.
+    ramp: ClassVar[tuple[float, int]]
+    row = 0  # of the legends, counted from below
+    _key: tuple[object, ...] = ()
+    _image = QImage()
+    _top = 1.0
+
+    @classmethod
+    def swatch(cls, painter: QPainter, box: QRectF) -> None:
+        """Draw its mark."""
+        gradient = pg.colormap.get(cls.colours).getGradient(box.topLeft(), box.topRight())
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(QBrush(gradient))
+        painter.drawRoundedRect(box.adjusted(2, 4, -2, -4), 2, 2)
+
+    def draw_frame(self, painter: QPainter, place: Place, frame: RenderedFrame) -> None:
+        """Draw the colours from the last paint again, as long as they hold."""
+        area = place.box(self.shown.image).intersected(place.viewport)
+        if area.isEmpty():
+            return
+        key = (frame, area.getRect(), place.zoom, place.to_screen.shift.tobytes())
+        if key != self._key:
+            self._key = key
+            self._image, self._top = self._painted(frame, place, area)
+        painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
+        painter.drawImage(area, self._image)
+        self._draw_legend(painter, place)
+
+    def _painted(self, frame: RenderedFrame, place: Place, area: QRectF) -> tuple[QImage, float]:
+        xs = _middles(area.left(), area.width())
+        ys = _middles(area.top(), area.height())
+        there = frame.to_photo.inverse.after(place.to_screen.inverse)
+        columns = there(np.column_stack([xs, np.full_like(xs, area.top())]))[:, 0]
+        rows = there(np.column_stack([np.full_like(ys, area.left()), ys]))[:, 1]
+        values = self.measure(frame, columns, rows)
+        top = _nice(float(np.abs(values).max(initial=0.0)))
+        return qt_image(self.shades(values, top)).copy(), top
+
+    def _draw_legend(self, painter: QPainter, place: Place) -> None:
+        width, height = _LEGEND_PX
+        line = painter.fontMetrics().height()
+        # Low in the left corner, clear of the bar for messages.
+        top = place.viewport.bottom() - _MARGIN_PX - (self.row + 1) * (height + 2.5 * line + 12.0)
+        box = QRectF(place.viewport.left() + _MARGIN_PX, top + line + 8.0, width, height)
+        plate = box.adjusted(-8.0, -line - 8.0, 8.0, line + 8.0)
+        glyphs.ground(painter, plate, 4)
+        first, count = self.ramp
+        values = np.linspace(first * self._top, self._top, count)
+        scale = self.shades(values[None], self._top)
+        scale[..., 3] = 255
+        painter.drawImage(box, qt_image(scale))
+        painter.setPen(QPen(glyphs.HALO))
+        names, left = self.captions(self._top), Qt.AlignmentFlag.AlignLeft
+        painter.drawText(plate.adjusted(8, 2, -8, 0), left | Qt.AlignmentFlag.AlignTop, names[0])
+        below = plate.adjusted(8, 0, -8, -2)
+        bottom = Qt.AlignmentFlag.AlignBottom
+        sides = (left, Qt.AlignmentFlag.AlignHCenter, Qt.AlignmentFlag.AlignRight)
+        for side, text in zip(sides, names[1:], strict=True):
+            painter.drawText(below, side | bottom, text)
+
+    def measure(self, frame: RenderedFrame, xs: Array, ys: Array) -> Array:
+        """Return the value at places in px of the rendering, shape (len(ys), len(xs))."""
+        raise NotImplementedError
+
+    def shades(self, values: Array, top: float) -> Rgb8:
+        """Return colours with their opacity for values up to `top`, shape (..., 4)."""
+        raise NotImplementedError
+
+    def captions(self, top: float) -> tuple[str, str, str, str]:
+        """Return what stands over the legend and below its left end, middle and right end."""
+        raise NotImplementedError
+
+
+class HeatMap(_Map):
+    """How far the picture moves, px of the photo."""
+
+    name = "heat"
+    title = Text("Heat map of the move")
+    height = 10
+    key = "H"
+    colours = "inferno"
+    ramp = (0.0, 64)
+
+    def measure(self, frame: RenderedFrame, xs: Array, ys: Array) -> Array:
+        """Return lengths of the displacement."""
+        displacement = frame.rendering.field.on_grid(xs, ys)
+        return np.asarray(np.hypot(displacement[0], displacement[1]) * frame.scale)
+
+    def shades(self, values: Array, top: float) -> Rgb8:
+        """Return inferno's colours, stronger where more moves."""
+        share = np.clip(values / top, 0.0, 1.0)
+        return _coloured(self.colours, _DARKEST + (1.0 - _DARKEST) * share, np.cbrt(share))
+
+    def captions(self, top: float) -> tuple[str, str, str, str]:
+        """Return lengths in px."""
+        return (tr("moved by"), "0", f"{top / 2:g}", tr("{px:g} px", px=top))
+
+
+class JacobianMap(_Map):
+    """det J of the map: below 1 the picture is stretched, above 1 pressed, at 0 it folds."""
+
+    name = "jacobian"
+    title = Text("Jacobian map")
+    height = 20
+    key = "K"
+    colours = "CET-D1"
+    ramp = (-1.0, 65)  # which may reach below a determinant of 0, a fold
+    row = 1
+
+    def measure(self, frame: RenderedFrame, xs: Array, ys: Array) -> Array:
+        """Return how far det J is from 1, where nothing changes its size."""
+        return frame.rendering.field.det_jacobian(xs, ys) - 1.0
+
+    def shades(self, values: Array, top: float) -> Rgb8:
+        """Return blue for stretched, red for pressed; folds in the colour of their cells."""
+        share = np.clip(values / top, -1.0, 1.0)
+        shades = _coloured(self.colours, (share + 1.0) / 2.0, np.sqrt(np.abs(share)))
+        shades[values <= -1.0] = _FOLD
+        return shades
+
+    def captions(self, top: float) -> tuple[str, str, str, str]:
+        """Return determinants."""
+        left = f"{1 - top:g}" if top < 1.0 else tr("folds")
+        return (tr("det J: stretched, pressed"), left, "1", f"{1 + top:g}")
+
+
+def _coloured(name: str, share: Array, strength: Array) -> Rgb8:
+    shades = pg.colormap.get(name).map(share.ravel(), mode="byte")
+    shades = np.asarray(shades).reshape(*share.shape, -1)
+    alpha = np.round(255.0 * _STRONGEST * strength).astype(np.uint8)
+    return np.ascontiguousarray(np.dstack([shades[..., :3], alpha]))
+
+
+def _middles(start: float, length: float) -> Array:
+    """Return the middles of the samples that the picture's pixels stand for."""
+    count = max(1, round(length / _SMOOTH_PX))
+    return np.asarray(start + (np.arange(count) + 0.5) * length / count)
+
+
+def _nice(value: float) -> float:
+    """Return the next round number from `value` up: a scale that rarely jumps."""
+    if value < 1e-3:
+        return 1e-3
+    power = 10.0 ** np.floor(np.log10(value))
+    return float(next(n * power for n in _NICE if n * power >= 0.999 * value))
