@@ -242,14 +242,6 @@ def _chart(brought: Sequence[Brought]) -> Chart:
 
 
 def _table(brought: Sequence[Brought]) -> Table:
-    rows = [
-        (
-            one.name, f"{one.before:.3f}", f"{one.equal:.3f}", f"{one.after:.3f}",
-            f"{one.percent:.2f}",
-            NONE if one.interval is None else "{:.2f} .. {:.2f}".format(*one.interval),
-        )
-        for one in brought
-    ]  # fmt: skip
     spreads = [
         f"{100.0 * statistics.pstdev([getattr(one, name) for one in brought]):.2f}"
         for name in ("before", "equal", "after")
@@ -265,8 +257,19 @@ def _table(brought: Sequence[Brought]) -> Table:
     if limited:
         text = Text("The goal lies beyond the largest amount for {photos}.", photos=limited)
         note = Text.joined(" ", [note, text])
-    header = (
-        Text("photo"), Text("before"), Text("same amount"), Text("own amount"),
-        Text("own amount, % of D"), Text("interval, % of D"),
-    )  # fmt: skip
-    return Table(Text("One person, one result"), header, rows, note)
+    return Table.of(
+        Text("One person, one result"),
+        brought,
+        [
+            (Text("photo"), lambda one: one.name),
+            (Text("before"), lambda one: f"{one.before:.3f}"),
+            (Text("same amount"), lambda one: f"{one.equal:.3f}"),
+            (Text("own amount"), lambda one: f"{one.after:.3f}"),
+            (Text("own amount, % of D"), lambda one: f"{one.percent:.2f}"),
+            (
+                Text("interval, % of D"),
+                lambda one: "{:.2f} .. {:.2f}".format(*one.interval) if one.interval else NONE,
+            ),
+        ],
+        note,
+    )

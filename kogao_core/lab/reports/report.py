@@ -18,7 +18,7 @@ from datetime import datetime
 from importlib import resources
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, TypeVar
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
@@ -41,6 +41,7 @@ PACKAGES: Final = (
     "facetweak",
 )
 NONE: Final = "\N{EN DASH}"
+Item = TypeVar("Item")  # what a row of a table is about
 # A sign may stand before it; a dash stands for a number that is missing.
 _NUMBER: Final = re.compile("[-+<>\u2212\u00b1\u2264\u2265\u00d7]?\\s?\\.?\\d|[\u2013\u2014]$")
 
@@ -53,6 +54,17 @@ class Table:
     header: Sequence[str]  # names of the columns
     rows: Sequence[Sequence[str]]  # one string a column; the first names the row
     note: str = ""  # what the reader must know to read it; shown below
+
+    @staticmethod
+    def of(
+        caption: str,
+        items: Iterable[Item],
+        columns: Sequence[tuple[str, Callable[[Item], str]]],
+        note: str = "",
+    ) -> Table:
+        """Return a table with a row for each item; a column is its name and what fills it."""
+        rows = [tuple(fill(one) for _, fill in columns) for one in items]
+        return Table(caption, [name for name, _ in columns], rows, note)
 
     @property
     def numeric(self) -> list[bool]:

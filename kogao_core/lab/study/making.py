@@ -9,7 +9,7 @@ import json
 import os
 import secrets
 from collections import defaultdict
-from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -51,6 +51,8 @@ _GREY: Final = int(SURROUND[1:3], 16)
 _MOST: Final = 15.0  # % of D
 # The day on which the MS-DOS calendar begins: every file system can hold it.
 _CHANGED_S: Final = 315_619_200.0
+PAGE_FILE: Final = "index.html"
+_SEED_BYTES: Final = 16
 
 
 def subject(photo: Photo, face: Face) -> Subject:
@@ -127,21 +129,10 @@ def padded(data: bytes, size: int, secret: str) -> bytes:
 
 
 def write_all(pictures: Mapping[str, Path], folder: Path, seed: str) -> None:
-    """Put pictures in their folder, all of one size and time, in the order of their names."""
+    """Put pictures in their folder, all of one size, in the order of their names."""
     size = max(path.stat().st_size for path in pictures.values()) + _LEAST_PADDING
     for name in sorted(pictures):
         put(padded(pictures[name].read_bytes(), size, f"{seed}:{name}"), folder / name)
-    same_time([folder / name for name in pictures])
-
-
-def same_time(paths: Iterable[Path]) -> None:
-    """Give files one time of change, so that their order isn't known from it."""
-    for path in paths:
-        os.utime(path, (_CHANGED_S, _CHANGED_S))
-
-
-PAGE_FILE: Final = "index.html"
-_SEED_BYTES: Final = 16
 
 
 class RefusedFolder(Exception):
@@ -213,18 +204,15 @@ def make(
         meanings = dict(_drawn(todo, choices, seed, drawn, progress))
         write_all({name: drawn / name for name in meanings}, ready, seed)
         study = _study(meanings, choices.conduct)
-        _write_lists(study, ready)
+        plan.save(study, ready / plan.STUDY_FILE)
+        put(page.page(study, ready).encode(), ready / PAGE_FILE)
+        for path in ready.iterdir():  # one time of change, so that their order isn't known from it
+            os.utime(path, (_CHANGED_S, _CHANGED_S))
         faces = tuple(PhotoRecord.of(subject) for subject, _ in todo)
         made = Origin.now(choices.landmarks)
         key = Key(study.identity, seed, choices.recipe, faces, meanings, made)
         _put_in_place(ready, key, folder)
     return key
-
-
-def _write_lists(study: Study, folder: Path) -> None:
-    plan.save(study, folder / plan.STUDY_FILE)
-    put(page.page(study, folder).encode(), folder / PAGE_FILE)
-    same_time([folder / plan.STUDY_FILE, folder / PAGE_FILE])
 
 
 def _put_in_place(ready: Path, key: Key, folder: Path) -> None:
