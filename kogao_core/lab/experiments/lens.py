@@ -344,7 +344,7 @@ def _run(work: Work) -> Report:
     seen: list[Image] = []
     for subject in work.subjects:
         seen = seen or shown(subject, work.recipe)
-        found += measure(subject, work.source, work.recipe, progress=work.progress)
+        found += measure(subject, work.source(), work.recipe, progress=work.progress)
     return report(found, work.recipe, seen)
 
 

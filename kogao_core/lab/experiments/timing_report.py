@@ -390,7 +390,7 @@ def _run(work: Work) -> Report:
     for subject in work.subjects:
         subject = timing.with_trial(subject, trials)
         found, missing = timing.measure(
-            subject, work.source, work.recipe, sizes=sizes, repeats=given["repeats"],
+            subject, work.source(), work.recipe, sizes=sizes, repeats=given["repeats"],
             warm_up=given["warm_up"], progress=work.progress,
         )  # fmt: skip
         timings += found
