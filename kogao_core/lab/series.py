@@ -141,11 +141,6 @@ def solve(face: Face, pixels: Image, recipe: Recipe, goal: float) -> float:
     return percent
 
 
-def too_turned(face: Face) -> bool:
-    """Tell whether a head is turned too far for its jaw to be measured."""
-    return turn(face) > MOST_TURNED
-
-
 def one_result(
     photos: Sequence[Path],
     folder: Path,
@@ -175,7 +170,7 @@ def one_result(
         face = max(faces, key=lambda one: one.interocular_px, default=None)
         if face is None:
             left_out.append(Text("{photo} is left out: no face found", photo=path.name))
-        elif too_turned(face):
+        elif turn(face) > MOST_TURNED:
             why = Text("{photo} is left out: the head is turned too far", photo=path.name)
             left_out.append(why)
         else:

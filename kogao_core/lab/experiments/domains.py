@@ -373,10 +373,7 @@ def _threshold(px: float) -> str:
 
 def _record(photo: Domains, step: ThresholdErrors) -> dict[str, object]:
     return {
-        "photo": photo.photo,
-        "width": photo.width,
-        "height": photo.height,
-        "faces": photo.faces,
+        **{name: getattr(photo, name) for name in ("photo", "width", "height", "faces")},
         "image_pixels": photo.counts["image"],
         "control_point_pixels": photo.counts["control-points"],
         "section_4_1_pixels": photo.literal,
@@ -398,14 +395,12 @@ def _curves(photos: Sequence[Domains]) -> list[Chart]:
     by_threshold = _by_threshold(photos)
     places = [_threshold(steps[0].threshold_px) for steps in by_threshold]
 
+    ways = {"cut": Text("cut, as in the paper"), "fade": Text("fade over [T, 2T]")}
+
     def errors(of: Callable[[list[Error]], float]) -> list[Series]:
         return [
-            Series(
-                Text("cut, as in the paper"), [of([s.cut for s in steps]) for steps in by_threshold]
-            ),
-            Series(
-                Text("fade over [T, 2T]"), [of([s.fade for s in steps]) for steps in by_threshold]
-            ),
+            Series(word, [of([getattr(s, way) for s in steps]) for steps in by_threshold])
+            for way, word in ways.items()
         ]
 
     def median(name: str) -> Callable[[list[Error]], float]:

@@ -98,15 +98,6 @@ class Around:
 
 
 @dataclass(frozen=True, slots=True)
-class PointsApart:
-    """One photo that a person set, beside what the machine found in it."""
-
-    trial: Trial
-    found: int  # landmarks that were found
-    apart: Apart
-
-
-@dataclass(frozen=True, slots=True)
 class TimingResult:
     """Table 2 on some photos."""
 
@@ -129,13 +120,13 @@ class TimingResult:
         return Spread.of(times) if times else None
 
     @property
-    def points(self) -> list[PointsApart]:
-        """What people set beside what was found in the same trial."""
+    def points(self) -> list[tuple[Trial, int, Apart]]:
+        """What people set, beside how many landmarks were found, and how far those lie apart."""
         found = {one.trial: one.faces for one in self.trials if one.mode == "automatic"}
         pairs = [(one, found.get(one.trial, ())) for one in self.trials_of("manual")]
         compared = [(one, other, apart(one.faces, other)) for one, other in pairs]
         return [
-            PointsApart(one, sum(len(face.outline) for face in other), far)
+            (one, sum(len(face.outline) for face in other), far)
             for one, other, far in compared
             if far is not None
         ]

@@ -179,23 +179,20 @@ def _by_hand(result: TimingResult) -> list[Table]:
             practice=practice,
         ),
     )  # fmt: skip
-    points = [
-        (
-            one.trial.person or NONE, one.trial.photo, str(one.trial.landmarks), str(one.found),
-            f"{one.apart.landmarks:.1f}", f"{one.apart.targets:.1f}",
-        )
-        for one in result.points
-    ]  # fmt: skip
-    beside = Table(
+    beside = Table.of(
         Text("Points set by hand and found, how far apart"),
-        (
-            Text("who"), Text("photo"), Text("set by hand"), Text("found"),
-            Text("landmarks, % of the eyes' distance"), Text("targets, % of the eyes' distance"),
-        ),
-        points,
+        result.points,
+        [
+            (Text("who"), lambda of: of[0].person or NONE),
+            (Text("photo"), lambda of: of[0].photo),
+            (Text("set by hand"), lambda of: str(of[0].landmarks)),
+            (Text("found"), lambda of: str(of[1])),
+            (Text("landmarks, % of the eyes' distance"), lambda of: f"{of[2].landmarks:.1f}"),
+            (Text("targets, % of the eyes' distance"), lambda of: f"{of[2].targets:.1f}"),
+        ],
         Text("Means over the points of a photo's faces, each with its partner or the nearest one."),
-    )  # fmt: skip
-    return [times, beside] if points else [times]
+    )
+    return [times, beside] if beside.rows else [times]
 
 
 def _set_by(who: str, trials: Sequence[Trial]) -> list[str]:
@@ -370,11 +367,11 @@ def _document(result: TimingResult) -> dict[str, object]:
         ],
         "apart": [
             {
-                "trial": one.trial.trial,
-                "found": one.found,
-                **{f"{name}_percent": far for name, far in asdict(one.apart).items()},
+                "trial": trial.trial,
+                "found": found,
+                **{f"{name}_percent": percent for name, percent in asdict(apart).items()},
             }
-            for one in result.points
+            for trial, found, apart in result.points
         ],
         "around": [asdict(one) for one in result.around],
         "timings": [asdict(timing) for timing in result.timings],

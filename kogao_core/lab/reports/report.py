@@ -13,7 +13,7 @@ import os
 import platform
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, fields, is_dataclass, replace
+from dataclasses import asdict, dataclass, field, fields, is_dataclass, replace
 from datetime import datetime
 from importlib import resources
 from importlib.metadata import PackageNotFoundError, version
@@ -134,15 +134,6 @@ class Made:
         """Return the record of a report made here and now."""
         return Made(command, datetime.now().astimezone(), machine(), tuple(left_out))
 
-    def to_dict(self) -> dict[str, object]:
-        """Return plain JSON values."""
-        return {
-            "command": self.command,
-            "at": self.at.isoformat(timespec="seconds"),
-            "machine": dict(self.machine),
-            "left_out": list(self.left_out),
-        }
-
 
 @dataclass(frozen=True, slots=True)
 class Report:
@@ -172,7 +163,8 @@ class Report:
 
     def json(self, made: Made) -> str:
         """Return everything as a JSON file."""
-        content = {**self.document, "made": made.to_dict()}
+        how = asdict(made) | {"at": made.at.isoformat(timespec="seconds")}
+        content = {**self.document, "made": how}
         return json.dumps(content, indent=1, allow_nan=False) + "\n"
 
 

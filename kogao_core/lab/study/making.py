@@ -100,7 +100,10 @@ def drawn(
     figures = PictureFigures.of(rendering)
     if asked is not None:
         figures = dataclasses.replace(figures, asked=round(asked.percent, 4))
-    return jpeg(pixels), figures
+    out = io.BytesIO()
+    picture = Pillow.fromarray(pixels)
+    picture.save(out, "JPEG", quality=_QUALITY, subsampling=_FULL_COLOUR)
+    return out.getvalue(), figures
 
 
 def _cut(pixels: Image, face: Face) -> Image:
@@ -111,28 +114,17 @@ def _cut(pixels: Image, face: Face) -> Image:
     return np.concatenate([pixels[:cut], np.roll(pixels[cut:], moved, axis=1)])
 
 
-def jpeg(pixels: Image) -> bytes:
-    """Return RGB pixels as JPEG without any metadata."""
-    with io.BytesIO() as out:
-        image = Pillow.fromarray(pixels)
-        image.save(out, "JPEG", quality=_QUALITY, subsampling=_FULL_COLOUR)
-        return out.getvalue()
-
-
-def padded(data: bytes, size: int, secret: str) -> bytes:
-    """Return a JPEG file of exactly `size` bytes: chance bytes follow its end, which nobody reads.
-
-    Without them a folder sorted by size would mostly be sorted by warp distance (decision 33).
-    They follow from a secret, so that the same study can be made again to the byte.
-    """
-    return data + hashlib.shake_256(secret.encode()).digest(size - len(data))
-
-
 def write_all(pictures: Mapping[str, Path], folder: Path, seed: str) -> None:
-    """Put pictures in their folder, all of one size, in the order of their names."""
+    """Put pictures in their folder, all of one size, in the order of their names.
+
+    Chance bytes follow the end of each, which nobody reads: without them a folder sorted by size
+    would mostly be sorted by warp distance (decision 33). They follow from the seed, so that the
+    same study can be made again to the byte.
+    """
     size = max(path.stat().st_size for path in pictures.values()) + _LEAST_PADDING
     for name in sorted(pictures):
-        put(padded(pictures[name].read_bytes(), size, f"{seed}:{name}"), folder / name)
+        data, chance = pictures[name].read_bytes(), hashlib.shake_256(f"{seed}:{name}".encode())
+        put(data + chance.digest(size - len(data)), folder / name)
 
 
 class RefusedFolder(Exception):
