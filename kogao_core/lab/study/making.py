@@ -260,7 +260,7 @@ def _study(meanings: Mapping[str, Meaning], conduct: Conduct) -> Study:
     for name, one in sorted(meanings.items()):
         kind = one.variant.kind
         blocks[kind if kind in ("satisfaction", "practice") else "ratings"].append(name)
-    told = [*sorted(meanings), json.dumps(conduct.to_dict(), sort_keys=True)]
+    told = [*sorted(meanings), json.dumps(dataclasses.asdict(conduct), sort_keys=True)]
     identity = hashlib.sha256("".join(told).encode()).hexdigest()[:16]
     same = grouped(lambda one: (one.subject, one.variant.what), "satisfaction", "practice")
     return Study(
