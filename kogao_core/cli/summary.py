@@ -16,7 +16,7 @@ from kogao_core.cli import common
 from kogao_core.faces.face import Face
 from kogao_core.photo import Photo
 from kogao_core.pipeline import Rendering
-from kogao_core.recipe.settings import SETTINGS
+from kogao_core.recipe.recipe import SETTINGS
 from kogao_core.warp.measures import asked_percent
 from kogao_core.warp.one_to_one import OneToOne
 

@@ -34,7 +34,7 @@ from kogao_core.pipeline import Rendering
 from kogao_core.projects import project, sidecar
 from kogao_core.projects.results import Results
 from kogao_core.projects.sidecar import Applied, apply, sidecar_of
-from kogao_core.recipe.settings import SETTINGS
+from kogao_core.recipe.recipe import SETTINGS
 from kogao_core.retouch import over_itself, retouch, to_file
 from kogao_core.warp.limits import OutOfBounds, check_protection
 from kogao_core.warp.protection import NOTHING, Protection

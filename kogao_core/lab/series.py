@@ -24,8 +24,7 @@ from kogao_core.lab.subjects import Progress, no_progress
 from kogao_core.photo import MAX_MEGAPIXELS, Photo, UnreadablePhoto, read, write
 from kogao_core.photo.formats import READ_ONLY
 from kogao_core.pipeline import render
-from kogao_core.recipe.recipe import Recipe
-from kogao_core.recipe.settings import SETTINGS
+from kogao_core.recipe.recipe import SETTINGS, Recipe
 from kogao_core.warp.measures import measures, moved
 
 # A head that is turned farther shows its jaw narrower than it is (`zones.turn`).

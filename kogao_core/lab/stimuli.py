@@ -26,8 +26,7 @@ from kogao_core.photo import Photo
 from kogao_core.pipeline import Rendering, render
 from kogao_core.projects import interchange
 from kogao_core.projects.interchange import PointSet
-from kogao_core.recipe.recipe import PAPER, Recipe
-from kogao_core.recipe.settings import SETTINGS
+from kogao_core.recipe.recipe import PAPER, SETTINGS, Recipe
 from kogao_core.warp.field import Field, shown_at
 from kogao_core.warp.lattice import ORDER, Lattice
 from kogao_core.warp.measures import moved

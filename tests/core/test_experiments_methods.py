@@ -25,8 +25,7 @@ from kogao_core.lab.methods import (
 from kogao_core.lab.reports.report import Made, page
 from kogao_core.lab.subjects import Subject
 from kogao_core.pipeline import render
-from kogao_core.recipe.recipe import PAPER, Recipe
-from kogao_core.recipe.settings import SETTINGS
+from kogao_core.recipe.recipe import PAPER, SETTINGS, Recipe
 
 WIDTH, HEIGHT = 240, 180
 PHOTO = textured_photo(WIDTH, HEIGHT)

@@ -25,8 +25,7 @@ from kogao_core.lab.reports.report import NONE, Heading, Part, Report, Row, Tabl
 from kogao_core.lab.study.design import Variant, variants
 from kogao_core.lab.subjects import Progress, Subject, no_progress
 from kogao_core.pipeline import Rendering, render
-from kogao_core.recipe.recipe import PAPER, Recipe
-from kogao_core.recipe.settings import SETTINGS
+from kogao_core.recipe.recipe import PAPER, SETTINGS, Recipe
 from kogao_core.warp.field import Field, shown_at
 from kogao_core.warp.one_to_one import largest_det
 

@@ -28,8 +28,7 @@ from kogao_core.base.language import Text, language, tr, translated
 from kogao_core.base.wording import columns
 from kogao_core.batch.measures import table_text
 from kogao_core.lab.reports.charts import Chart, element, svg
-from kogao_core.recipe.recipe import Recipe
-from kogao_core.recipe.settings import SETTINGS
+from kogao_core.recipe.recipe import SETTINGS, Recipe
 
 PACKAGES: Final = (
     "kogao",
