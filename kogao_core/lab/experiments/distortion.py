@@ -278,6 +278,7 @@ def report(result: DistortionResult) -> Report:
         "displacement, and of straight lines that it bends.",
         fit=SETTINGS["fit"].alternative(result.recipe.fit).title,
     )
+    records = [_record(one) for one in result.distortions]
     cells = [_published(), *(_in_its_shape(result, measure) for measure in MEASURES)]
     if not result.recipe.face_alone:
         how = Text.joined(" ", [how, _OTHER])
@@ -293,8 +294,15 @@ def report(result: DistortionResult) -> Report:
             "anything that can be measured in the warp jump there, too?"
         ),
         parts,
-        _records(result),
-        _document(result),
+        records,
+        {
+            "experiment": "distortion",
+            "recipe": result.recipe.to_dict(),
+            "published_unnatural_percent": [list(row) for row in UNNATURAL],
+            "face_alone": result.recipe.face_alone,
+            "units": {measure.name: measure.title for measure in MEASURES},
+            "distortions": records,
+        },
     )
 
 
@@ -412,10 +420,6 @@ def _median(found: Sequence[Distortion], name: str) -> float:
     return float(statistics.median(getattr(one, name) for one in found))
 
 
-def _records(result: DistortionResult) -> list[dict[str, object]]:
-    return [_record(one) for one in result.distortions]
-
-
 def _record(one: Distortion) -> dict[str, object]:
     values = asdict(one)
     variant = values.pop("variant")
@@ -424,17 +428,6 @@ def _record(one: Distortion) -> dict[str, object]:
     published = UNNATURAL[center][DISTANCES.index(distance)] if on_grid else None
     photo = values.pop("photo")
     return {"photo": photo, **variant, **values, "published_unnatural_percent": published}
-
-
-def _document(result: DistortionResult) -> dict[str, object]:
-    return {
-        "experiment": "distortion",
-        "recipe": result.recipe.to_dict(),
-        "published_unnatural_percent": [list(row) for row in UNNATURAL],
-        "face_alone": result.recipe.face_alone,
-        "units": {measure.name: measure.title for measure in MEASURES},
-        "distortions": _records(result),
-    }
 
 
 def _chart(result: DistortionResult) -> Chart:
