@@ -22,8 +22,7 @@ from kogao_core.photo import Photo
 from kogao_core.photo.optics import UNKNOWN, Optics, optics_of
 from kogao_core.projects.project import Mode, Sheet
 from kogao_core.projects.sidecar import Applied
-from kogao_core.recipe.recipe import Recipe
-from kogao_core.recipe.settings import FACE_FIELDS
+from kogao_core.recipe.recipe import FACE_FIELDS, Recipe
 from kogao_core.warp.brush import UNTOUCHED, Brushwork
 from kogao_core.warp.lens import Heads
 from kogao_core.warp.protection import NOTHING, Protection

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import repeat
+from typing import Final
 
 from kogao_core.background.holding import NOTHING_HELD, Held, hold
 from kogao_core.base.display import preview
 from kogao_core.base.geometry import Box, Image
+from kogao_core.base.language import Text
 from kogao_core.base.threads import one_blas_thread
-from kogao_core.base.timing import Stopwatch
 from kogao_core.faces.face import Face
 from kogao_core.faces.targets import Pairs, aim
 from kogao_core.recipe.recipe import Recipe
@@ -31,6 +34,35 @@ from kogao_core.warp.measures import achieved_percent
 from kogao_core.warp.one_to_one import OneToOne, check_one_to_one
 from kogao_core.warp.protection import NOTHING, Protection, falloff_of
 from kogao_core.warp.surround import surrounds_of
+
+# The stages in their order, and what people call them; every clock in the program reads these.
+STAGES: Final = {
+    "targets": Text("targets"),
+    "lattice": Text("lattice"),
+    "guard": Text("guard"),
+    "background": Text("background"),
+    "brush": Text("brush"),
+    "domain": Text("domain"),
+    "copy": Text("copy"),
+    "warp": Text("warp"),
+}
+
+
+class Stopwatch:
+    """Wall-clock time by stage name, in ms."""
+
+    def __init__(self) -> None:
+        self.laps_ms: dict[str, float] = {}
+
+    @contextmanager
+    def lap(self, stage: str) -> Iterator[None]:
+        """Add the time of the ``with`` block to `stage`."""
+        start = time.perf_counter()
+        try:
+            yield
+        finally:
+            elapsed = (time.perf_counter() - start) * 1e3
+            self.laps_ms[stage] = self.laps_ms.get(stage, 0.0) + elapsed
 
 
 @dataclass(frozen=True, eq=False)

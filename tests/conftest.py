@@ -16,6 +16,8 @@ os.environ.setdefault("OPENCV_FOR_THREADS_NUM", os.environ["OMP_NUM_THREADS"])
 
 # Tests read English, wherever they run.
 os.environ["LANGUAGE"] = "en"
+# Programs that they start are compiled once, as installed ones are.
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor

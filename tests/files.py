@@ -129,17 +129,27 @@ def empty_png(width, height):
     return b"\x89PNG\r\n\x1a\n" + header + chunk(b"IDAT", zlib.compress(b"\0"))
 
 
+def saved(picture, form, **options):
+    """Return the file that Pillow makes of a picture or of pixels."""
+    picture = Image.fromarray(picture) if isinstance(picture, np.ndarray) else picture
+    with io.BytesIO() as out:
+        picture.save(out, form, **options)
+        return out.getvalue()
+
+
 def jpeg(pixels, orientation=1, order="<", **options):
     """Return a JPEG file with everything that a JPEG file may hold."""
     height, width = pixels.shape[:2]
-    with io.BytesIO() as out:
-        Image.fromarray(pixels).save(
-            out, "JPEG", icc_profile=profile_for(pixels), dpi=(240, 240), comment=b"a remark",
-            exif=exif_block(orientation, width, height, order),
-            xmp=XMP.format(orientation).encode(),
-            **({"quality": 97, "subsampling": 0} | options),
-        )  # fmt: skip
-        data = out.getvalue()
+    data = saved(
+        pixels,
+        "JPEG",
+        icc_profile=profile_for(pixels),
+        dpi=(240, 240),
+        comment=b"a remark",
+        exif=exif_block(orientation, width, height, order),
+        xmp=XMP.format(orientation).encode(),
+        **({"quality": 97, "subsampling": 0} | options),
+    )
     more = segment(0xED, b"Photoshop 3.0\0" + resources())
     more += segment(0xE1, b"http://ns.adobe.com/xmp/extension/\0" + b"5" * 32 + b"the rest")
     more += segment(0xE7, b"something of the maker's")
@@ -187,26 +197,27 @@ def tiff(pixels, orientation=1, order="<"):
 def webp(pixels, orientation=1, **options):
     """Return a WebP file with everything that a WebP file may hold."""
     height, width = pixels.shape[:2]
-    with io.BytesIO() as out:
-        Image.fromarray(pixels).save(
-            out, "WEBP", icc_profile=profile_for(pixels),
-            exif=exif_block(orientation, width, height),
-            xmp=XMP.format(orientation).encode(), **({"lossless": True, "exact": True} | options),
-        )  # fmt: skip
-        return out.getvalue()
+    return saved(
+        pixels,
+        "WEBP",
+        icc_profile=profile_for(pixels),
+        exif=exif_block(orientation, width, height),
+        xmp=XMP.format(orientation).encode(),
+        **({"lossless": True, "exact": True} | options),
+    )
 
 
 def avif(pixels, orientation=1, **options):
     """Return an AVIF file with everything that an AVIF file may hold, nearly lossless."""
     height, width = pixels.shape[:2]
-    with io.BytesIO() as out:
-        Image.fromarray(pixels).save(
-            out, "AVIF", icc_profile=profile_for(pixels),
-            exif=exif_block(orientation, width, height),
-            xmp=XMP.format(orientation).encode(),
-            **({"quality": 100, "subsampling": "4:4:4", "speed": 8} | options),
-        )  # fmt: skip
-        return out.getvalue()
+    return saved(
+        pixels,
+        "AVIF",
+        icc_profile=profile_for(pixels),
+        exif=exif_block(orientation, width, height),
+        xmp=XMP.format(orientation).encode(),
+        **({"quality": 100, "subsampling": "4:4:4", "speed": 8} | options),
+    )
 
 
 def heic(pixels, **options):

@@ -3,7 +3,6 @@
 Each of `CASES` is a small file with one such thing in it, and bytes that tell whether it is there.
 """
 
-import io
 import struct
 from dataclasses import dataclass
 
@@ -84,10 +83,8 @@ def container(*items):
 
 
 def jpeg(*segments, xmp=None, profile=files.SRGB, end=b"", **options):
-    with io.BytesIO() as out:
-        more = {name: one for name, one in (("xmp", xmp), ("icc_profile", profile)) if one}
-        Image.fromarray(pixels()).save(out, "JPEG", quality=90, **more, **options)
-        data = out.getvalue()
+    more = {name: one for name, one in (("xmp", xmp), ("icc_profile", profile)) if one}
+    data = files.saved(pixels(), "JPEG", quality=90, **more, **options)
     at = 4 + int.from_bytes(data[4:6], "big")  # behind JFIF
     return data[:at] + b"".join(segments) + data[at:] + end
 
@@ -101,9 +98,7 @@ def multi_picture(length):
 
 
 def gain_map(xmp):
-    with io.BytesIO() as out:
-        Image.fromarray(pixels(1)).save(out, "JPEG", xmp=xmp, comment=MARK)
-        return out.getvalue()
+    return files.saved(pixels(1), "JPEG", xmp=xmp, comment=MARK)
 
 
 def ultra_hdr():
@@ -189,9 +184,7 @@ def between_scans(segment, *more, **options):
 
 
 def png(*chunks, end=b""):
-    with io.BytesIO() as out:
-        Image.fromarray(pixels()).save(out, "PNG")
-        data = out.getvalue()
+    data = files.saved(pixels(), "PNG")
     return data[:33] + b"".join(files.chunk(*one) for one in chunks) + data[33:] + end
 
 
@@ -212,10 +205,8 @@ def tiff(more=None, channels=3, end=b"", follow=b""):
 
 
 def webp(*chunks, end=b""):
-    with io.BytesIO() as out:
-        exif = b"Exif\0\0II*\0\x08" + bytes(9)  # without entries
-        Image.fromarray(pixels()).save(out, "WEBP", lossless=True, exif=exif)
-        data = out.getvalue()
+    exif = b"Exif\0\0II*\0\x08" + bytes(9)  # without entries
+    data = files.saved(pixels(), "WEBP", lossless=True, exif=exif)
     data += b"".join(
         name + struct.pack("<I", len(body)) + body + b"\0" * (len(body) % 2)
         for name, body in chunks
@@ -224,10 +215,8 @@ def webp(*chunks, end=b""):
 
 
 def animated(form):
-    with io.BytesIO() as out:
-        first, second = Image.fromarray(pixels()), Image.fromarray(255 - pixels())
-        first.save(out, form, save_all=True, append_images=[second], lossless=True)
-        return out.getvalue()
+    first, second = Image.fromarray(pixels()), Image.fromarray(255 - pixels())
+    return files.saved(first, form, save_all=True, append_images=[second], lossless=True)
 
 
 def _depth():

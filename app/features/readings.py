@@ -11,8 +11,7 @@ from PySide6.QtGui import QPainter, QPaintEvent, QPixmap
 from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QSizePolicy, QWidget
 
 from kogao_core.base.atomic import put
-from kogao_core.base.timing import STAGES
-from kogao_core.pipeline import Rendering
+from kogao_core.pipeline import STAGES, Rendering
 from kogao_core.recipe.settings import DOMAINS, DomainName
 
 from ..canvas.overlays import glyphs

@@ -58,7 +58,7 @@ class Background:
     shortest_px: float = 1.0  # how long a line must be to count
     note: str = ""  # why they may not all be lines of the background; empty where they are
     told: bool = True  # whether people could be told from the background: else no line is held
-    # (M, 2, 2): lines that are measured and not held (`bend.rough_lines`), px.
+    # (M, 2, 2): lines that are measured and not held (`lines.rough_lines`), px.
     rough: Array = dataclasses.field(default_factory=lambda: np.zeros((0, 2, 2)))
 
     def held(self, recipe: Recipe, loose: Sequence[Line] = ()) -> Held:

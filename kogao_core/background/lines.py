@@ -107,8 +107,6 @@ def _lines(photo: Pyramid, people: PersonMask | None, look: _Look) -> Array:
 
 def _covered(lines: Array, others: Array, reach_px: float) -> npt.NDArray[np.bool_]:
     """Return which of some lines lie on others, nearly all along."""
-    if not len(lines) or not len(others):
-        return np.zeros(len(lines), bool)
     t = np.linspace(0.0, 1.0, _SAMPLES)[:, None]
     along = others[:, 1] - others[:, 0]
     lengths = np.hypot(along[:, 0], along[:, 1])

@@ -17,35 +17,21 @@ from urllib.parse import unquote
 from kogao_core.base.language import Text
 
 # What Qt 6's xcb and offscreen plugins, QtGui and QtWidgets of the PySide6 wheel load from the
-# system, by Debian package; a test derives it from the installed wheel.
-LIBRARIES: Final = {
-    "libEGL.so.1": "libegl1",
-    "libGL.so.1": "libgl1",
-    "libX11-xcb.so.1": "libx11-xcb1",
-    "libX11.so.6": "libx11-6",
-    "libdbus-1.so.3": "libdbus-1-3",
-    "libfontconfig.so.1": "libfontconfig1",
-    "libfreetype.so.6": "libfreetype6",
+# system; a test derives it from the installed wheel.
+LIBRARIES: Final = (
+    *("libEGL.so.1", "libGL.so.1", "libX11-xcb.so.1", "libX11.so.6", "libdbus-1.so.3"),
+    *("libfontconfig.so.1", "libfreetype.so.6", "libglib-2.0.so.0", "libgthread-2.0.so.0"),
+    *("libxcb-cursor.so.0", "libxcb-icccm.so.4", "libxcb-image.so.0", "libxcb-keysyms.so.1"),
+    *("libxcb-randr.so.0", "libxcb-render-util.so.0", "libxcb-render.so.0", "libxcb-shape.so.0"),
+    *("libxcb-shm.so.0", "libxcb-sync.so.1", "libxcb-util.so.1", "libxcb-xfixes.so.0"),
+    *("libxcb-xkb.so.1", "libxcb.so.1", "libxkbcommon-x11.so.0", "libxkbcommon.so.0"),
+    *("libz.so.1", "libzstd.so.1"),
+)
+# Packages that aren't called as Debian calls most, by a library's name and version.
+_CALLED: Final = {
     "libglib-2.0.so.0": "libglib2.0-0",
     "libgthread-2.0.so.0": "libglib2.0-0",
-    "libxcb-cursor.so.0": "libxcb-cursor0",
-    "libxcb-icccm.so.4": "libxcb-icccm4",
-    "libxcb-image.so.0": "libxcb-image0",
-    "libxcb-keysyms.so.1": "libxcb-keysyms1",
-    "libxcb-randr.so.0": "libxcb-randr0",
-    "libxcb-render-util.so.0": "libxcb-render-util0",
-    "libxcb-render.so.0": "libxcb-render0",
-    "libxcb-shape.so.0": "libxcb-shape0",
-    "libxcb-shm.so.0": "libxcb-shm0",
-    "libxcb-sync.so.1": "libxcb-sync1",
-    "libxcb-util.so.1": "libxcb-util1",
-    "libxcb-xfixes.so.0": "libxcb-xfixes0",
-    "libxcb-xkb.so.1": "libxcb-xkb1",
-    "libxcb.so.1": "libxcb1",
-    "libxkbcommon-x11.so.0": "libxkbcommon-x11-0",
-    "libxkbcommon.so.0": "libxkbcommon0",
     "libz.so.1": "zlib1g",
-    "libzstd.so.1": "libzstd1",
 }
 
 
@@ -53,7 +39,13 @@ def missing_libraries() -> dict[str, str]:
     """Return the libraries that Qt needs and the system hasn't, with their Debian packages."""
     if sys.platform != "linux":
         return {}
-    return {name: package for name, package in LIBRARIES.items() if not _loads(name)}
+    return {name: _package(name) for name in LIBRARIES if not _loads(name)}
+
+
+def _package(library: str) -> str:
+    stem, _, version = library.lower().partition(".so.")
+    between = "-" if stem[-1].isdigit() else ""
+    return _CALLED.get(library, f"{stem}{between}{version}")
 
 
 def _loads(library: str) -> bool:

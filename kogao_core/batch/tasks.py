@@ -19,7 +19,7 @@ from kogao_core.base.language import Text
 from kogao_core.base.strict import BadFile
 from kogao_core.batch.measures import COLUMNS, measured
 from kogao_core.faces.doubt import AllDoubted, choose
-from kogao_core.faces.face import Face, LandmarkSource
+from kogao_core.faces.face import Face
 from kogao_core.faces.landmarks import CHOICES, source
 from kogao_core.photo import Photo, bits_of, read
 from kogao_core.photo.disclosure.disclosing import NO_DISCLOSURE, Disclosure
@@ -36,6 +36,8 @@ from kogao_core.warp.protection import NOTHING
 
 Status = Literal["done", "skipped", "result", "no face", "failed"]
 _CHUNK_BYTES: Final = 1 << 20
+# Networks are loaded once in each process.
+_sources, _background = cache(source), cache(BackgroundFinder)
 _START: Final = b'{"s'  # ource, the first field of a report's line
 
 
@@ -160,7 +162,7 @@ def _render(task: Task) -> tuple[tuple[dict[str, Any], ...], str, bool]:
 
 
 def _found(task: Task, photo: Photo) -> Applied:
-    faces = _given(task, photo) if task.points else _source(task.landmarks).find(photo.pixels)
+    faces = _given(task, photo) if task.points else _sources(task.landmarks).find(photo.pixels)
     if not faces:
         raise _NoFace
     chosen = choose(faces, task.which, Box.of(photo.pixels), doubtful=task.doubtful)
@@ -182,16 +184,6 @@ def _replayed(task: Task, photo: Photo) -> Applied:
         raise BadFile(
             Text("its project {project} can't be used: {error}", project=task.project, error=error)
         ) from error
-
-
-@cache
-def _source(wanted: str | None) -> LandmarkSource:
-    return source(wanted)
-
-
-@cache
-def _background() -> BackgroundFinder:
-    return BackgroundFinder()
 
 
 def _key(task: Task) -> str:

@@ -7,7 +7,6 @@ import os
 import sys
 import time
 from collections import Counter
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Final
 
@@ -17,7 +16,7 @@ from kogao_core import batch
 from kogao_core.base import installed, wording
 from kogao_core.base.language import Text, tr, translated
 from kogao_core.base.strict import BadFile
-from kogao_core.batch import NoWorkers, Outcome, Task, Workers
+from kogao_core.batch import NoWorkers, Outcome, Workers
 from kogao_core.batch.measures import codebook_of, write
 from kogao_core.cli import common, ending, options, reading, words
 from kogao_core.photo.disclosure.disclosing import Disclosure
@@ -122,7 +121,12 @@ def command(
             edits=own_folder(), results=None if results else Results.of_user(),
         )  # fmt: skip
         if not force and not report.exists():
-            _check_free(tasks)
+            try:
+                batch.check_free(tasks)
+            except batch.NothingToDo as error:
+                raise ending.Stop(
+                    Text("{error}, or --force to replace them", error=error)
+                ) from None
     reading.landmark_source(landmarks)
     reading.check_networks()
     reading.mention_fallback(landmarks)
@@ -144,13 +148,6 @@ def command(
     if progress.counts["failed"] or progress.counts["no face"]:
         return ending.SOME_FAILED
     return ending.OWN_RESULT if progress.counts["result"] else 0
-
-
-def _check_free(tasks: Sequence[Task]) -> None:
-    try:
-        batch.check_free(tasks)
-    except batch.NothingToDo as error:
-        raise ending.Stop(Text("{error}, or --force to replace them", error=error)) from None
 
 
 def _expanded(inputs: tuple[Path, ...]) -> list[Path]:

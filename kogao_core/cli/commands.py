@@ -117,7 +117,11 @@ def run(arguments: Sequence[str] | None) -> int:
         return _end(_sentence(stop), stop.code)
     except click.UsageError as error:
         return _end(
-            tr("{problem} (see {command} --help)", problem=_sentence(error), command=_path(error)),
+            tr(
+                "{problem} (see {command} --help)",
+                problem=_sentence(error),
+                command=error.ctx.command_path if error.ctx else PROGRAM,
+            ),
             USAGE,
         )
     except click.Abort:
@@ -178,10 +182,6 @@ def _drop_the_rest() -> None:
 
 def _sentence(error: click.ClickException) -> str:
     return " ".join(translated(error.format_message()).split()).rstrip(".。")
-
-
-def _path(error: click.UsageError) -> str:
-    return error.ctx.command_path if error.ctx else PROGRAM
 
 
 def _end(message: str, code: int) -> int:

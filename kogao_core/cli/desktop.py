@@ -51,7 +51,7 @@ def install(share: Path, program: Path) -> None:
     for name, folder in PLACES.items():
         text = assets.path(f"desktop/{name}").read_text(encoding="utf-8")
         if name.endswith(".desktop"):
-            text = f"Exec={quoted(program)}".join(_STARTS.split(text))
+            text = f"Exec={_quoted(program)}".join(_STARTS.split(text))
             text = _with_kept(text, share)
         (share / folder).mkdir(parents=True, exist_ok=True)
         put(text.encode(), share / folder / name)
@@ -86,7 +86,7 @@ def remove(share: Path) -> None:
     _index(share)
 
 
-def quoted(program: Path) -> str:
+def _quoted(program: Path) -> str:
     r"""Return a path as desktop entries quote it: for their commands, and once more as a text."""
     inner = re.sub(r'(["`$\\])', r"\\\1", str(program)).replace("%", "%%")
     return '"' + inner.replace("\\", "\\\\") + '"'

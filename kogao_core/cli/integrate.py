@@ -28,7 +28,6 @@ _LINE: Final = (
 )
 _VARIABLES: Final = {".config": "XDG_CONFIG_HOME", ".local/share": "XDG_DATA_HOME"}
 _DESKTOP: Final = "desktop"
-_TITLES: Final = {"gimp": "GIMP", "krita": "Krita"}
 _OUTSIDE: Final = "kogao_outside.py"  # what starts this program from others' Python
 _OUT: Final = "flatpak override --user --talk-name=org.freedesktop.Flatpak"
 
@@ -37,6 +36,7 @@ _OUT: Final = "flatpak override --user --talk-name=org.freedesktop.Flatpak"
 class Host:
     """A program, or a version of it, that can hand pictures to this one."""
 
+    title: str
     settings: Callable[[], Path]  # returns the folder of its settings
     sandbox: str  # its name as a Flatpak
     # The folder of a Flatpak's settings within its own ones; empty where it shares the user's.
@@ -88,6 +88,7 @@ def _gimp(version: str, files: Mapping[str, str]) -> Host:
     ours = {f"gimp/{name}": theirs for name, theirs in files.items()}
     files = {**ours, "gimp/common.py": "common.py", _OUTSIDE: _OUTSIDE}
     return Host(
+        "GIMP",
         lambda: _settings("APPDATA", "Library/Application Support", ".config", f"GIMP/{version}"),
         "org.gimp.GIMP",
         "",
@@ -102,6 +103,7 @@ _GIMP_2_10: Final = _gimp("2.10", {"kogao.sh": "kogao", "gimp_2_10.py": "gimp_2_
 HOSTS: Final[Mapping[str, tuple[Host, ...]]] = {
     "darktable": (
         Host(
+            "darktable",
             lambda: _settings("LOCALAPPDATA", ".config", ".config", "darktable"),
             "org.darktable.Darktable",
             "config/darktable",
@@ -113,6 +115,7 @@ HOSTS: Final[Mapping[str, tuple[Host, ...]]] = {
     "gimp": (_GIMP_3,) if sys.platform in ("win32", "darwin") else (_GIMP_3, _GIMP_2_10),
     "krita": (
         Host(
+            "Krita",
             lambda: _settings("APPDATA", "Library/Application Support", ".local/share", "krita"),
             "org.kde.krita",
             "data/krita",
@@ -179,7 +182,7 @@ def _change_desktop(share: Path | None, remove: bool) -> list[Text]:
 
 def _change_host(name: str, settings: Path | None, remove: bool) -> list[Text]:
     said: list[Text] = []
-    titled = _TITLES.get(name, name)
+    titled = HOSTS[name][0].title
     for host, folder in _places(name, settings, remove):
         place = folder / next(iter(host.files.values()))
         if remove:
@@ -222,7 +225,7 @@ def _places(name: str, settings: Path | None, remove: bool) -> list[tuple[Host, 
         raise ending.Stop(
             Text(
                 "{host} has no settings here yet; start it once, and then this again",
-                host=_TITLES.get(name, name),
+                host=hosts[0].title,
             ),
             ending.UNREADABLE,
         )
@@ -265,7 +268,7 @@ def _remove(host: Host, folder: Path) -> None:
         place.unlink(missing_ok=True)
         if place.parent.name == "kogao" and place.parent.is_dir():
             shutil.rmtree(place.parent)
-    if host.mark and (folder / host.mark).exists():
+    if host.mark:
         _mark(folder / host.mark, wanted=False)
 
 

@@ -21,13 +21,12 @@ from kogao_core.photo.disclosure.label import LabelPicture, check_label, check_p
 from kogao_core.photo.errors import CannotDisclose, MissingExtra
 from kogao_core.photo.export import LONGEST_PX, Export
 from kogao_core.recipe import presets
-from kogao_core.recipe.recipe import PAPER, Recipe
+from kogao_core.recipe.recipe import PAPER, SETTINGS, Recipe
 from kogao_core.recipe.settings import (
     CORNERS,
     LABEL_CORNER,
     LABEL_PERCENT,
     LABEL_SHARE,
-    SETTINGS,
     Corner,
     Setting,
 )

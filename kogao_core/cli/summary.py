@@ -10,13 +10,12 @@ from typing import Any, Final
 from kogao_core.background.find import Bends
 from kogao_core.background.lines import SEEN_PX, BentLine
 from kogao_core.base.language import Text, tr, translated
-from kogao_core.base.timing import STAGES
 from kogao_core.base.wording import columns
 from kogao_core.cli import common
 from kogao_core.faces.face import Face
 from kogao_core.photo import Photo
-from kogao_core.pipeline import Rendering
-from kogao_core.recipe.settings import SETTINGS
+from kogao_core.pipeline import STAGES, Rendering
+from kogao_core.recipe.recipe import SETTINGS
 from kogao_core.warp.measures import asked_percent
 from kogao_core.warp.one_to_one import OneToOne
 

@@ -34,7 +34,7 @@ from kogao_core.pipeline import Rendering
 from kogao_core.projects import project, sidecar
 from kogao_core.projects.results import Results
 from kogao_core.projects.sidecar import Applied, apply, sidecar_of
-from kogao_core.recipe.settings import SETTINGS
+from kogao_core.recipe.recipe import SETTINGS
 from kogao_core.retouch import over_itself, retouch, to_file
 from kogao_core.warp.limits import OutOfBounds, check_protection
 from kogao_core.warp.protection import NOTHING, Protection
@@ -147,7 +147,8 @@ def command(
     sha256 = reading.hash_of(path) if project_file is not None or save_project else ""
     found: list[Face] = []
     if project_file is not None:
-        done = _replayed(project_file, photo, sha256)
+        with _usable(project_file):
+            done = apply(project.load(project_file), photo.pixels, sha256)
     else:
         protection = _protection(photo, lines, width_px, feather_px)
         found = reading.find_faces(photo, landmarks, known)
@@ -272,12 +273,6 @@ def _refuse_choices(context: click.Context) -> None:
             )
 
 
-def _replayed(file: Path, photo: Photo, sha256: str) -> Applied:
-    """Return what the project in a file makes of a photo, or stop."""
-    with _usable(file):
-        return apply(project.load(file), photo.pixels, sha256)
-
-
 def _check_project(photo: Path, sample: bool, force: bool) -> None:
     """Stop when no project may be written beside a photo."""
     if sample:
@@ -309,7 +304,7 @@ def _save_project(
         off = frozenset(n for n, face in enumerate(found) if id(face) not in chosen)
         sheet = project.Sheet(tuple(found), off, done.recipe)
         kept = project.Project(original, "automatic", sheet, None, done.protection, done.loose)
-    place = sidecar.sidecar_of(photo.path)
+    place = sidecar_of(photo.path)
     with ending.writing(place):
         project.save(kept, place)
     return place
@@ -317,6 +312,7 @@ def _save_project(
 
 @contextmanager
 def _usable(file: Path) -> Iterator[None]:
+    """Stop where a project can't be read, or is none of the photo."""
     try:
         yield
     except BadFile as error:

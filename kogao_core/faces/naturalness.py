@@ -9,7 +9,7 @@ along, or eyes and mouth keep their shape, the table says nothing; nor of faces 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -59,7 +59,9 @@ class Naturalness:
         return self.face_alone and self.whole_face and self.beyond_limit
 
 
-def judge(percent: float, center: int, *, face_alone: bool = True) -> Naturalness:
+def judge(
+    percent: float, center: int, *, face_alone: bool = True, whole_face: bool = True
+) -> Naturalness:
     """Look a warp distance in % of D up in Table 1.
 
     A centre candidate that nobody was asked about is judged by the worst row. Result: interpolated
@@ -69,7 +71,7 @@ def judge(percent: float, center: int, *, face_alone: bool = True) -> Naturalnes
     rows = UNNATURAL[center - 1 : center] if asked else UNNATURAL
     unnatural = max(float(np.interp(percent, DISTANCES, row)) for row in rows)
     published = asked and DISTANCES[0] <= percent <= DISTANCES[-1]
-    return Naturalness(percent, unnatural, published, face_alone)
+    return Naturalness(percent, unnatural, published, face_alone, whole_face)
 
 
 def percent_of(pairs: Pairs) -> float:
@@ -91,8 +93,10 @@ def worst(faces: Sequence[tuple[Pairs, Recipe]]) -> Naturalness | None:
     Result: that of the face that moves most.
     """
     judged = [
-        replace(
-            judge(percent_of(pairs), recipe.center, face_alone=recipe.face_alone),
+        judge(
+            percent_of(pairs),
+            recipe.center,
+            face_alone=recipe.face_alone,
             whole_face=recipe.whole_face,
         )
         for pairs, recipe in faces

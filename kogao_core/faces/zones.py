@@ -25,8 +25,7 @@ import numpy.typing as npt
 from kogao_core.base.geometry import Array, smoothstep
 from kogao_core.faces.face import Face
 from kogao_core.faces.reshape import across
-from kogao_core.recipe.recipe import Recipe
-from kogao_core.recipe.settings import SHAPE
+from kogao_core.recipe.recipe import SHAPE, Recipe
 
 # Directions in which a zone stands alone, in degrees from the chin: four landmarks lie between two
 # of them. On the mean face the chin passes into the jaw below the corners of the mouth, half way,
@@ -91,7 +90,8 @@ def evened(face: Face, percent: float) -> Array:
     turned, the less they move: the sides of a turned face aren't each other's mirror image. Result
     (N, 2) px.
     """
-    share = percent / 100.0 * _frontal(turn(face)) / 2.0
+    aside = smoothstep(np.asarray((turn(face) - _FRONTAL) / (_TURNED - _FRONTAL)))
+    share = percent / 100.0 * (1.0 - float(aside)) / 2.0
     if share == 0.0:
         return face.outline
     # Seen from between them the ends lie equally far to either side: they stay, and so the axis.
@@ -112,11 +112,6 @@ def _cosine_step(values: Array, low: float, high: float) -> Array:
     """Return 0 up to `low`, 1 from `high` on, and half a cosine wave between."""
     share = np.clip((values - low) / (high - low), 0.0, 1.0)
     return np.asarray(0.5 - 0.5 * np.cos(np.pi * share))
-
-
-def _frontal(turned: float) -> float:
-    share = np.clip((turned - _FRONTAL) / (_TURNED - _FRONTAL), 0.0, 1.0)
-    return 1.0 - float(smoothstep(share))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

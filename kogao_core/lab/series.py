@@ -24,8 +24,7 @@ from kogao_core.lab.subjects import Progress, no_progress
 from kogao_core.photo import MAX_MEGAPIXELS, Photo, UnreadablePhoto, read, write
 from kogao_core.photo.formats import READ_ONLY
 from kogao_core.pipeline import render
-from kogao_core.recipe.recipe import Recipe
-from kogao_core.recipe.settings import SETTINGS
+from kogao_core.recipe.recipe import SETTINGS, Recipe
 from kogao_core.warp.measures import measures, moved
 
 # A head that is turned farther shows its jaw narrower than it is (`zones.turn`).
@@ -141,11 +140,6 @@ def solve(face: Face, pixels: Image, recipe: Recipe, goal: float) -> float:
     return percent
 
 
-def too_turned(face: Face) -> bool:
-    """Tell whether a head is turned too far for its jaw to be measured."""
-    return turn(face) > MOST_TURNED
-
-
 def one_result(
     photos: Sequence[Path],
     folder: Path,
@@ -175,7 +169,7 @@ def one_result(
         face = max(faces, key=lambda one: one.interocular_px, default=None)
         if face is None:
             left_out.append(Text("{photo} is left out: no face found", photo=path.name))
-        elif too_turned(face):
+        elif turn(face) > MOST_TURNED:
             why = Text("{photo} is left out: the head is turned too far", photo=path.name)
             left_out.append(why)
         else:
@@ -242,14 +236,6 @@ def _chart(brought: Sequence[Brought]) -> Chart:
 
 
 def _table(brought: Sequence[Brought]) -> Table:
-    rows = [
-        (
-            one.name, f"{one.before:.3f}", f"{one.equal:.3f}", f"{one.after:.3f}",
-            f"{one.percent:.2f}",
-            NONE if one.interval is None else "{:.2f} .. {:.2f}".format(*one.interval),
-        )
-        for one in brought
-    ]  # fmt: skip
     spreads = [
         f"{100.0 * statistics.pstdev([getattr(one, name) for one in brought]):.2f}"
         for name in ("before", "equal", "after")
@@ -265,8 +251,19 @@ def _table(brought: Sequence[Brought]) -> Table:
     if limited:
         text = Text("The goal lies beyond the largest amount for {photos}.", photos=limited)
         note = Text.joined(" ", [note, text])
-    header = (
-        Text("photo"), Text("before"), Text("same amount"), Text("own amount"),
-        Text("own amount, % of D"), Text("interval, % of D"),
-    )  # fmt: skip
-    return Table(Text("One person, one result"), header, rows, note)
+    return Table.of(
+        Text("One person, one result"),
+        brought,
+        [
+            (Text("photo"), lambda one: one.name),
+            (Text("before"), lambda one: f"{one.before:.3f}"),
+            (Text("same amount"), lambda one: f"{one.equal:.3f}"),
+            (Text("own amount"), lambda one: f"{one.after:.3f}"),
+            (Text("own amount, % of D"), lambda one: f"{one.percent:.2f}"),
+            (
+                Text("interval, % of D"),
+                lambda one: "{:.2f} .. {:.2f}".format(*one.interval) if one.interval else NONE,
+            ),
+        ],
+        note,
+    )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import io
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final, Literal
@@ -26,8 +26,7 @@ from kogao_core.photo import Photo
 from kogao_core.pipeline import Rendering, render
 from kogao_core.projects import interchange
 from kogao_core.projects.interchange import PointSet
-from kogao_core.recipe.recipe import PAPER, Recipe
-from kogao_core.recipe.settings import SETTINGS
+from kogao_core.recipe.recipe import PAPER, SETTINGS, Recipe
 from kogao_core.warp.field import Field, shown_at
 from kogao_core.warp.lattice import ORDER, Lattice
 from kogao_core.warp.measures import moved
@@ -244,21 +243,21 @@ def report(rows: Sequence[Sequence[Stimulus]], recipe: Recipe) -> Report:
 def _exported(rendering: Rendering, kinds: Sequence[Export]) -> Iterator[tuple[str, bytes]]:
     image = rendering.domain.image
     xs, ys = np.arange(float(image.right)), np.arange(float(image.bottom))
-    writers: dict[Export, Callable[[], dict[str, Array]]] = {
-        "npz": lambda: {"displacement_px": rendering.field.on_grid(xs, ys).transpose(1, 2, 0)},
-        "maps": lambda: dict(
-            zip(("map_x", "map_y"), maps_of(rendering.field, xs, ys), strict=True)
-        ),
-    }
     for kind in kinds:
         if kind == "tfm":
             for number, lattice in enumerate(rendering.field.lattices, start=1):
                 yield f"-face{number}.tfm", tfm(lattice)
             continue
+        if kind == "npz":
+            displacement = rendering.field.on_grid(xs, ys).transpose(1, 2, 0)
+            name, arrays = "displacement", {"displacement_px": displacement}
+        else:
+            maps = maps_of(rendering.field, xs, ys)
+            name, arrays = "maps", dict(zip(("map_x", "map_y"), maps, strict=True))
         out = io.BytesIO()
-        arrays = {name: array.astype(np.float32) for name, array in writers[kind]().items()}
-        np.savez_compressed(out, **arrays)  # type: ignore[arg-type]  # numpy's stub has no mapping
-        yield f"-{'displacement' if kind == 'npz' else kind}.npz", out.getvalue()
+        small = {key: array.astype(np.float32) for key, array in arrays.items()}
+        np.savez_compressed(out, **small)  # type: ignore[arg-type]  # numpy's stub has no mapping
+        yield f"-{name}.npz", out.getvalue()
 
 
 def maps_of(field: Field, xs: Array, ys: Array) -> tuple[Array, Array]:

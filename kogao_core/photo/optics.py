@@ -12,8 +12,7 @@ from PIL.ExifTags import Base as Tag
 from kogao_core.base.language import Text
 from kogao_core.photo.metadata.tiff import told_by
 from kogao_core.photo.model import Photo
-from kogao_core.recipe.recipe import Recipe
-from kogao_core.recipe.settings import SETTINGS
+from kogao_core.recipe.recipe import SETTINGS, Recipe
 
 FILM_MM: Final = math.hypot(36.0, 24.0)  # the diagonal that 35-mm equivalents refer to
 _SENSORS: Final = (3 / 2, 4 / 3)  # longer side over shorter

@@ -162,10 +162,6 @@ def _own_limits() -> Iterator[None]:
             Pillow.MAX_IMAGE_PIXELS = limit
 
 
-def _rounded(megapixels: float) -> str:
-    return f"{megapixels:.0f}" if megapixels >= 1.0 else f"{megapixels:.2g}"
-
-
 def _check_size(path: Path, width: int, height: int, max_megapixels: float) -> None:
     megapixels = width * height / 1e6
     if megapixels > max_megapixels:
@@ -177,7 +173,7 @@ def _check_size(path: Path, width: int, height: int, max_megapixels: float) -> N
                 path=path,
                 width=width,
                 height=height,
-                megapixels=_rounded(megapixels),
+                megapixels=f"{megapixels:.0f}" if megapixels >= 1.0 else f"{megapixels:.2g}",
                 max_megapixels=max_megapixels,
             )
         )

@@ -380,8 +380,9 @@ def _small(pixels: Image, orientation: int, old: bytes) -> bytes:
     for longest in _SMALL_PX:
         scale = min(1.0, longest / max(pixels.shape[:2]))
         size = [max(1, round(scale * side)) for side in pixels.shape[1::-1]]
-        reduced = eight_bits(cv2.resize(pixels, size, interpolation=cv2.INTER_AREA))
-        picture = Pillow.fromarray(np.ascontiguousarray(as_stored(reduced, orientation)))
+        pixels = cv2.resize(pixels, size, interpolation=cv2.INTER_AREA)
+        lying = as_stored(eight_bits(pixels), orientation)
+        picture = Pillow.fromarray(np.ascontiguousarray(lying))
         with io.BytesIO() as out:
             picture.convert("RGB").save(out, "JPEG", quality=_SMALL_QUALITY, optimize=True)
             if out.tell() <= len(old):

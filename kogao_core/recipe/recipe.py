@@ -5,22 +5,26 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Any, Final, TypeVar
 
 from kogao_core.base.language import Text
 from kogao_core.base.wording import shown
 from kogao_core.recipe.settings import (
-    FACE_FIELDS,
-    SETTINGS,
-    SHAPE,
-    ZONES,
+    CENTERS,
+    DOMAINS,
+    FITS,
+    INTERPOLATIONS,
+    LATTICE_UNITS,
+    LENSES,
     DomainName,
     Fit,
     Interpolation,
     LatticeUnit,
     LensName,
+    Setting,
 )
 
+Value = TypeVar("Value")
 VERSION: Final = 3
 # cv2.remap rounds its map to 1/32 px, so a smaller move than half of that changes no byte.
 LOSSLESS_PX: Final = 1.0 / 64.0
@@ -36,6 +40,27 @@ _UPGRADES: Final[dict[int, Callable[[dict[str, Any]], dict[str, Any]]]] = {
         **{name: value for name, value in fields.items() if name != "whole_head"},
     },
 }
+
+_SIGNED: Final = (-15.0, 15.0)  # below 0 smaller, above it larger
+
+
+def setting(default: Value, title: Text, what: Text, where: str = "", **others: Any) -> Value:
+    """Return a field of the recipe with all that is said of it, a `Setting`."""
+    declared = Setting(title, what, where, **others)
+    field: Any = dataclasses.field(default=default, metadata={Setting: declared})
+    return field  # type: ignore[no-any-return]  # as `dataclasses.field` has it
+
+
+def _zone(default: float, title: Text, word: Text, what: Text) -> float:
+    """Return how far a part of the face goes beside the rest."""
+    return setting(
+        default, title, what, within=(0.0, 200.0), unit=Text("%"), word=word, needs="zones"
+    )
+
+
+def _signed(default: float, title: Text, word: Text, what: Text, **others: str) -> float:
+    """Return how much larger or smaller a part of the face gets."""
+    return setting(default, title, what, within=_SIGNED, unit=Text("%"), word=word, **others)
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,35 +134,250 @@ class Recipe:
     True
     """
 
-    percent: float = 4.0
-    center: int = 2
-    lattice: float = 1.0
-    lattice_unit: LatticeUnit = "spacing"
-    fit: Fit = "exact"
-    domain: DomainName = "threshold"
-    threshold_px: float = LOSSLESS_PX
-    interpolation: Interpolation = "cubic"
-    guard: bool = True
-    hold_background: bool = True
-    head_follows: float = 50.0
-    keep_features: bool = True
-    zones: bool = True
-    cheeks: float = 100.0
-    jaw: float = 100.0
-    chin: float = 100.0
-    left: float = 100.0
-    right: float = 100.0
-    even_out: float = 0.0
-    width: float = 0.0
-    length: float = 0.0
-    jaw_width: float = 0.0
-    chin_length: float = 0.0
-    cheeks_width: float = 0.0
-    forehead_height: float = 0.0
-    left_width: float = 0.0
-    right_width: float = 0.0
-    lens: LensName | float = "off"
-    lens_amount: float = 100.0
+    percent: float = setting(
+        4.0,
+        Text("Warp distance"),
+        Text(
+            "How far landmarks move, in % of D, their distance to the centre; below 0, away from it"
+        ),
+        Text("section 3.2"),
+        within=(-15.0, 15.0),
+        unit=Text("% of D"),
+        letter="W",
+    )
+    center: int = setting(
+        2,
+        Text("Centre"),
+        Text("Which candidate between the eyes and the mouth landmarks move to"),
+        Text("section 3.2"),
+        within=(1, len(CENTERS)),
+        is_whole=True,
+        letter="C",
+    )
+    lattice: float = setting(
+        1.0,
+        Text("Lattice"),
+        Text("Spacing R of the control lattice: small is local, large is smooth"),
+        Text("section 3.3"),
+        within=(0.1, 8.0),
+        is_method=True,
+        letter="L",
+    )
+    lattice_unit: LatticeUnit = setting(
+        "spacing",
+        Text("Lattice unit"),
+        Text("What R counts"),
+        Text("section 3.3"),
+        alternatives=LATTICE_UNITS,
+        is_method=True,
+        letter="u",
+    )
+    fit: Fit = setting(
+        "exact",
+        Text("Fit"),
+        Text("How the lattice takes up the landmarks' moves"),
+        Text("sections 2.1, 2.2"),
+        alternatives=FITS,
+        is_method=True,
+        letter="i",
+    )
+    domain: DomainName = setting(
+        "threshold",
+        Text("Domain"),
+        Text("Which pixels are worked on; the picture is the same, the smaller is quicker"),
+        Text("sections 4.1, 4.2"),
+        alternatives=DOMAINS,
+        per_photo=True,
+        is_method=True,
+        letter="D",
+    )
+    threshold_px: float = setting(
+        LOSSLESS_PX,
+        Text("Threshold"),
+        Text("Pixels that would move less stay as they are"),
+        Text("section 4.2"),
+        within=(0.0, 16.0),
+        unit=Text("px"),
+        option="threshold",
+        default_text=Text("1/64: no byte is lost"),
+        per_photo=True,
+        is_method=True,
+        letter="r",
+    )
+    interpolation: Interpolation = setting(
+        "cubic",
+        Text("Interpolation"),
+        Text("How a pixel is read between pixels"),
+        alternatives=INTERPOLATIONS,
+        per_photo=True,
+        is_method=True,
+    )
+    guard: bool = setting(
+        True,
+        Text("Guard"),
+        Text("Hold back what would fold, or read from outside the photo"),
+        per_photo=True,
+        is_method=True,
+        letter="Q",
+    )
+    hold_background: bool = setting(
+        True,
+        Text("Hold background"),
+        Text("Keep straight lines of the background straight, and other people where they are"),
+        per_photo=True,
+        is_method=True,
+        letter="b",
+    )
+    head_follows: float = setting(
+        50.0,
+        Text("Head follows"),
+        Text(
+            "How far what surrounds the face goes along: 0 % the face alone, 50 % ears and "
+            "temples, 100 % the whole head with its hair"
+        ),
+        within=(0.0, 100.0),
+        unit=Text("%"),
+        word=Text("head follows"),
+        letter="o",
+    )
+    keep_features: bool = setting(
+        True,
+        Text("Keep features"),
+        Text("Let eyes and mouth keep their shape, and a line from temple to temple stay straight"),
+        word=Text("features kept"),
+        letter="K",
+    )
+    zones: bool = setting(
+        True,
+        Text("Zones"),
+        Text("Let parts of the face go their own shares, and even out its sides"),
+        is_method=True,
+    )
+    cheeks: float = _zone(
+        100.0,
+        Text("Share of the cheeks"),
+        Text("cheeks"),
+        Text("How far the cheeks move, in % of the warp distance"),
+    )
+    jaw: float = _zone(
+        100.0,
+        Text("Share of the jaw"),
+        Text("jaw"),
+        Text("How far the jaw moves, between cheeks and chin, in % of the warp distance"),
+    )
+    chin: float = _zone(
+        100.0,
+        Text("Share of the chin"),
+        Text("chin"),
+        Text("How far the chin moves, in % of the warp distance"),
+    )
+    left: float = _zone(
+        100.0,
+        Text("Share of the left"),
+        Text("picture's left"),
+        Text(
+            "How far the side moves that is on the left in the picture, in % of the warp distance"
+        ),
+    )
+    right: float = _zone(
+        100.0,
+        Text("Share of the right"),
+        Text("picture's right"),
+        Text(
+            "How far the side moves that is on the right in the picture, in % of the warp distance"
+        ),
+    )
+    even_out: float = setting(
+        0.0,
+        Text("Even out"),
+        Text(
+            "How far left and right move to each other's mirror image; less, the more a head turns"
+        ),
+        within=(0.0, 100.0),
+        unit=Text("%"),
+        word=Text("even out"),
+        needs="zones",
+    )
+    width: float = _signed(
+        0.0,
+        Text("Width"),
+        Text("face width"),
+        Text("The face narrower (below 0) or wider, in % of its distance to the centre"),
+        option="face-width",
+    )
+    length: float = _signed(
+        0.0,
+        Text("Length"),
+        Text("face length"),
+        Text("The face shorter (below 0) or longer, in % of its distance to the centre"),
+        option="face-length",
+    )
+    jaw_width: float = _signed(
+        0.0,
+        Text("Jaw"),
+        Text("jaw width"),
+        Text("The jaw slimmer (below 0) or wider, in % of its distance to the centre"),
+        letter="J",
+    )
+    chin_length: float = _signed(
+        0.0,
+        Text("Chin"),
+        Text("chin length"),
+        Text("The chin shorter (below 0) or longer, in % of its distance to the centre"),
+    )
+    cheeks_width: float = _signed(
+        0.0,
+        Text("Cheeks"),
+        Text("cheeks' width"),
+        Text("The cheeks slimmer (below 0) or wider, in % of their distance to the centre"),
+    )
+    forehead_height: float = _signed(
+        0.0,
+        Text("Forehead"),
+        Text("forehead height"),
+        Text("The hairline lower (below 0) or higher, in % of its distance to the centre"),
+    )
+    left_width: float = _signed(
+        0.0,
+        Text("Picture's left"),
+        Text("width on the left"),
+        Text(
+            "The side on the left in the picture slimmer (below 0) or wider, in % of its "
+            "distance to the centre"
+        ),
+    )
+    right_width: float = _signed(
+        0.0,
+        Text("Picture's right"),
+        Text("width on the right"),
+        Text(
+            "The side on the right in the picture slimmer (below 0) or wider, in % of its "
+            "distance to the centre"
+        ),
+    )
+    lens: LensName | float = setting(
+        "off",
+        Text("Take out lens stretch"),
+        Text(
+            "How a wide lens stretched heads towards the edge, by its focal length as 35-mm film "
+            "would need it"
+        ),
+        within=(8.0, 1000.0),
+        alternatives=LENSES,
+        unit=Text("mm"),
+        word=Text("lens"),
+        per_photo=True,
+        letter="n",
+    )
+    lens_amount: float = setting(
+        100.0,
+        Text("Lens amount"),
+        Text("How much of the lens' stretch is taken out"),
+        within=(0.0, 100.0),
+        unit=Text("%"),
+        word=Text("lens amount"),
+        needs="lens",
+    )
 
     def __post_init__(self) -> None:
         """Refuse values outside the documented ranges; numpy's numbers become Python's."""
@@ -283,6 +523,24 @@ def _upgraded(values: Mapping[str, Any]) -> dict[str, Any]:
         fields = _UPGRADES[step](fields)
     return fields
 
+
+# In the order of the fields.
+SETTINGS: Final = {
+    field.name: dataclasses.replace(field.metadata[Setting], name=field.name)
+    for field in dataclasses.fields(Recipe)
+}
+# What is said of parts of the face, and its name within a sentence; it counts while `zones` is on.
+ZONES: Final = {
+    name: setting.word or setting.title
+    for name, setting in SETTINGS.items()
+    if setting.needs == "zones"
+}
+# What reshapes the face directly, whatever the warp distance.
+SHAPE: Final = tuple(
+    name for name, setting in SETTINGS.items() if setting.within == _SIGNED and name != "percent"
+)
+# What each face may choose for itself.
+FACE_FIELDS: Final = tuple(name for name, setting in SETTINGS.items() if not setting.per_photo)
 
 _DEFAULTS: Final = dataclasses.asdict(Recipe())
 PAPER: Final = Recipe(

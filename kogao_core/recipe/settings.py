@@ -1,4 +1,4 @@
-"""What there is to set and to choose from, declared once; all else follows from it.
+"""What a setting of the recipe is, and what there is to choose from.
 
 The words are for people, who read them translated.
 """
@@ -58,8 +58,6 @@ class Setting:
 
     Parameters
     ----------
-    name : str
-        The field.
     title : Text
         What people call it.
     help : Text
@@ -87,9 +85,12 @@ class Setting:
         The field that must be on for this one to count.
     is_method : bool
         Whether it says how the work is done: `Recipe.amount` tells of all others.
+    letter : str
+        What leads to its control, with Alt; empty behind another's. All letters are taken.
+    name : str
+        The field; it is filled in by `SETTINGS`.
     """
 
-    name: str
     title: Text
     help: Text
     where: str = ""
@@ -103,6 +104,8 @@ class Setting:
     word: Text | None = None
     needs: str = ""
     is_method: bool = False
+    letter: str = ""
+    name: str = ""
 
     def said(self, value: Any) -> Text:
         """Return a value within a sentence, by the name of the field."""
@@ -283,266 +286,6 @@ LENSES: Final[tuple[Alternative[LensName], ...]] = (
 PAPER_CENTERS: Final = tuple(Center(share, Text("figure 7a")) for share in (1.0, 0.8, 0.6, 0.47))
 # What there is to choose from; experiments ask for the paper's, which stay when this grows.
 CENTERS: Final = PAPER_CENTERS
-
-_SIGNED: Final = (-15.0, 15.0)  # below 0 smaller, above it larger
-
-
-def _zone(name: str, title: Text, word: Text, what: Text) -> Setting:
-    """Return how far a part of the face goes beside the rest."""
-    within, unit = (0.0, 200.0), Text("%")
-    return Setting(name, title, what, within=within, unit=unit, word=word, needs="zones")
-
-
-def _signed(name: str, title: Text, word: Text, what: Text, option: str = "") -> Setting:
-    """Return how much larger or smaller a part of the face gets."""
-    return Setting(name, title, what, within=_SIGNED, unit=Text("%"), option=option, word=word)
-
-
-# In the order of the recipe's fields.
-_ALL: Final = (
-    Setting(
-        "percent",
-        Text("Warp distance"),
-        Text(
-            "How far landmarks move, in % of D, their distance to the centre; below 0, away from it"
-        ),
-        Text("section 3.2"),
-        within=(-15.0, 15.0),
-        unit=Text("% of D"),
-    ),
-    Setting(
-        "center",
-        Text("Centre"),
-        Text("Which candidate between the eyes and the mouth landmarks move to"),
-        Text("section 3.2"),
-        within=(1, len(CENTERS)),
-        is_whole=True,
-    ),
-    Setting(
-        "lattice",
-        Text("Lattice"),
-        Text("Spacing R of the control lattice: small is local, large is smooth"),
-        Text("section 3.3"),
-        within=(0.1, 8.0),
-        is_method=True,
-    ),
-    Setting(
-        "lattice_unit",
-        Text("Lattice unit"),
-        Text("What R counts"),
-        Text("section 3.3"),
-        alternatives=LATTICE_UNITS,
-        is_method=True,
-    ),
-    Setting(
-        "fit",
-        Text("Fit"),
-        Text("How the lattice takes up the landmarks' moves"),
-        Text("sections 2.1, 2.2"),
-        alternatives=FITS,
-        is_method=True,
-    ),
-    Setting(
-        "domain",
-        Text("Domain"),
-        Text("Which pixels are worked on; the picture is the same, the smaller is quicker"),
-        Text("sections 4.1, 4.2"),
-        alternatives=DOMAINS,
-        per_photo=True,
-        is_method=True,
-    ),
-    Setting(
-        "threshold_px",
-        Text("Threshold"),
-        Text("Pixels that would move less stay as they are"),
-        Text("section 4.2"),
-        within=(0.0, 16.0),
-        unit=Text("px"),
-        option="threshold",
-        default_text=Text("1/64: no byte is lost"),
-        per_photo=True,
-        is_method=True,
-    ),
-    Setting(
-        "interpolation",
-        Text("Interpolation"),
-        Text("How a pixel is read between pixels"),
-        alternatives=INTERPOLATIONS,
-        per_photo=True,
-        is_method=True,
-    ),
-    Setting(
-        "guard",
-        Text("Guard"),
-        Text("Hold back what would fold, or read from outside the photo"),
-        per_photo=True,
-        is_method=True,
-    ),
-    Setting(
-        "hold_background",
-        Text("Hold background"),
-        Text("Keep straight lines of the background straight, and other people where they are"),
-        per_photo=True,
-        is_method=True,
-    ),
-    Setting(
-        "head_follows",
-        Text("Head follows"),
-        Text(
-            "How far what surrounds the face goes along: 0 % the face alone, 50 % ears and "
-            "temples, 100 % the whole head with its hair"
-        ),
-        within=(0.0, 100.0),
-        unit=Text("%"),
-        word=Text("head follows"),
-    ),
-    Setting(
-        "keep_features",
-        Text("Keep features"),
-        Text("Let eyes and mouth keep their shape, and a line from temple to temple stay straight"),
-        word=Text("features kept"),
-    ),
-    Setting(
-        "zones",
-        Text("Zones"),
-        Text("Let parts of the face go their own shares, and even out its sides"),
-        is_method=True,
-    ),
-    _zone(
-        "cheeks",
-        Text("Share of the cheeks"),
-        Text("cheeks"),
-        Text("How far the cheeks move, in % of the warp distance"),
-    ),
-    _zone(
-        "jaw",
-        Text("Share of the jaw"),
-        Text("jaw"),
-        Text("How far the jaw moves, between cheeks and chin, in % of the warp distance"),
-    ),
-    _zone(
-        "chin",
-        Text("Share of the chin"),
-        Text("chin"),
-        Text("How far the chin moves, in % of the warp distance"),
-    ),
-    _zone(
-        "left",
-        Text("Share of the left"),
-        Text("picture's left"),
-        Text(
-            "How far the side moves that is on the left in the picture, in % of the warp distance"
-        ),
-    ),
-    _zone(
-        "right",
-        Text("Share of the right"),
-        Text("picture's right"),
-        Text(
-            "How far the side moves that is on the right in the picture, in % of the warp distance"
-        ),
-    ),
-    Setting(
-        "even_out",
-        Text("Even out"),
-        Text(
-            "How far left and right move to each other's mirror image; less, the more a head turns"
-        ),
-        within=(0.0, 100.0),
-        unit=Text("%"),
-        word=Text("even out"),
-        needs="zones",
-    ),
-    _signed(
-        "width",
-        Text("Width"),
-        Text("face width"),
-        Text("The face narrower (below 0) or wider, in % of its distance to the centre"),
-        option="face-width",
-    ),
-    _signed(
-        "length",
-        Text("Length"),
-        Text("face length"),
-        Text("The face shorter (below 0) or longer, in % of its distance to the centre"),
-        option="face-length",
-    ),
-    _signed(
-        "jaw_width",
-        Text("Jaw"),
-        Text("jaw width"),
-        Text("The jaw slimmer (below 0) or wider, in % of its distance to the centre"),
-    ),
-    _signed(
-        "chin_length",
-        Text("Chin"),
-        Text("chin length"),
-        Text("The chin shorter (below 0) or longer, in % of its distance to the centre"),
-    ),
-    _signed(
-        "cheeks_width",
-        Text("Cheeks"),
-        Text("cheeks' width"),
-        Text("The cheeks slimmer (below 0) or wider, in % of their distance to the centre"),
-    ),
-    _signed(
-        "forehead_height",
-        Text("Forehead"),
-        Text("forehead height"),
-        Text("The hairline lower (below 0) or higher, in % of its distance to the centre"),
-    ),
-    _signed(
-        "left_width",
-        Text("Picture's left"),
-        Text("width on the left"),
-        Text(
-            "The side on the left in the picture slimmer (below 0) or wider, in % of its "
-            "distance to the centre"
-        ),
-    ),
-    _signed(
-        "right_width",
-        Text("Picture's right"),
-        Text("width on the right"),
-        Text(
-            "The side on the right in the picture slimmer (below 0) or wider, in % of its "
-            "distance to the centre"
-        ),
-    ),
-    Setting(
-        "lens",
-        Text("Take out lens stretch"),
-        Text(
-            "How a wide lens stretched heads towards the edge, by its focal length as 35-mm film "
-            "would need it"
-        ),
-        within=(8.0, 1000.0),
-        alternatives=LENSES,
-        unit=Text("mm"),
-        word=Text("lens"),
-        per_photo=True,
-    ),
-    Setting(
-        "lens_amount",
-        Text("Lens amount"),
-        Text("How much of the lens' stretch is taken out"),
-        within=(0.0, 100.0),
-        unit=Text("%"),
-        word=Text("lens amount"),
-        needs="lens",
-    ),
-)
-SETTINGS: Final = {setting.name: setting for setting in _ALL}
-# What is said of parts of the face, and its name within a sentence; it counts while `zones` is on.
-ZONES: Final = {
-    setting.name: setting.word or setting.title for setting in _ALL if setting.needs == "zones"
-}
-# What reshapes the face directly, whatever the warp distance.
-SHAPE: Final = tuple(
-    setting.name for setting in _ALL if setting.within == _SIGNED and setting.name != "percent"
-)
-# What each face may choose for itself.
-FACE_FIELDS: Final = tuple(setting.name for setting in _ALL if not setting.per_photo)
 
 # Of the picture that labels a result (`photo.disclosure`), which no recipe holds.
 CORNERS: Final[dict[Corner, Text]] = {

@@ -104,10 +104,6 @@ class BrushStroke:
         radius = max(MIN_SPACING_PX, self.radius_px * transform.scale)
         return dataclasses.replace(self, points_px=transform(self.points_px), radius_px=radius)
 
-    def weight(self, rho: Array) -> Array:
-        """Return the brush's share at distances in radii, 0 to 1, in their shape."""
-        return 1.0 - smoothstep(1.0 - (1.0 - rho) / self.falloff)
-
     def dabs(self) -> Array:
         """Return each step's middle (x, y), the way it goes there (x, y), px, and the pressure.
 
@@ -306,7 +302,8 @@ def _nodes(
     rho = np.hypot(across[:, None, :], down[:, :, None]) * (grid.spacing_px / stroke.radius_px)
     columns, rows = (i - first[0])[:, None] + offsets, (j - first[1])[:, None] + offsets
     at = rows[:, :, None] * shape[1] + columns[:, None, :]
-    return at.reshape(len(at), -1), first, shape, stroke.weight(rho).reshape(len(at), -1)
+    weights = 1.0 - smoothstep(1.0 - (1.0 - rho) / stroke.falloff)
+    return at.reshape(len(at), -1), first, shape, weights.reshape(len(at), -1)
 
 
 def _joined(field: Field, own: int, changes: Sequence[Lattice], share: float) -> Field:

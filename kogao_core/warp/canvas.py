@@ -21,7 +21,7 @@ from kogao_core.base.threads import default_threads, share_out
 from kogao_core.recipe.settings import Interpolation
 from kogao_core.warp.domain import Cells, Domain, Mask, cells_beyond
 from kogao_core.warp.field import Field
-from kogao_core.warp.resample import CALL_PX, Job, block_height_px, spread
+from kogao_core.warp.resample import CALL_PX, KERNEL_REACH_PX, Job, block_height_px, spread
 
 FLAGS: Final[dict[Interpolation, int]] = {
     "bilinear": cv2.INTER_LINEAR,
@@ -37,7 +37,6 @@ _COPY_PX: Final = 400_000  # copied at a time: enough to be worth waking another
 _DTYPES: Final = (np.uint8, np.uint16, np.float32)
 _MAX_CHANNELS: Final = 4
 _TILE_PX: Final = 512  # of the photo, about: a tile and its maps fit into the processor's cache
-_KERNEL_REACH_PX: Final = 8
 
 
 class Canvas:
@@ -220,8 +219,8 @@ def reduced(
         there = np.array(np.broadcast_arrays(xs, ys[:, None]))
         if reach.clipped(moving).area:
             there += field.on_grid(xs, ys)
-        low = np.clip(there.min(axis=(1, 2)) - _KERNEL_REACH_PX, 0, None).astype(int)
-        high = (there.max(axis=(1, 2)) + _KERNEL_REACH_PX + 1).astype(int)
+        low = np.clip(there.min(axis=(1, 2)) - KERNEL_REACH_PX, 0, None).astype(int)
+        high = (there.max(axis=(1, 2)) + KERNEL_REACH_PX + 1).astype(int)
         # At the photo's edge at least one pixel is left to be repeated.
         low = np.minimum(low, (image.width - 1, image.height - 1))
         seen = source[low[1] : max(high[1], 1), low[0] : max(high[0], 1)].astype(np.float32)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from typing import Final, assert_never
 
 import numpy as np
@@ -74,13 +74,8 @@ class Domain:
         boxes = [_bounds(cells) for cells in self.cells if cells.active.any()]
         if not boxes:
             return Box(0, 0, 0, 0)
-        union = Box(
-            min(b.left for b in boxes),
-            min(b.top for b in boxes),
-            max(b.right for b in boxes),
-            max(b.bottom for b in boxes),
-        )
-        return union.clipped(self.image)
+        lefts, tops, rights, bottoms = zip(*map(astuple, boxes), strict=True)
+        return Box(min(lefts), min(tops), max(rights), max(bottoms)).clipped(self.image)
 
 
 def _bounds(cells: Cells) -> Box:

@@ -265,17 +265,15 @@ class Heads:
                 total[near] += self.part_at(which, points[near])
         return total
 
-    def shown(self, points: Array) -> Array:
-        """Return where points of shape (N, 2) are shown: ``x + d(x) = point``."""
-        return shown_by(self.at, points, _STEPS)
-
     @cached_property
     def faces(self) -> list[Face]:
         """The faces as the lens' correction alone shows them; their lattices stay."""
         faces = [head.face for head in self.heads]
         parts = [part for face in faces for part in _parts(face)]
+        if not parts:
+            return []
         ends = np.cumsum([len(part) for part in parts])[:-1]
-        moved = iter(np.split(self.shown(np.vstack(parts)), ends) if parts else ())
+        moved = iter(np.split(shown_by(self.at, np.vstack(parts), _STEPS), ends))
         return [
             dataclasses.replace(
                 face,

@@ -37,7 +37,7 @@ SMALL_BLOCK_HEIGHT_PX: Final = 64  # of images up to this many pixels:
 _SMALL_IMAGE_PX: Final = 2_000_000
 _THREAD_PX: Final = 400_000  # waking another thread costs about as much as warping this many
 _MARGIN_PX: Final = 256  # source pixels kept round a strip; doubled while a displacement is longer
-_KERNEL_REACH_PX: Final = 8
+KERNEL_REACH_PX: Final = 8
 # `cv2.remap` rounds where it reads to so many places a pixel: there alone the bytes change.
 _PLACES: Final = np.float32(cv2.INTER_TAB_SIZE)
 _SCATTERED: Final = 16  # a pixel for itself costs about as much as this many of a whole run
@@ -168,7 +168,7 @@ class Job:
         ]
         self.margin_px = _MARGIN_PX
         longest = sum(float(lattice.magnitude_px.max()) for lattice in field.lattices)
-        while self.margin_px < longest + _KERNEL_REACH_PX:
+        while self.margin_px < longest + KERNEL_REACH_PX:
             self.margin_px *= 2
 
     def resembles(self, other: Job) -> bool:

@@ -8,7 +8,7 @@ from PySide6.QtGui import QMouseEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
-from kogao_core.recipe.settings import SHAPE
+from kogao_core.recipe.recipe import SHAPE
 
 pytestmark = pytest.mark.usefixtures("one_window")
 

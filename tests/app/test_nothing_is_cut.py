@@ -31,7 +31,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from kogao_core.recipe.settings import SHAPE
+from kogao_core.recipe.recipe import SHAPE
 
 LEAST = (1024, 700)
 TWICE = (800, 500)

@@ -15,8 +15,8 @@ from scenes import oval_face, textured_photo
 from kogao_core.base import language
 from kogao_core.faces.landmarks import CHOICES
 from kogao_core.pipeline import render
-from kogao_core.recipe.recipe import Recipe
-from kogao_core.recipe.settings import CENTERS, SETTINGS
+from kogao_core.recipe.recipe import SETTINGS, Recipe
+from kogao_core.recipe.settings import CENTERS
 
 pytestmark = pytest.mark.usefixtures("one_window")
 

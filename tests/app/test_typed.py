@@ -16,7 +16,7 @@ from PySide6.QtWidgets import (
     QSlider,
 )
 
-from kogao_core.recipe.settings import SHAPE
+from kogao_core.recipe.recipe import SHAPE
 
 pytestmark = pytest.mark.usefixtures("one_window")
 

@@ -1,9 +1,8 @@
 """Measure from file to file: ``python tests/benchmarks/end_to_end.py [--quick] [--json F]``.
 
 Every row stands beside its floor: what no program can do without, measured in the same rounds. The
-floor is measured twice a round; its ratio to itself is the machine's noise. ``--page`` draws where
-the time of one photo goes. Real photographs are used where `KOGAO_SHARED` or ../shared/data has
-them, made-up ones elsewhere. Needs Linux or macOS.
+floor is measured twice a round; its ratio to itself is the machine's noise. Real photographs are
+used where `KOGAO_SHARED` or ../shared/data has them, made-up ones elsewhere. Needs Linux or macOS.
 """
 
 from __future__ import annotations
@@ -28,8 +27,7 @@ import stages
 from paired import Case, Row, beside_floor, measured
 from processes import CLI, EDITOR, Cost, run
 
-from kogao_core.lab.reports.charts import Chart, Series
-from kogao_core.lab.reports.report import Made, Report, Table, machine, page
+from kogao_core.lab.reports.report import machine
 from kogao_core.lab.reports.spread import in_turns
 
 HERE = Path(__file__).resolve().parent
@@ -195,42 +193,17 @@ def where(sizes: Sizes, folder: Path) -> dict[str, dict[str, float]]:
     return found
 
 
-def told(rows: list[Row], taken: dict[str, dict[str, float]]) -> Report:
-    """Return the report: where the time goes, and every row beside its floor."""
-    charts = [
-        Chart(
-            f"Where the time of one photo goes, {name}",
-            list(found),
-            "ms",
-            [Series("warp, JPEG to JPEG", list(found.values()))],
-            bars=True,
-        )
-        for name, found in taken.items()
-    ]
-    table = Table(
-        "Beside the floor",
-        ("what", "ratio", "quartiles", "noise", "median", "floor", "unit"),
-        [row.cells for row in rows],
-        "Noise: quartiles of the floor's ratio to itself.",
-    )
-    records = [{"row": row.name, "ratio": row.ratio, "unit": row.unit} for row in rows]
-    document = {"rows": [row.to_dict() for row in rows], "stages_ms": taken}
-    lead = "What every file costs beyond what no program can do without."
-    return Report("From file to file", lead, [*charts, table], records, document)
-
-
 def main() -> None:
     """Measure what was asked for and print it as a table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--quick", action="store_true", help="small pictures, few rounds")
     parser.add_argument("--only", nargs="+", choices=[*GROUPS, "stages"], help="not all rows")
     parser.add_argument("--json", type=Path, help="write every figure here")
-    parser.add_argument("--page", type=Path, help="draw where the time goes, as HTML, here")
     options = parser.parse_args()
     sizes = Sizes.quick() if options.quick else Sizes()
     asked = options.only or [*GROUPS, "stages"]
-    rows, taken = [], {}
-    print(json.dumps(machine(), indent=1))
+    rows, taken, about = [], {}, machine()
+    print(json.dumps(about, indent=1))
     for name, rows_of in GROUPS.items():
         if name in asked:
             with tempfile.TemporaryDirectory(prefix="kogao-") as folder:
@@ -242,11 +215,9 @@ def main() -> None:
             taken = where(sizes, Path(folder))
         for name, found in taken.items():
             print(name, {stage: round(ms) for stage, ms in found.items()})
-    report, made = told(rows, taken), Made.now(" ".join(["end_to_end.py", *sys.argv[1:]]))
     if options.json:
-        options.json.write_text(report.json(made), encoding="utf-8")
-    if options.page:
-        options.page.write_text(page(report, made), encoding="utf-8")
+        found = {"machine": about, "rows": [row.to_dict() for row in rows], "stages_ms": taken}
+        options.json.write_text(json.dumps(found, indent=1), encoding="utf-8")
 
 
 if __name__ == "__main__":

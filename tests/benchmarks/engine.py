@@ -1,4 +1,4 @@
-"""Measure the warp engine: ``python tests/benchmarks/engine.py [--quick] [--json F] [--plot F]``.
+"""Measure the warp engine: ``python tests/benchmarks/engine.py [--quick] [--json F]``.
 
 The unit is one full `cv2.remap` of the same image with a ready map, in the same process. Rivals
 come with ``pip install -e '.[bench]'`` and, because its own dependencies bring another OpenCV,
@@ -92,7 +92,6 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--quick", action="store_true", help="small pictures, few rounds")
     parser.add_argument("--json", type=Path, help="write every figure here")
-    parser.add_argument("--plot", type=Path, help="draw cost against size and domain here")
     options = parser.parse_args()
     rounds = 3 if options.quick else 15
     sizes = {name: _shrunk(size, options.quick) for name, size in SIZES.items()}
@@ -102,12 +101,9 @@ def main() -> None:
     report["memory"] = map_memory(*sizes["24 MP"])
     report["sharpness"] = sharpness()
     report["cold start"] = cold_start()
-    report["curves"] = curves(sizes["24 MP"], rounds)
     show(report)
     if options.json:
         options.json.write_text(json.dumps(report, indent=1), encoding="utf-8")
-    if options.plot:
-        plot(report["curves"], options.plot)
 
 
 def _shrunk(size: tuple[int, int], quick: bool) -> tuple[int, int]:
@@ -319,45 +315,6 @@ def _cold_start_probe() -> None:
         first_render(photo, [face], Recipe(percent=percent))
         laps.append((time.perf_counter() - lap) * 1e3)
     print(json.dumps({"import": (imported - start) * 1e3, "first": laps[0], "second": laps[1]}))
-
-
-def curves(size: tuple[int, int], rounds: int) -> dict[str, list[list[float]]]:
-    """Return cost against megapixels at one face size, and against the domain at one image size."""
-    by_size, by_domain = [], []
-    for factor in (0.25, 0.5, 0.75, 1.0, 1.25):
-        bench = Bench(int(size[0] * factor), int(size[1] * factor))
-        times = take_turns({"ours": bench.ours(LINEAR), "unit": bench.full_remap()}, rounds)
-        megapixels = bench.photo.shape[0] * bench.photo.shape[1] / 1e6
-        by_size.append(
-            [megapixels, float(np.median(times["ours"])), float(np.median(times["unit"]))]
-        )
-    bench = Bench(*size)
-    for face_height in (0.1, 0.2, 0.3, 0.45, 0.6, 0.8):
-        face = oval_face(*size, size=face_height)
-        counts = render(bench.photo, [face], LINEAR).pixel_counts
-        times = take_turns({"ours": bench.ours(LINEAR, faces=[face])}, rounds)
-        share = counts["threshold"] / counts["image"]
-        by_domain.append([share, float(np.median(times["ours"]))])
-    return {"by megapixels": by_size, "by domain": by_domain}
-
-
-def plot(figures: dict[str, list[list[float]]], path: Path) -> None:
-    """Draw both curves."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(9, 3.6), layout="constrained")
-    left, right = figure.subplots(1, 2)
-    megapixels, ours, unit = zip(*figures["by megapixels"], strict=True)
-    left.plot(megapixels, unit, "s--", color="#999999", label="one full remap")
-    left.plot(megapixels, ours, "o-", color="#0072B2", label="fit to pixels")
-    left.set(xlabel="megapixels", ylabel="ms", title="the face fills 45 % of the height")
-    left.legend()
-    share, cost = zip(*figures["by domain"], strict=True)
-    right.plot([100 * part for part in share], cost, "o-", color="#D55E00")
-    right.set(xlabel="pixels that move, % of the image", ylabel="ms", title="one image size")
-    for axes in (left, right):
-        axes.set_ylim(bottom=0)
-    figure.savefig(path, dpi=150)
 
 
 def show(report: dict[str, object]) -> None:

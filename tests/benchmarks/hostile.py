@@ -47,16 +47,16 @@ def seeds() -> dict[str, bytes]:
     exif = Image.Exif()
     exif[0x112], exif[0x13B] = 6, "someone"
     found = {
-        "jpeg": _saved(picture, "JPEG", exif=exif, icc_profile=b"p" * 500, dpi=(72, 72)),
-        "progressive": _saved(picture, "JPEG", progressive=True, subsampling="4:2:2"),
-        "grey": _saved(picture[..., 0], "JPEG"),
-        "rgb": _saved(picture, "JPEG", keep_rgb=True),
-        "png": _saved(picture, "PNG", exif=exif, icc_profile=b"p" * 500),
-        "palette": _saved(np.array(Image.fromarray(picture).quantize(16)), "PNG"),
-        "webp": _saved(picture, "WEBP", exif=exif),
-        "lossless webp": _saved(picture, "WEBP", lossless=True),
-        "tiff": _saved(picture, "TIFF", compression="tiff_lzw", exif=exif),
-        "plain tiff": _saved(picture, "TIFF"),
+        "jpeg": files.saved(picture, "JPEG", exif=exif, icc_profile=b"p" * 500, dpi=(72, 72)),
+        "progressive": files.saved(picture, "JPEG", progressive=True, subsampling="4:2:2"),
+        "grey": files.saved(picture[..., 0], "JPEG"),
+        "rgb": files.saved(picture, "JPEG", keep_rgb=True),
+        "png": files.saved(picture, "PNG", exif=exif, icc_profile=b"p" * 500),
+        "palette": files.saved(np.array(Image.fromarray(picture).quantize(16)), "PNG"),
+        "webp": files.saved(picture, "WEBP", exif=exif),
+        "lossless webp": files.saved(picture, "WEBP", lossless=True),
+        "tiff": files.saved(picture, "TIFF", compression="tiff_lzw", exif=exif),
+        "plain tiff": files.saved(picture, "TIFF"),
     }
     deep = picture.astype(np.uint16) * 257
     for name, pixels in (("16-bit", deep), ("float", picture.astype(np.float32) / 255.0)):
@@ -78,12 +78,6 @@ def seeds() -> dict[str, bytes]:
     found["heic"], found["dng"] = files.heic(picture), files.dng()
     found["grey dng"] = files.dng(colours=1)
     return found
-
-
-def _saved(pixels: np.ndarray, form: str, **options: object) -> bytes:
-    with io.BytesIO() as out:
-        Image.fromarray(pixels).save(out, form, **options)
-        return out.getvalue()
 
 
 def damaged(rng: np.random.Generator, only: list[str]) -> tuple[str, bytes]:

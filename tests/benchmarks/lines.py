@@ -1,6 +1,6 @@
 """How far straight lines beside faces bend, held and not: lines drawn by hand.
 
-``python tests/benchmarks/lines.py [DATA] [--percent 4 8] [--pictures DIR]``
+``python tests/benchmarks/lines.py [DATA] [--percent 4 8]``
 
 DATA is the folder of photographs, ``KOGAO_SHARED`` or ``../shared/data`` when not given. Lines are
 those of ``tests/labels/lines.json``; which of them are held is for the program to find. For each
@@ -8,8 +8,7 @@ photo: the bend of its worst line in px, not held and held; what its faces came 
 less than without (0 when no face paid); how far the outline misses its curve, % of the outer
 inter-ocular distance; the smallest det J; how far holding moves a corner of eyes or mouth, % of the
 face's largest move; what holding took beyond looking, ms. Then how far the nearest edge of
-neighbours moves, where there are any. ``--pictures`` writes the photo, the result without and the
-one with held lines side by side: real people, keep them.
+neighbours moves, where there are any.
 """
 
 from __future__ import annotations
@@ -21,7 +20,6 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import cv2
 import numpy as np
 
 import kogao_core as kogao
@@ -60,17 +58,13 @@ class Seen:
 
 def seen(
     name: str, photo: Image, faces: Sequence[Face], lines: Array, percent: float,
-    finder: BackgroundFinder, pictures: Path | None,
+    finder: BackgroundFinder,
 ) -> Seen:  # fmt: skip
     """Warp a photo with held lines, and measure."""
     recipe = kogao.Recipe(percent=percent)
     held = held_of(photo, Applied(list(faces), recipe, NOTHING), finder)
     made = kogao.render(photo, faces, recipe, held=held)
     free = kogao.render(photo, faces, kogao.Recipe(percent=percent, hold_background=False))
-    if pictures is not None:
-        file = pictures / f"{Path(name).stem}-{percent:g}.png"
-        sides = [one[..., 2::-1] for one in (photo, free.pixels, made.pixels)]
-        cv2.imwrite(str(file), np.hstack(sides))
     both = (free, made)
     found = bends(made.field, held.lines, unheld=made.unheld)
     unit = min(face.interocular_px for face in faces)
@@ -146,10 +140,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("data", nargs="?", type=Path, default=SHARED)
     parser.add_argument("--percent", type=float, nargs="+", default=[4.0, 8.0])
-    parser.add_argument("--pictures", type=Path, help="folder for pictures")
     options = parser.parse_args()
-    if options.pictures is not None:
-        options.pictures.mkdir(parents=True, exist_ok=True)
     print(json.dumps(machine()))
     finder, source = BackgroundFinder(), kogao.source()
     found: dict[float, list[Seen]] = {percent: [] for percent in options.percent}
@@ -157,8 +148,8 @@ def main() -> None:
         photo = kogao.read(options.data / drawn["file"]).pixels
         faces = source.find(photo)
         for percent, rows in found.items():
-            what = (faces, np.array(drawn["lines"]), percent, finder, options.pictures)
-            rows.append(seen(drawn["file"], photo, *what))
+            lines = np.array(drawn["lines"])
+            rows.append(seen(drawn["file"], photo, faces, lines, percent, finder))
     for percent, rows in found.items():
         print("\n".join(table(rows, percent)))
 

@@ -13,10 +13,9 @@ from real_photos import picture_of
 from scenes import apart_percent, mirrored, resized, turned
 
 from kogao_core.base import assets
-from kogao_core.faces.landmarks import MeshSource
-from kogao_core.faces.landmarks.aam import AamSource, ModelRefused
+from kogao_core.faces.landmarks import MeshSource, ModelRefused
 from kogao_core.faces.landmarks.aam.model import MOST_BYTES, read
-from kogao_core.faces.landmarks.aam.source import MODEL
+from kogao_core.faces.landmarks.aam.source import MODEL, AamSource
 
 SAMPLES = ("average", "women", "men")
 

@@ -1,6 +1,5 @@
 """AVIF: what Pillow's libavif does to a photo, and what it would do to its metadata."""
 
-import io
 import re
 import struct
 
@@ -8,7 +7,6 @@ import cv2
 import files
 import numpy as np
 import pytest
-from PIL import Image
 from scenes import textured_photo
 
 from kogao_core import photo
@@ -52,9 +50,7 @@ def test_more_bits_are_said_and_not_written_in_place(tmp_path, bits):
 
 
 def test_wide_colours_without_a_profile_are_said(tmp_path):
-    with io.BytesIO() as out:
-        Image.fromarray(textured_photo(64, 48, 3)).save(out, "AVIF")
-        data = out.getvalue()
+    data = files.saved(textured_photo(64, 48, 3), "AVIF")
     at = data.index(b"colrnclx") + 8
     for primaries, curve in ((1, 13), (12, 13), (9, 16)):
         path = tmp_path / f"{primaries}.avif"

@@ -28,9 +28,7 @@ FILM = metadata_cases.MP4
 
 
 def jpeg(pixels, *segments, **options):
-    with io.BytesIO() as out:
-        Image.fromarray(pixels).save(out, "JPEG", **{"quality": 92, "subsampling": 0} | options)
-        data = out.getvalue()
+    data = files.saved(pixels, "JPEG", **{"quality": 92, "subsampling": 0} | options)
     at = 4 + int.from_bytes(data[4:6], "big")  # behind JFIF
     return data[:at] + b"".join(segments) + data[at:]
 
@@ -286,3 +284,10 @@ def test_a_region_that_held_a_face_still_does(percent):
     assert top - 1.0 <= least_y < most_y <= bottom
     kept = (most_x - least_x) * (most_y - least_y) / ((right - left) * (bottom - top))
     assert kept > (1.0 - percent / 50.0) ** 2
+
+
+@pytest.mark.parametrize("film", [False, True])
+def test_records_at_the_end_give_way_to_a_film(tmp_path, film):
+    done = warped(tmp_path, phone(film=FILM) + metadata_cases.photo_mechanic(), film=film)
+    assert ("not kept: Photo Mechanic's data at the end" in done.said) == film
+    assert done.data.endswith(FILM if film else metadata_cases.photo_mechanic())

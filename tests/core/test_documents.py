@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from kogao_core.base.wording import columns
-from kogao_core.recipe.settings import SETTINGS
+from kogao_core.recipe.recipe import SETTINGS
 
 ROOT = Path(__file__).parents[2]
 DECISIONS = ROOT / "docs" / "decisions"

@@ -168,7 +168,11 @@ def test_a_report_is_text_records_and_data():
     report = Report("t", "l", ["words", Row([table]), table], [{"a": 1, "b": None}], {"c": 2})
     assert report.text() == "\n\n".join([str(table)] * 2)
     assert report.csv() == "a,b\n1,\n"
-    assert json.loads(report.json(MADE)) == {"c": 2, "made": MADE.to_dict()}
+    how = dataclasses.asdict(MADE) | {
+        "at": "2026-11-21T15:04:00+00:00",
+        "left_out": list(MADE.left_out),
+    }
+    assert json.loads(report.json(MADE)) == {"c": 2, "made": how}
 
 
 def test_a_recipe_in_words_tells_all_that_decides_where_a_face_goes():

@@ -64,6 +64,10 @@ def timings():
     return found
 
 
+def table_2(timings, known=()):
+    return timing.TimingResult(tuple(timings), known, PAPER, REPEATS, 1)
+
+
 def test_every_case_has_its_turn_in_every_round():
     turns = list(in_turns("abc", 4, 2))
     assert Counter(turns) == {(n, c): 4 if c else 2 for n in "abc" for c in (True, False)}
@@ -165,9 +169,7 @@ def test_where_another_face_or_none_is_found_nothing_is_automatic(finds):
 def test_totals_with_and_without_sessions(timings):
     trials = tuple(trial(str(s), setting_s=s) for s in (60.0, 80.0, 70.0))
     for known in ((), trials):
-        result = timing.TimingResult(tuple(timings), known, PAPER, REPEATS, 1)
-        table = timing_report.report(result).tables[0]
-        (*rows, _) = table.rows
+        (*rows, _) = timing_report.report(table_2(timings, known)).tables[0].rows
         manual = [row for row in rows if row[0].startswith(("Conv", "Warp"))]
         assert [row[1] for row in manual] == [SEVENTY if known else NONE] * 2
         assert all((row[6] == NONE) is (not known) for row in manual)
@@ -176,16 +178,16 @@ def test_totals_with_and_without_sessions(timings):
 
 
 def test_records_hold_the_medians(timings):
-    result = timing.TimingResult(tuple(timings), (), PAPER, REPEATS, 1)
-    for record, one in zip(timing_report.report(result).records, timings, strict=True):
+    records = timing_report.report(table_2(timings)).records
+    for record, one in zip(records, timings, strict=True):
         assert record["computing_median_ms"] == statistics.median(one.computing_ms)
         assert record["setting_median_ms"] is None or one.procedure in ("akt", "dual")
-    totals = [record["paper_total_s"] for record in timing_report.report(result).records]
+    totals = [record["paper_total_s"] for record in records]
     assert totals == pytest.approx([25.896, 23.576, 7.102, 4.722, 25.896] * 2)
 
 
 def test_the_same_computation_under_two_names_names_the_floor(timings):
-    result = timing.TimingResult(tuple(timings), (), PAPER, REPEATS, 1)
+    result = table_2(timings)
     table = timing_report.report(result).tables[0]
     first, *_, again = table.rows
     assert again[0] == "Conventional method, again"
@@ -238,7 +240,7 @@ def test_people_are_told_one_by_one_without_their_practice(timings):
         trial("t2", person="ben", setting_s=30.0),
         trial("t3", person="ben", setting_s=900.0, practice=True),
     )
-    result = timing.TimingResult(tuple(timings), known, PAPER, REPEATS, 1)
+    result = table_2(timings, known)
     tables = {table.caption: table for table in timing_report.report(result).tables}
     people = {row[0]: row for row in tables["Setting, person by person"].rows}
     assert list(people) == ["everybody", "anna", "ben", "machine, cold"]

@@ -56,7 +56,7 @@ def test_every_figure_is_there_at_the_width_asked_for(drawn):
 
 def test_figure_7_shows_the_papers_centres_and_no_other(subject, monkeypatch):
     monkeypatch.setattr(targets, "CENTERS", (*PAPER_CENTERS, Center(0.3)))
-    drawing = next(d for d in figures(subject, PAPER, WIDTH) if d.name == "centers")
+    drawing = next(d for d in figures(subject, PAPER, 240) if d.name == "centers")
     words = [mark.text for mark in drawing.marks if isinstance(mark, Word)]
     assert words == ["1", "2", "3", "4"]
 

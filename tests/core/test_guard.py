@@ -9,8 +9,7 @@ from few_cases import few_of
 from scenes import ALONE, field_of, oval_face, textured_photo
 
 from kogao_core.pipeline import render
-from kogao_core.recipe.recipe import LOSSLESS_PX, Recipe
-from kogao_core.recipe.settings import SETTINGS
+from kogao_core.recipe.recipe import LOSSLESS_PX, SETTINGS, Recipe
 from kogao_core.warp.field import Field
 from kogao_core.warp.guard import hold_back
 from kogao_core.warp.lattice import groups

@@ -1,4 +1,4 @@
-"""Faces out of focus, half outside the photo or touching another one, on our own samples."""
+"""Faces out of focus, half outside the photo, touching another one or masked."""
 
 import sys
 from pathlib import Path
@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from few_cases import few_of
-from real_photos import found_in
+from real_photos import found_in, picture_of
 
 from kogao_core.base import assets
 from kogao_core.base.geometry import Box
@@ -16,6 +16,8 @@ from kogao_core.faces.landmarks import MeshSource
 sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
 from distortions import DISTORTIONS, Distortion, blur
 from hard_faces import apart
+
+EYES, MOUTH = slice(21, 25), slice(25, 27)
 
 
 def after(source: MeshSource, distort: Distortion, name: str = "average"):
@@ -44,3 +46,17 @@ def test_heads_that_touch_keep_their_eyes(source: MeshSource, name: str) -> None
     truth, faces, _ = after(source, DISTORTIONS["touching"], name)
     assert len(faces) == 2
     assert min(max(apart(face, truth)) for face in faces) < 2.5
+
+
+@pytest.mark.parametrize("cover", few_of(("black mask", "light blue mask", "white mask"), 1))
+def test_a_mouth_under_a_mask_is_less_sure_and_eyes_over_it_stay_so(
+    source: MeshSource, portrait: Path, cover: str
+) -> None:
+    picture = picture_of(portrait, 450.0)
+    (bare,) = source.find(picture)
+    worn = DISTORTIONS[cover](picture, bare, np.random.default_rng(0)).picture
+    (masked,) = source.find(worn)
+    assert bare.confidence is not None
+    assert masked.confidence is not None
+    assert masked.confidence[MOUTH].max() < 0.85 < bare.confidence[MOUTH].min()
+    assert min(bare.confidence[EYES].min(), masked.confidence[EYES].min()) > 0.85

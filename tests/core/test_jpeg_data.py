@@ -1,13 +1,13 @@
 """What a JPEG file's data cost and hold is told before, and rare kinds are what they are."""
 
-import io
 import re
 
+import files
 import jpeglib
 import numpy as np
 import pytest
 from files import segment
-from PIL import Image, ImageFile, JpegImagePlugin
+from PIL import ImageFile, JpegImagePlugin
 from scenes import textured_photo
 
 from kogao_core import photo
@@ -18,9 +18,7 @@ FRAME = re.compile(rb"\xff[\xc0-\xc2]\0[\x0b\x11]\x08")
 
 
 def encoded(pixels, **options):
-    with io.BytesIO() as out:
-        Image.fromarray(pixels).save(out, "JPEG", **options)
-        return out.getvalue()
+    return files.saved(pixels, "JPEG", **options)
 
 
 def in_scans(count, more=b""):

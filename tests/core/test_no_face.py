@@ -8,7 +8,7 @@ from few_cases import few_of
 from real_photos import picture_of
 
 from kogao_core.faces.landmarks import MeshSource
-from kogao_core.faces.landmarks.aam import AamSource
+from kogao_core.faces.landmarks.aam.source import AamSource
 
 # People are in these: an astronaut, and a cameraman in profile.
 PEOPLE = {"astronaut.png", "camera.png"}

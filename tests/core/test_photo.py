@@ -137,14 +137,6 @@ def test_palette_becomes_rgb_or_rgba(tmp_path, picture):
     assert photo.read(tmp_path / "t.png").notes == ("converted from a palette to RGB",)
 
 
-def test_cmyk_is_converted_with_a_word(tmp_path, picture):
-    Image.fromarray(picture).convert("CMYK").save(tmp_path / "in.jpg", quality=100)
-    source = photo.read(tmp_path / "in.jpg")
-    np.testing.assert_allclose(source.pixels, picture, atol=12)
-    assert "CMYK" in source.notes[0]
-    assert source.jpeg is None
-
-
 def test_pixels_are_contiguous_and_read_only(tmp_path, picture):
     source = photo.read(saved(tmp_path / "in.png", picture, exif=EXIF))
     assert source.pixels.flags.c_contiguous

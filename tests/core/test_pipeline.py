@@ -9,8 +9,7 @@ from scenes import oval_face, textured_photo
 
 from kogao_core.base.geometry import Affine, Box
 from kogao_core.pipeline import render
-from kogao_core.recipe.recipe import Recipe
-from kogao_core.recipe.settings import SETTINGS
+from kogao_core.recipe.recipe import SETTINGS, Recipe
 from kogao_core.warp.canvas import Canvas
 
 WIDTH, HEIGHT = 480, 360

@@ -7,12 +7,11 @@ import json
 
 import numpy as np
 import pytest
-from scenes import oval_face, textured_photo
+from scenes import oval_face
 
 from kogao_core.base.atomic import put
 from kogao_core.base.geometry import Affine
 from kogao_core.base.strict import BadFile, Node, parse
-from kogao_core.pipeline import render
 from kogao_core.projects import json as project_json
 from kogao_core.projects.project import (
     Original,
@@ -93,20 +92,6 @@ def test_lines_let_go_are_scaled_with_the_photo_and_older_projects_have_none():
     assert from_node(Node(older)).loose == ()
     with pytest.raises(BadFile, match="loose"):
         from_node(Node({**older, "loose": [[[0.1, 0.2]]]}))
-
-
-def test_replay_gives_identical_pixels(tmp_path):
-    photo, written = textured_photo(WIDTH, HEIGHT), project()
-    save(written, tmp_path / "p.json")
-    results = [
-        render(
-            *(photo, p.automatic.active, p.automatic.recipe),
-            protection=p.protection,
-            brushwork=p.brushwork,
-        ).pixels
-        for p in (written, load(tmp_path / "p.json"))
-    ]
-    np.testing.assert_array_equal(*results)
 
 
 @pytest.mark.parametrize("scale", [0.5, 2.0, 1.7])

@@ -8,8 +8,7 @@ from scenes import oval_face, textured_photo
 from kogao_core.background.lines import bends, straight_lines
 from kogao_core.base.geometry import Affine, Box
 from kogao_core.pipeline import render
-from kogao_core.recipe.recipe import LOSSLESS_PX, Recipe
-from kogao_core.recipe.settings import SETTINGS
+from kogao_core.recipe.recipe import LOSSLESS_PX, SETTINGS, Recipe
 from kogao_core.warp.domain import reduce
 from kogao_core.warp.protection import Falloff, Protection, Stroke
 

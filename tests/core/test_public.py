@@ -65,8 +65,7 @@ def test_type_checkers_are_told_that_the_package_is_typed():
     assert HOME.with_name("py.typed").is_file()
 
 
-@pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32])
-@pytest.mark.parametrize("channels", [1, 3, 4])
+@pytest.mark.parametrize(("dtype", "channels"), [(np.uint8, 4), (np.uint16, 1), (np.float32, 3)])
 def test_a_notebook_shows_a_rendering(dtype, channels):
     photo = textured_photo(480, 360, channels, dtype)
     rendering = kogao.render(photo, [oval_face()], kogao.Recipe(percent=6))

@@ -13,8 +13,8 @@ from scenes import ALONE, textured_photo
 import kogao_core as kogao
 from kogao_core.cli.commands import program
 from kogao_core.recipe import recipe as recipes
-from kogao_core.recipe.recipe import LOSSLESS_PX, PAPER, VERSION, Recipe
-from kogao_core.recipe.settings import CENTERS, SETTINGS
+from kogao_core.recipe.recipe import LOSSLESS_PX, PAPER, SETTINGS, VERSION, Recipe
+from kogao_core.recipe.settings import CENTERS
 
 
 @pytest.mark.parametrize(

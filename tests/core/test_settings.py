@@ -17,8 +17,8 @@ from kogao_core.faces.targets import center_candidates
 from kogao_core.lab.methods import METHODS
 from kogao_core.pipeline import render
 from kogao_core.recipe import settings
-from kogao_core.recipe.recipe import PAPER, Recipe
-from kogao_core.recipe.settings import CENTERS, DOMAINS, FITS, PAPER_CENTERS, SETTINGS
+from kogao_core.recipe.recipe import PAPER, SETTINGS, Recipe
+from kogao_core.recipe.settings import CENTERS, DOMAINS, FITS, PAPER_CENTERS
 from kogao_core.warp.domain import mask_of, pixel_counts
 
 EXPERIMENTS = Path(__file__).parents[2] / "docs" / "experiments.md"

@@ -8,8 +8,7 @@ from scenes import oval_face, textured_photo
 
 from kogao_core.faces.targets import aim
 from kogao_core.pipeline import render
-from kogao_core.recipe.recipe import PAPER, Recipe
-from kogao_core.recipe.settings import SHAPE
+from kogao_core.recipe.recipe import PAPER, SHAPE, Recipe
 from kogao_core.warp.surround import forehead_pairs
 
 STILL = Recipe(percent=0)

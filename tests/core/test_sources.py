@@ -11,7 +11,7 @@ from kogao_core.base import assets
 from kogao_core.base.geometry import Affine
 from kogao_core.cli.commands import program
 from kogao_core.faces.landmarks import CHOICES, MeshSource, ModelRefused, facemark, source, sources
-from kogao_core.faces.landmarks.aam import AamSource
+from kogao_core.faces.landmarks.aam.source import AamSource
 from kogao_core.faces.landmarks.facemark import FacemarkSource, face_of
 
 

@@ -7,6 +7,7 @@ import subprocess
 import sys
 import textwrap
 import threading
+import warnings
 
 import cv2
 import numpy as np
@@ -16,7 +17,7 @@ from PIL import Image
 from scenes import textured_photo
 
 from kogao_core import photo
-from kogao_core.base import stderr
+from kogao_core.base.stderr import hushed, if_unsaid
 from kogao_core.photo.formats import colour
 
 posix = pytest.mark.skipif(sys.platform == "win32", reason="closes a descriptor")
@@ -41,25 +42,31 @@ READING = """
 """
 
 
-def run(code, *arguments, options=(), **more):
-    """Run a program, since pytest turns on what leaves standard error alone."""
-    command = [sys.executable, *options, "-c", textwrap.dedent(code), *map(str, arguments)]
+def run(code, *arguments, **more):
+    """Run a program; return what it prints and complains."""
+    command = [sys.executable, "-c", textwrap.dedent(code), *map(str, arguments)]
     done = subprocess.run(command, capture_output=True, text=True, check=True, **more)
     return done.stdout.strip(), done.stderr
 
 
 @pytest.fixture
-def saved(monkeypatch, capfd):
-    """Save a photo with a change, where standard error may be kept; return what is told of it."""
+def heard(monkeypatch, capfd):
+    """Let standard error be kept, as pytest doesn't; return what comes there after all."""
     monkeypatch.setattr(faulthandler, "is_enabled", lambda: False)
+    return lambda: capfd.readouterr().err
+
+
+@pytest.fixture
+def saved(heard):
+    """Save a photo with a change; return what is told of it."""
 
     def run(source, target):
-        capfd.readouterr()  # what was said of the source when it was made
+        heard()  # what was said of the source when it was made
         read = photo.read(source)
         pixels = read.pixels.copy()
         pixels[:8, :8] ^= 255
         told = [*read.notes, photo.write(read, pixels, target, force=True)]
-        assert capfd.readouterr().err == ""
+        assert heard() == ""
         return " ".join(told)
 
     return run
@@ -114,70 +121,48 @@ def test_libtiff_and_pillow_are_not_heard(tmp_path):
     assert err == ""
 
 
-def test_libjpeg_is_not_heard():
-    said, err = run("""
-        import os
-        from kogao_core.base.stderr import hushed
-        with hushed() as said:
-            for line in ("Huffman table 0x00 was not defined", "Bogus marker length",
-                         "JPEGLib: Quantization table 0x01 was not defined.",
-                         "Premature end of input file", "Unsupported marker type 0x12"):
-                os.write(2, f"{line}\\n".encode())
-            os.write(2, b"Traceback (most recent call last):\\nValueError: of a thread.\\n")
-        print(said)
-    """)
-    assert said == "[]"
-    assert err == "Traceback (most recent call last):\nValueError: of a thread.\n"
+def test_libjpeg_is_not_heard(heard):
+    with hushed() as said:
+        for line in (
+            "Huffman table 0x00 was not defined",
+            "Bogus marker length",
+            "JPEGLib: Quantization table 0x01 was not defined.",
+            "Premature end of input file",
+            "Unsupported marker type 0x12",
+        ):
+            os.write(2, f"{line}\n".encode())
+        os.write(2, b"Traceback (most recent call last):\nValueError: of a thread.\n")
+    assert said == []
+    assert heard() == "Traceback (most recent call last):\nValueError: of a thread.\n"
 
 
-def test_what_others_say_meanwhile_is_passed_on():
-    said, err = run("""
-        import os, sys, warnings
-        from kogao_core.base.stderr import hushed
-        with hushed() as said:
-            os.write(2, b"Corrupt JPEG data: bad Huffman code\\ntempfile.tif: Bad\\nof others\\n")
-            print("our own", file=sys.stderr, flush=True)
-            warnings.warn("of Pillow")
-        with hushed() as again:
-            os.write(2, b"unknown file: data corrupted at 9\\n")
-        print("after", file=sys.stderr)
-        print(said, again)
-    """)
-    assert said == "['bad Huffman code'] ['data corrupted at 9']"
-    assert err == "of others\nour own\nafter\n"
+def test_what_others_say_meanwhile_is_passed_on(heard):
+    with hushed() as said:
+        os.write(2, b"Corrupt JPEG data: bad Huffman code\ntempfile.tif: Bad\nof others\n")
+        os.write(2, b"our own\n")
+        warnings.warn("of Pillow", stacklevel=1)
+    with hushed() as again:
+        os.write(2, b"unknown file: data corrupted at 9\n")
+    os.write(2, b"after\n")
+    assert (said, again) == (["bad Huffman code"], ["data corrupted at 9"])
+    assert heard() == "of others\nour own\nafter\n"
 
 
-def test_who_looks_for_crashes_hears_everything():
-    _, err = run(
-        """
-        import os
-        from kogao_core.base.stderr import hushed
-        with hushed():
-            os.write(2, b"Corrupt JPEG data: bad Huffman code\\n")
-            os.kill(os.getpid(), 0)
-        """,
-        options=("-X", "faulthandler"),
-    )
-    assert err == "Corrupt JPEG data: bad Huffman code\n"
+def test_who_looks_for_crashes_hears_everything_and_work_has_no_result(heard, monkeypatch):
+    monkeypatch.setattr(faulthandler, "is_enabled", lambda: True)
+    with hushed():
+        os.write(2, b"Corrupt JPEG data: bad Huffman code\n")
+    assert heard() == "Corrupt JPEG data: bad Huffman code\n"
+    assert if_unsaid(lambda: 1) is None
 
 
-def test_work_of_which_something_is_said_has_no_result():
-    said, err = run("""
-        import os, sys
-        from kogao_core.base.stderr import hushed, if_unsaid
-        with hushed() as said:
-            print(if_unsaid(lambda: "sound"))
-            print(if_unsaid(lambda: os.write(2, b"Corrupt JPEG data: bad Huffman code\\n")))
-            print(if_unsaid(lambda: print("of a thread", file=sys.stderr, flush=True) or "sound"))
-        print(said)
-    """)
-    assert said.split("\n") == ["sound", "None", "None", "[]"]
-    assert err == "of a thread\n"
-
-
-def test_work_has_no_result_where_nothing_can_be_heard():
-    code = "from kogao_core.base.stderr import if_unsaid; print(if_unsaid(lambda: 1))"
-    assert run(code, options=("-X", "faulthandler")) == ("None", "")
+def test_work_of_which_something_is_said_has_no_result(heard):
+    with hushed() as said:
+        assert if_unsaid(lambda: "sound") == "sound"
+        assert if_unsaid(lambda: os.write(2, b"Corrupt JPEG data: bad Huffman code\n")) is None
+        assert if_unsaid(lambda: os.write(2, b"of a thread\n")) is None
+    assert said == []
+    assert heard() == "of a thread\n"
 
 
 @posix
@@ -204,9 +189,9 @@ def test_files_never_get_the_descriptor_of_a_standard_stream(tmp_path):
 
 
 def test_an_error_within_still_lets_go():
-    with pytest.raises(ValueError, match="mine"), stderr.hushed():
+    with pytest.raises(ValueError, match="mine"), hushed():
         raise ValueError("mine")
-    with stderr.hushed() as said:
+    with hushed() as said:
         np.zeros(1)
     assert said == []
 

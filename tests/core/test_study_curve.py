@@ -16,9 +16,9 @@ MIDDLE, SCALE, LAPSE = 7.19, 1.05, 0.03
 
 @pytest.fixture(autouse=True)
 def _few_draws(request, monkeypatch):
-    """Intervals of a quarter of the draws, but where they are counted."""
+    """Intervals of an eighth of the draws, but where they are counted."""
     if not request.node.get_closest_marker("slow"):
-        monkeypatch.setattr(curve, "RESAMPLES", 100)
+        monkeypatch.setattr(curve, "RESAMPLES", 50)
 
 
 def simulated(seed, raters=20, faces=4, later=0.0, spread=0.0, floor=LAPSE):

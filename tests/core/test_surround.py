@@ -13,8 +13,7 @@ from kogao_core.background.holding import Held
 from kogao_core.base.geometry import Affine, Box
 from kogao_core.faces.targets import aim
 from kogao_core.pipeline import render
-from kogao_core.recipe.recipe import PAPER, Recipe
-from kogao_core.recipe.settings import SETTINGS, SHAPE
+from kogao_core.recipe.recipe import PAPER, SETTINGS, SHAPE, Recipe
 from kogao_core.warp.field import shown_at
 from kogao_core.warp.fit import fit, problems_of
 from kogao_core.warp.protection import Protection

@@ -13,8 +13,7 @@ from timeouts import LONGEST_S
 
 from kogao_core import pipeline
 from kogao_core.pipeline import render
-from kogao_core.recipe.recipe import LOSSLESS_PX, Recipe
-from kogao_core.recipe.settings import SETTINGS
+from kogao_core.recipe.recipe import LOSSLESS_PX, SETTINGS, Recipe
 from kogao_core.warp import resample
 from kogao_core.warp.canvas import Canvas
 from kogao_core.warp.protection import NOTHING, Protection

@@ -5,6 +5,7 @@ import importlib
 import json
 import pkgutil
 import re
+from functools import partial
 from pathlib import Path
 from unittest.mock import Mock
 
@@ -15,7 +16,7 @@ from scenes import oval_face
 from kogao_core.base import atomic
 from kogao_core.cli import common
 from kogao_core.lab import experiments
-from kogao_core.lab.experiments import EXPERIMENTS, lens
+from kogao_core.lab.experiments import EXPERIMENTS, lens, timing
 from kogao_core.lab.experiments import methods as comparing
 from kogao_core.lab.experiments.trials import Trial, append, now
 from kogao_core.lab.methods import METHODS
@@ -56,8 +57,10 @@ def test_one_command_says_how_far_it_is_and_writes_everything(
     cli, small_png, tmp_path, monkeypatch, name
 ):
     monkeypatch.setattr(common, "CALM_S", 0.0)
-    for few in ("FOCALS_MM", "SHARES"):  # one face to look for
+    for few in ("FOCALS_MM", "SHARES"):  # one face to look for, in a small frame
         monkeypatch.setattr(lens, few, getattr(lens, few)[-1:])
+    monkeypatch.setattr(lens, "FRAME", (900, 600))
+    monkeypatch.setattr(timing, "measure_around", partial(timing.measure_around, repeats=1))
     folder = tmp_path / "out"
     code, said, err = cli(name, small_png, "-o", folder, *ONCE[name])
     begun, *steps = err.splitlines()

@@ -1,6 +1,5 @@
 """Photos written over in place: files of the same kind, whose originals come back."""
 
-import io
 import json
 import shutil
 import subprocess
@@ -73,10 +72,8 @@ def test_a_phones_portrait_comes_back_whole(cli, works, small_portrait, tmp_path
     """It lies in its file, has a gain map and a film, and goes all three ways."""
     upright = Image.open(small_portrait)
     map_pixels = upright.convert("L").reduce(4)
-    with io.BytesIO() as out:
-        xmp = metadata_cases.packet('hdrgm:Version="1.0" hdrgm:GainMapMax="2"', name="map")
-        map_pixels.transpose(Image.Transpose.ROTATE_90).save(out, "JPEG", xmp=xmp)
-        more = out.getvalue()
+    xmp = metadata_cases.packet('hdrgm:Version="1.0" hdrgm:GainMapMax="2"', name="map")
+    more = files.saved(map_pixels.transpose(Image.Transpose.ROTATE_90), "JPEG", xmp=xmp)
     items = [("Primary", 0), ("GainMap", len(more)), ("MotionPhoto", len(metadata_cases.MP4))]
     told = 'hdrgm:Version="1.0" GCamera:MotionPhoto="1"'
     xmp = metadata_cases.packet(told, metadata_cases.container(*items))
@@ -238,41 +235,41 @@ def test_nothing_is_written_where_nothing_changes(cli, jpeg, store):
 
 
 def two_pages(picture):
-    with io.BytesIO() as out:
-        picture.save(out, "TIFF", save_all=True, append_images=[picture])
-        return out.getvalue()
-
-
-def saved(picture, form, **options):
-    with io.BytesIO() as out:
-        picture.save(out, form, **options)
-        return out.getvalue()
+    return files.saved(picture, "TIFF", save_all=True, append_images=[picture])
 
 
 REFUSED = [
     ("pages.tif", two_pages, r"would lose what else it holds \(further pictures\)"),
     ("moving.png", lambda _: metadata_cases.animated("PNG"), "would lose what else"),
-    ("cmyk.jpg", lambda one: saved(one.convert("CMYK"), "JPEG"), "but converted from CMYK to RGB"),
+    (
+        "cmyk.jpg",
+        lambda one: files.saved(one.convert("CMYK"), "JPEG"),
+        "but converted from CMYK to RGB",
+    ),
     (
         "palette.png",
-        lambda one: saved(one.quantize(), "PNG"),
+        lambda one: files.saved(one.quantize(), "PNG"),
         r"but converted from a palette to RGB; write the result to another file with -o",
     ),
-    ("bilevel.tif", lambda one: saved(one.convert("1"), "TIFF"), "but converted from 1 bit"),
+    ("bilevel.tif", lambda one: files.saved(one.convert("1"), "TIFF"), "but converted from 1 bit"),
     (
         "scan.tif",
-        lambda one: saved(one.convert("1"), "TIFF", compression="group4"),
+        lambda one: files.saved(one.convert("1"), "TIFF", compression="group4"),
         "but converted from 1 bit to 8-bit grey",
     ),
     (
         "preview.tif",
-        lambda one: saved(one, "TIFF", compression="jpeg"),
+        lambda one: files.saved(one, "TIFF", compression="jpeg"),
         "but compressed by LZW instead of JPEG",
     ),
-    ("really.jpg", lambda one: saved(one, "PNG"), "is a PNG photo by its content; name it really"),
+    (
+        "really.jpg",
+        lambda one: files.saved(one, "PNG"),
+        "is a PNG photo by its content; name it really",
+    ),
     (
         "no-ending",
-        lambda one: saved(one, "PNG"),
+        lambda one: files.saved(one, "PNG"),
         "is a PNG photo by its content; name it no-ending",
     ),
     ("raw.dng", lambda _: files.dng(), "is a raw photo, which can't be written in place"),

@@ -49,18 +49,18 @@ def test_the_core_is_the_one_without(without):
     assert "without" in without("-c", every)
 
 
-def test_the_command_line_offers_no_experiment_and_warps(without, portrait, tmp_path):
+def test_the_command_line_offers_no_experiment_and_warps(without, small_png, tmp_path):
     assert "experiment" not in without(*PROGRAM, "--help")
     assert "No such command 'experiment'" in without(*PROGRAM, "experiment", code=2)
-    without(*PROGRAM, "warp", portrait, "-o", tmp_path / "small.png")
+    without(*PROGRAM, "warp", small_png, "-o", tmp_path / "small.png")
     assert (tmp_path / "small.png").is_file()
-    without(*PROGRAM, "batch", portrait, "-o", tmp_path / "out", "--jobs", "1")
+    without(*PROGRAM, "batch", small_png, "-o", tmp_path / "out", "--jobs", "1")
     assert len(list((tmp_path / "out").glob("*.*"))) >= 1
 
 
-def test_the_window_opens_without_it(without, portrait, tmp_path):
+def test_the_window_opens_without_it(without, small_png, tmp_path):
     window = ("-c", "import sys; from kogao_app.__main__ import main; sys.exit(main())")
-    without(*window, portrait, "--screenshot", tmp_path / "window.png")
+    without(*window, small_png, "--screenshot", tmp_path / "window.png")
     assert cv2.imread(str(tmp_path / "window.png")) is not None
     assert "--rate" not in without(*window, "--help")
 

@@ -81,28 +81,11 @@ def test_a_photo_written_over_leaves_a_project_about_the_photo_as_it_was(cli, wo
     assert "another file of the same size; check" in said
 
 
-def test_faces_left_alone_are_kept_in_the_project(cli, kept, tmp_path):
-    change(sidecar_of(kept), lambda values: values["automatic"]["faces"][0].update(on=False))
-    code, said, _ = cli("warp", kept, "-o", tmp_path / "b.jpg", "--project", sidecar_of(kept))
-    assert code == 0
-    assert "0 faces" in said
-    assert (tmp_path / "b.jpg").read_bytes() == kept.read_bytes()
-
-
-def test_another_resolution_is_noted_and_kept_at_its_own_size(cli, kept, tmp_path):
+def test_another_resolution_is_noted_and_kept_at_its_own_size(works, kept, tmp_path):
     large = tmp_path / "large.png"
     Image.open(kept).resize((720, 720)).save(large)
-    code, said, _ = cli(
-        "warp", large, "-o", tmp_path / "out.png", "--project", sidecar_of(kept), "--save-project"
-    )
-    assert code == 0
-    assert "made at 300 x 300 px" in said
-    moved = Image.open(tmp_path / "out.png").resize((300, 300))
-    first, source = Image.open(tmp_path / "first.png"), Image.open(kept)
-    error, edit = (
-        np.abs(np.asarray(one, float) - np.asarray(first, float)).mean() for one in (moved, source)
-    )
-    assert error < edit
+    by_project = "--project", sidecar_of(kept), "--save-project"
+    assert "made at 300 x 300 px" in works("warp", large, "-o", tmp_path / "out.png", *by_project)
     assert json.loads(sidecar_of(large).read_text())["photo"]["width"] == 720
 
 

@@ -17,7 +17,8 @@ from kogao_core.cli import words
 from kogao_core.cli.integrate import HOSTS
 from kogao_core.faces.landmarks import CHOICES
 from kogao_core.lab.study.design import Task
-from kogao_core.recipe.settings import CORNERS, SETTINGS
+from kogao_core.recipe.recipe import SETTINGS
+from kogao_core.recipe.settings import CORNERS
 
 WORD = re.compile(r"[A-Za-z]{2,}")
 # What is typed or shown as it is: options, what stands for a value, files, places, programs.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import Final
 
@@ -38,7 +39,7 @@ def measured(
     work = Work(
         [subject],
         recipe,
-        new_source(),
+        cache(new_source),
         new_source,
         {one.key: chosen(one, data) for one in experiment.options},
         progress,

@@ -21,7 +21,8 @@ from PySide6.QtWidgets import (
 
 from kogao_core.base.language import Text
 from kogao_core.base.wording import columns
-from kogao_core.recipe.settings import CENTERS, SETTINGS, SHAPE, ZONES, Alternative, cited
+from kogao_core.recipe.recipe import SETTINGS, SHAPE, ZONES
+from kogao_core.recipe.settings import CENTERS, Alternative, cited
 from kogao_core.warp.lens import STRETCH_SEEN_PERCENT, stretch_percent
 
 from ...document import DEFAULT, State
@@ -118,7 +119,7 @@ def label(field: str) -> str:
     if setting.within is None and not setting.alternatives:
         whole = tr("{title}: {help}", title=text, help=tip(field))
         text = whole if columns(whole) <= _LINE else text
-    return lettered(text, letter) if (letter := _LETTERS.get(field)) else text
+    return lettered(text, letter) if (letter := SETTINGS[field].letter) else text
 
 
 def amount() -> tuple[str, str, SliderScale]:
@@ -126,7 +127,7 @@ def amount() -> tuple[str, str, SliderScale]:
     words = Text("How much smaller the face gets, in % of D, the face's radius")
     scale = replace(percent(), text=lambda v: tr("{v} %", v=_figure(v)))
     tip = translated(cited(words, SETTINGS["percent"].where))
-    return lettered(title("percent", plain=True), _LETTERS["head_follows"]), tip, scale
+    return lettered(title("percent", plain=True), SETTINGS["head_follows"].letter), tip, scale
 
 
 def falloff() -> tuple[str, str, SliderScale]:
@@ -134,13 +135,13 @@ def falloff() -> tuple[str, str, SliderScale]:
     words = Text("How far the change spreads: left is local, right is soft (the lattice's R)")
     scale = replace(lattice(), text=lambda v: tr("{v:.2f} ×", v=v))  # noqa: RUF001
     tip = translated(cited(words, SETTINGS["lattice"].where))
-    return lettered(title("lattice", plain=True), _LETTERS["lattice"].lower()), tip, scale
+    return lettered(title("lattice", plain=True), SETTINGS["lattice"].letter.lower()), tip, scale
 
 
 def follows(*, plain: bool) -> tuple[str, str, SliderScale]:
     """Return what the slider below that is called, what it does, and its texts."""
     # Beside everyday words it has the letter of the paper's.
-    letter = _LETTERS["percent" if plain else "head_follows"].lower()
+    letter = SETTINGS["percent" if plain else "head_follows"].letter.lower()
     return lettered(title("head_follows"), letter), tip("head_follows"), scale("head_follows")
 
 
@@ -209,23 +210,6 @@ _SCALES: Final = {
     "threshold_px": threshold,
     **dict.fromkeys(SHAPE, signed),
 }
-# The keys that lead to a field's control, together with Alt. There are no more letters: the kernel
-# is beside the domain, behind its fold's.
-_LETTERS: Final = {
-    "percent": "W",
-    "center": "C",
-    "lattice": "L",
-    "lattice_unit": "u",
-    "fit": "i",
-    "domain": "D",
-    "threshold_px": "r",
-    "guard": "Q",
-    "hold_background": "b",
-    "head_follows": "o",
-    "keep_features": "K",
-    "lens": "n",
-    "jaw_width": "J",
-}
 
 
 class CenterChoice(QWidget):
@@ -264,7 +248,7 @@ class CenterChoice(QWidget):
 
     def show_words(self, *, plain: bool) -> None:
         """Name the candidates by where they lie, or by their numbers in the paper."""
-        letter = _LETTERS["center"].lower() if plain else _LETTERS["center"]
+        letter = SETTINGS["center"].letter.lower() if plain else SETTINGS["center"].letter
         self._name.setText(lettered(title("center", plain=plain), letter))
         for number, where in ((1, tr("Mouth")), (len(CENTERS), tr("Nose"))):
             self.group.button(number).setText(where if plain else str(number))

@@ -10,8 +10,8 @@ from PySide6.QtCore import QSignalBlocker, Qt
 from PySide6.QtWidgets import QCheckBox, QFormLayout, QLabel, QSizePolicy, QVBoxLayout, QWidget
 
 from kogao_core.pipeline import Rendering
-from kogao_core.recipe.recipe import Recipe
-from kogao_core.recipe.settings import SETTINGS, SHAPE, ZONES, Setting
+from kogao_core.recipe.recipe import SETTINGS, SHAPE, ZONES, Recipe
+from kogao_core.recipe.settings import Setting
 from kogao_core.warp import fit
 
 from ...document import DEFAULT, State

@@ -19,7 +19,7 @@ from kogao_core.base.geometry import Affine, Image
 from kogao_core.base.language import Text
 from kogao_core.faces.face import OUTLINE_POINTS, Face, LandmarkSource
 from kogao_core.faces.landmarks import locked
-from kogao_core.faces.landmarks.aam import AamSource
+from kogao_core.faces.landmarks.aam.source import AamSource
 from kogao_core.faces.landmarks.facemark import FacemarkSource
 from kogao_core.faces.landmarks.mesh import ChinSource, MeshSource
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from functools import partial
+from collections.abc import Callable, Iterator, Mapping
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -57,7 +57,7 @@ class _Run:
     def deliver(self) -> int:
         """Run it, print the tables, write what was asked for; return the exit code."""
         new_source = partial(reading.landmark_source, self._given["landmarks"])
-        source = new_source()
+        source = cache(new_source)
         work = Work(
             self._subjects(source),
             self._recipe,
@@ -76,17 +76,18 @@ class _Run:
         value = self._given[option.key]
         return value if option.read is None else [x for file in value for x in _read(option, file)]
 
-    def _subjects(self, source: LandmarkSource) -> Iterator[Subject]:
+    def _subjects(self, source: Callable[[], LandmarkSource]) -> Iterator[Subject]:
         """Yield the photos that have a face; others are named on stderr and in the report.
 
         Raises Stop.
         """
+        finder = source()
         reading.mention_fallback(self._given["landmarks"])
         stop: ending.Stop | None = None
         found = 0
         for number, path in enumerate(self._paths, start=1):
             try:
-                subject = self._subject(path, source)
+                subject = self._subject(path, finder)
             except ending.Stop as problem:
                 if problem.code == ending.BROKEN:
                     raise

@@ -23,8 +23,6 @@ from kogao_core.lab.commands import outputs
 from kogao_core.lab.study import data as answer_tables
 from kogao_core.lab.study import making, plan, tally
 from kogao_core.lab.study.design import Conduct, Task, variants
-from kogao_core.lab.study.making import Choices
-from kogao_core.lab.study.plan import Key
 from kogao_core.lab.study.report import notes
 from kogao_core.lab.study.report import report as made_report
 from kogao_core.lab.study.server import Server
@@ -204,7 +202,11 @@ def make(
         (face,) = select(source.find(photo.pixels), "largest")
         other = making.subject(photo, face)
     with ending.stopping(making.RefusedFolder, ending.USAGE), ending.writing(folder):
-        key = _make(_subjects(photos, landmarks, max_megapixels), folder, choices, other)
+        subjects = _subjects(photos, landmarks, max_megapixels)
+        progress = ProgressLine()
+        progress.begin(tr("pictures for {folder}", folder=folder))
+        key = making.make(subjects, folder, choices, progress.step, other)
+        progress.end()
     ending.print_text(
         tr(
             "{folder}: {count} pictures of {faces}; kogao-cli experiment study rate {folder} asks "
@@ -228,16 +230,6 @@ def _subjects(
         shown = making.subject(photo, face)
         found.append(dataclasses.replace(shown, sha256=reading.hash_of(path)))
     return found
-
-
-def _make(
-    subjects: Sequence[Subject], folder: Path, choices: Choices, other: Subject | None
-) -> Key:
-    progress = ProgressLine()
-    progress.begin(tr("pictures for {folder}", folder=folder))
-    key = making.make(subjects, folder, choices, progress.step, other)
-    progress.end()
-    return key
 
 
 @command.command("rate")

@@ -25,8 +25,7 @@ from kogao_core.lab.reports.report import NONE, Heading, Part, Report, Row, Tabl
 from kogao_core.lab.study.design import Variant, variants
 from kogao_core.lab.subjects import Progress, Subject, no_progress
 from kogao_core.pipeline import Rendering, render
-from kogao_core.recipe.recipe import PAPER, Recipe
-from kogao_core.recipe.settings import SETTINGS
+from kogao_core.recipe.recipe import PAPER, SETTINGS, Recipe
 from kogao_core.warp.field import Field, shown_at
 from kogao_core.warp.one_to_one import largest_det
 
@@ -279,6 +278,7 @@ def report(result: DistortionResult) -> Report:
         "displacement, and of straight lines that it bends.",
         fit=SETTINGS["fit"].alternative(result.recipe.fit).title,
     )
+    records = [_record(one) for one in result.distortions]
     cells = [_published(), *(_in_its_shape(result, measure) for measure in MEASURES)]
     if not result.recipe.face_alone:
         how = Text.joined(" ", [how, _OTHER])
@@ -294,8 +294,15 @@ def report(result: DistortionResult) -> Report:
             "anything that can be measured in the warp jump there, too?"
         ),
         parts,
-        _records(result),
-        _document(result),
+        records,
+        {
+            "experiment": "distortion",
+            "recipe": result.recipe.to_dict(),
+            "published_unnatural_percent": [list(row) for row in UNNATURAL],
+            "face_alone": result.recipe.face_alone,
+            "units": {measure.name: measure.title for measure in MEASURES},
+            "distortions": records,
+        },
     )
 
 
@@ -413,10 +420,6 @@ def _median(found: Sequence[Distortion], name: str) -> float:
     return float(statistics.median(getattr(one, name) for one in found))
 
 
-def _records(result: DistortionResult) -> list[dict[str, object]]:
-    return [_record(one) for one in result.distortions]
-
-
 def _record(one: Distortion) -> dict[str, object]:
     values = asdict(one)
     variant = values.pop("variant")
@@ -425,17 +428,6 @@ def _record(one: Distortion) -> dict[str, object]:
     published = UNNATURAL[center][DISTANCES.index(distance)] if on_grid else None
     photo = values.pop("photo")
     return {"photo": photo, **variant, **values, "published_unnatural_percent": published}
-
-
-def _document(result: DistortionResult) -> dict[str, object]:
-    return {
-        "experiment": "distortion",
-        "recipe": result.recipe.to_dict(),
-        "published_unnatural_percent": [list(row) for row in UNNATURAL],
-        "face_alone": result.recipe.face_alone,
-        "units": {measure.name: measure.title for measure in MEASURES},
-        "distortions": _records(result),
-    }
 
 
 def _chart(result: DistortionResult) -> Chart:

@@ -28,7 +28,7 @@ from kogao_core.lab.reports.report import (
     recipe_in_words,
 )
 from kogao_core.lab.reports.spread import Spread, in_turns
-from kogao_core.lab.subjects import Progress, Subject, no_progress
+from kogao_core.lab.subjects import Progress, Subject, no_progress, psnr_db, white_of
 from kogao_core.pipeline import Rendering, render
 from kogao_core.recipe.recipe import LOSSLESS_PX, Recipe
 from kogao_core.recipe.settings import DOMAINS, DomainName
@@ -79,14 +79,6 @@ class Domains:
     shown: dict[DomainName, Image]
     # (H, W): pixels to work on in each but the whole image, with the lossless threshold.
     masks: dict[DomainName, Mask]
-
-
-@dataclass(frozen=True, slots=True)
-class DomainsResult:
-    """Figures 14 and 15 for some photos, made with one recipe."""
-
-    photos: tuple[Domains, ...]
-    recipe: Recipe
 
 
 def measure(
@@ -181,20 +173,15 @@ class _Compared:
         )
 
     def _error(self, pixels: Image, displacement: Array) -> Error:
-        apart = np.abs(pixels.astype(np.float64) - self.whole) * (_LEVELS / _depth(pixels))
-        mean = float(np.square(apart[self.domain]).sum()) / max(1, apart[self.domain].size)
-        psnr_db = 10.0 * float(np.log10(_LEVELS**2 / mean)) if mean > 0.0 else None
+        apart = np.abs(pixels.astype(np.float64) - self.whole) * (_LEVELS / white_of(pixels))
+        psnr = psnr_db(apart[self.domain], _LEVELS)
         return Error(
-            float(apart.max(initial=0.0)), psnr_db, _largest_step(displacement - self.displacement)
+            float(apart.max(initial=0.0)), psnr, _largest_step(displacement - self.displacement)
         )
 
 
 def _displacement(field: Field, box: Box) -> Array:
     return field.on_grid(np.arange(box.left, box.right), np.arange(box.top, box.bottom))
-
-
-def _depth(pixels: Image) -> float:
-    return 1.0 if pixels.dtype == np.float32 else float(np.iinfo(pixels.dtype).max)
 
 
 def _largest_step(change: Array) -> float:
@@ -206,26 +193,26 @@ def _largest_step(change: Array) -> float:
 # -- the report ------------------------------------------------------------------------------------
 
 
-def report(result: DomainsResult) -> Report:
+def report(photos: Sequence[Domains], recipe: Recipe) -> Report:
     """Return pixel counts photo by photo, the errors of each threshold, and the domains."""
     parts: list[Part] = [
-        Row(_bars(result), wide=True),
-        Text("{recipe}.", recipe=recipe_in_words(result.recipe)),
-        _counts(result),
+        Row(_bars(photos), wide=True),
+        Text("{recipe}.", recipe=recipe_in_words(recipe)),
+        _counts(photos),
         Heading(Text("What a threshold costs the picture")),
-        Row(_curves(result), wide=True),
-        _errors(result),
+        Row(_curves(photos), wide=True),
+        _errors(photos),
         Heading(Text("The domains")),
         Text(
             "What is worked on shows the photo; white pixels keep their bytes. The "
             "threshold is 1/64 px, which changes no byte."
         ),
     ]
-    for photo in result.photos:
+    for photo in photos:
         parts += [Heading(photo.photo, 3), Row([_figure(photo, name) for name in photo.shown])]
-    records = [_record(photo, step) for photo in result.photos for step in photo.steps]
+    records = [_record(photo, step) for photo in photos for step in photo.steps]
     titles = {one.name: one.title for one in DOMAINS}
-    shown = [(titles[name], pixels) for name, pixels in result.photos[0].shown.items()]
+    shown = [(titles[name], pixels) for name, pixels in photos[0].shown.items()]
     return Report(
         Text("Figures 14 and 15: the reduced domain"),
         Text(
@@ -234,20 +221,33 @@ def report(result: DomainsResult) -> Report:
         ),
         parts,
         records,
-        _document(result),
+        {
+            "experiment": "domains",
+            "recipe": recipe.to_dict(),
+            "photos": [
+                {
+                    "photo": photo.photo,
+                    "counts": photo.counts,
+                    "section_4_1_pixels": photo.literal,
+                    "computing_ms": {name: asdict(s) for name, s in photo.computing_ms.items()},
+                    "steps": [_record(photo, step) for step in photo.steps],
+                }
+                for photo in photos
+            ],
+        },
         {Text("Domains"): shown},
     )
 
 
-def _bars(result: DomainsResult) -> list[Chart]:
-    shares = [[_share(photo, name) for photo in result.photos] for name in _WORDS]
-    spreads = [_computing(result.photos, name) for name in _WORDS]
+def _bars(photos: Sequence[Domains]) -> list[Chart]:
+    shares = [[_share(photo, name) for photo in photos] for name in _WORDS]
+    spreads = [_computing(photos, name) for name in _WORDS]
     pixels = Series(Text("pixels worked on"), list(map(statistics.median, shares)))
     computing = Series(
         Text("computing"), [one.median for one in spreads], [(one.q1, one.q3) for one in spreads]
     )
     words = list(_WORDS.values())
-    of = "" if len(result.photos) == 1 else Text(", {count} photos", count=len(result.photos))
+    of = "" if len(photos) == 1 else Text(", {count} photos", count=len(photos))
     return [
         Chart(
             Text("Pixels to be worked on"), words, Text("% of the image"), [pixels], bars=True,
@@ -260,17 +260,17 @@ def _bars(result: DomainsResult) -> list[Chart]:
     ]  # fmt: skip
 
 
-def _counts(result: DomainsResult) -> Table:
-    groups = [(photo.photo, [photo]) for photo in result.photos]
+def _counts(photos: Sequence[Domains]) -> Table:
+    groups: list[tuple[str, Sequence[Domains]]] = [(one.photo, [one]) for one in photos]
     if len(groups) > 1:
-        groups.insert(0, (Text("median of {count}", count=len(groups)), [*result.photos]))
+        groups.insert(0, (Text("median of {count}", count=len(groups)), photos))
     rows: list[tuple[str, ...]] = []
-    for called, photos in groups:
+    for called, group in groups:
         for name, word in _WORDS.items():
-            count, computing = partial(_pixels, name), _computing(photos, name).text()
-            rows.append((called, word, *_count_cells(photos, count), computing))
+            count, computing = partial(_pixels, name), _computing(group, name).text()
+            rows.append((called, word, *_count_cells(group, count), computing))
         word = Text("section 4.1 to the letter")
-        rows.append((called, word, *_count_cells(photos, lambda photo: photo.literal), NONE))
+        rows.append((called, word, *_count_cells(group, lambda photo: photo.literal), NONE))
     return Table(
         Text("Pixels to be worked on"),
         (
@@ -311,14 +311,14 @@ def _computing(photos: Sequence[Domains], name: DomainName) -> Spread:
     return spreads[0] if len(spreads) == 1 else Spread.of([one.median for one in spreads])
 
 
-def _errors(result: DomainsResult) -> Table:
+def _errors(photos: Sequence[Domains]) -> Table:
     header = (
         Text("T, px"), Text("% of image"), Text("cut: max"), Text("PSNR, dB"), Text("seam, px"),
         Text("fade: max"), Text("PSNR, dB"), Text("seam, px"), Text("fades proven"),
     )  # fmt: skip
     rows = []
-    for steps in _by_threshold(result):
-        share = statistics.median(_shares(result, steps))
+    for steps in _by_threshold(photos):
+        share = statistics.median(_shares(photos, steps))
         proven = sum(step.fade_proven for step in steps)
         rows.append((
             _threshold(steps[0].threshold_px), f"{share:.1f}",
@@ -358,12 +358,12 @@ def _whole_or_half(value: float) -> str:
     return f"{value:.1f}".removesuffix(".0")
 
 
-def _by_threshold(result: DomainsResult) -> list[list[ThresholdErrors]]:
-    return [list(steps) for steps in zip(*(p.steps for p in result.photos), strict=True)]
+def _by_threshold(photos: Sequence[Domains]) -> list[list[ThresholdErrors]]:
+    return [list(steps) for steps in zip(*(p.steps for p in photos), strict=True)]
 
 
-def _shares(result: DomainsResult, steps: list[ThresholdErrors]) -> list[float]:
-    pairs = zip(result.photos, steps, strict=True)
+def _shares(photos: Sequence[Domains], steps: list[ThresholdErrors]) -> list[float]:
+    pairs = zip(photos, steps, strict=True)
     return [100.0 * step.pixels / photo.counts["image"] for photo, step in pairs]
 
 
@@ -373,10 +373,7 @@ def _threshold(px: float) -> str:
 
 def _record(photo: Domains, step: ThresholdErrors) -> dict[str, object]:
     return {
-        "photo": photo.photo,
-        "width": photo.width,
-        "height": photo.height,
-        "faces": photo.faces,
+        **{name: getattr(photo, name) for name in ("photo", "width", "height", "faces")},
         "image_pixels": photo.counts["image"],
         "control_point_pixels": photo.counts["control-points"],
         "section_4_1_pixels": photo.literal,
@@ -388,47 +385,28 @@ def _record(photo: Domains, step: ThresholdErrors) -> dict[str, object]:
     }
 
 
-def _document(result: DomainsResult) -> dict[str, object]:
-    return {
-        "experiment": "domains",
-        "recipe": result.recipe.to_dict(),
-        "photos": [
-            {
-                "photo": photo.photo,
-                "counts": photo.counts,
-                "section_4_1_pixels": photo.literal,
-                "computing_ms": {name: asdict(s) for name, s in photo.computing_ms.items()},
-                "steps": [_record(photo, step) for step in photo.steps],
-            }
-            for photo in result.photos
-        ],
-    }
-
-
 def pictures(stem: str, masks: Mapping[DomainName, Mask]) -> Iterator[tuple[str, Image]]:
     """Yield masks as pictures with their files' names: white is worked on, black stays."""
     for name, mask in masks.items():
         yield f"{stem}-{name}.png", np.where(mask, np.uint8(255), np.uint8(0))
 
 
-def _curves(result: DomainsResult) -> list[Chart]:
-    by_threshold = _by_threshold(result)
+def _curves(photos: Sequence[Domains]) -> list[Chart]:
+    by_threshold = _by_threshold(photos)
     places = [_threshold(steps[0].threshold_px) for steps in by_threshold]
+
+    ways = {"cut": Text("cut, as in the paper"), "fade": Text("fade over [T, 2T]")}
 
     def errors(of: Callable[[list[Error]], float]) -> list[Series]:
         return [
-            Series(
-                Text("cut, as in the paper"), [of([s.cut for s in steps]) for steps in by_threshold]
-            ),
-            Series(
-                Text("fade over [T, 2T]"), [of([s.fade for s in steps]) for steps in by_threshold]
-            ),
+            Series(word, [of([getattr(s, way) for s in steps]) for steps in by_threshold])
+            for way, word in ways.items()
         ]
 
     def median(name: str) -> Callable[[list[Error]], float]:
         return lambda found: statistics.median(getattr(error, name) for error in found)
 
-    shares = [statistics.median(_shares(result, steps)) for steps in by_threshold]
+    shares = [statistics.median(_shares(photos, steps)) for steps in by_threshold]
     charts = (
         (
             Text("Pixels worked on"),
@@ -466,12 +444,12 @@ def _figure(photo: Domains, name: DomainName) -> Picture:
 
 
 def _run(work: Work) -> Report:
-    photos = []
+    photos: list[Domains] = []
     for subject in work.subjects:
         found = measure(subject, work.recipe, progress=work.progress, **work.given)
         work.keep(pictures(subject.stem, found.masks))
         photos.append(dataclasses.replace(found, masks={}))
-    return report(DomainsResult(tuple(photos), work.recipe))
+    return report(photos, work.recipe)
 
 
 EXPERIMENT: Final = Experiment(

@@ -21,7 +21,7 @@ class Work:
 
     subjects: Iterable[Subject]  # read and searched one after another
     recipe: Recipe  # what happens to the faces
-    source: LandmarkSource  # found the faces
+    source: Callable[[], LandmarkSource]  # what finds the faces, made when it is first asked for
     new_source: Callable[[], LandmarkSource]  # makes another, its networks yet to be loaded
     given: Mapping[str, Any]  # by the names of the experiment's options, with _ for -
     progress: Progress

@@ -72,15 +72,6 @@ class Stretch:
     dragged_px: float | None  # a neighbour beside it, at 1000 px of height
 
 
-@dataclass(frozen=True, eq=False)
-class LensResult:
-    """All places of all photos."""
-
-    stretches: tuple[Stretch, ...]
-    recipe: Recipe
-    shown: tuple[Image, ...] = ()  # of the first: before, after, the truth
-
-
 def measure(
     subject: Subject, source: LandmarkSource, recipe: Recipe, *, progress: Progress = no_progress
 ) -> list[Stretch]:
@@ -282,17 +273,21 @@ def _aspect(truth: Face, after: Array) -> float:
 # -- the report ------------------------------------------------------------------------------------
 
 
-def report(result: LensResult) -> Report:
-    """Return what is left by scene, focal length and place, photos together."""
-    name = result.stretches[0].photo
+def report(stretches: Sequence[Stretch], recipe: Recipe, seen: Sequence[Image]) -> Report:
+    """Return what is left by scene, focal length and place, photos together.
+
+    `seen` are pictures of the first photo, as `shown` makes them.
+    """
+    name = stretches[0].photo
     pictures = [
         Picture(pixels, Text("{photo}, {what}", photo=name, what=what), what)
-        for what, pixels in zip(SHOWN, result.shown, strict=False)
+        for what, pixels in zip(SHOWN, seen, strict=True)
     ]
+    records = [asdict(one) for one in stretches]
     parts: list[Part] = [
-        *([Row(pictures)] if pictures else []),
-        Text("{recipe}.", recipe=recipe_in_words(result.recipe)),
-        _table(result),
+        Row(pictures),
+        Text("{recipe}.", recipe=recipe_in_words(recipe)),
+        _table(stretches),
     ]
     return Report(
         Text("A face at the edge of a wide photo"),
@@ -301,63 +296,47 @@ def report(result: LensResult) -> Report:
             "homography of a camera aimed elsewhere; how far does the correction bring it back?"
         ),
         parts,
-        [asdict(one) for one in result.stretches],
-        {
-            "experiment": "lens",
-            "recipe": result.recipe.to_dict(),
-            "stretches": [asdict(one) for one in result.stretches],
-        },
-        {Text("At the edge"): list(zip(SHOWN, result.shown, strict=False))},
+        records,
+        {"experiment": "lens", "recipe": recipe.to_dict(), "stretches": records},
+        {Text("At the edge"): list(zip(SHOWN, seen, strict=True))},
     )
 
 
-def _table(result: LensResult) -> Table:
+def _table(stretches: Sequence[Stretch]) -> Table:
     groups: dict[tuple[Scene, float, float], list[Stretch]] = {}
-    for one in result.stretches:
+    for one in stretches:
         groups.setdefault((one.scene, one.focal_mm, one.share), []).append(one)
-    return Table(
+    return Table.of(
         Text("A face that the lens stretched, before and after: median (worst)"),
-        (
-            Text("face"),
-            Text("mm"),
-            Text("% of the half width"),
-            Text("residual before, %"),
-            Text("after, known points"),
-            Text("after, found points"),
-            Text("aspect before, %"),
-            Text("after"),
-            Text("least det J"),
-            Text("lines, 1/1000"),
-            Text("neighbours, px"),
-        ),
+        groups.values(),
         [
-            (
-                _SCENES[scene], f"{focal_mm:.0f}", f"{100.0 * share:.0f}",
-                _spread(group, lambda one: one.before_percent),
-                _spread(group, lambda one: one.after_percent),
-                _spread(group, lambda one: one.found_percent),
-                _spread(group, lambda one: one.aspect_before_percent),
-                _spread(group, lambda one: one.aspect_after_percent),
-                f"{min(one.min_det for one in group):.2f}",
-                _spread(group, lambda one: one.bent_per_mille),
-                _spread(group, lambda one: one.dragged_px),
-            )
-            for (scene, focal_mm, share), group in groups.items()
+            (Text("face"), lambda group: _SCENES[group[0].scene]),
+            (Text("mm"), lambda group: f"{group[0].focal_mm:.0f}"),
+            (Text("% of the half width"), lambda group: f"{100.0 * group[0].share:.0f}"),
+            (Text("residual before, %"), _spread("before_percent")),
+            (Text("after, known points"), _spread("after_percent")),
+            (Text("after, found points"), _spread("found_percent")),
+            (Text("aspect before, %"), _spread("aspect_before_percent")),
+            (Text("after"), _spread("aspect_after_percent")),
+            (Text("least det J"), lambda group: f"{min(one.min_det for one in group):.2f}"),
+            (Text("lines, 1/1000"), _spread("bent_per_mille")),
+            (Text("neighbours, px"), _spread("dragged_px")),
         ],
         Text(
             "Residual: after the best similarity, of the landmarks in the photo, % of the distance "
             "of the outer eye corners. Aspect: width over height. Lines: the most bent one beside "
             "the head, of the face's width. Neighbours: at 1000 px of height."
         ),
-    )  # fmt: skip
+    )
 
 
-def _spread(group: Sequence[Stretch], figure: Callable[[Stretch], float | None]) -> str:
-    values = [value for value in map(figure, group) if value is not None]
-    if not values:
-        return NONE
-    worst = max(values, key=abs)
-    return f"{np.median(values):.2f} ({worst:.2f})"
+def _spread(name: str) -> Callable[[Sequence[Stretch]], str]:
+    def text(group: Sequence[Stretch]) -> str:
+        figures = [getattr(one, name) for one in group]
+        values = [value for value in figures if value is not None]
+        return f"{np.median(values):.2f} ({max(values, key=abs):.2f})" if values else NONE
+
+    return text
 
 
 def _run(work: Work) -> Report:
@@ -365,8 +344,8 @@ def _run(work: Work) -> Report:
     seen: list[Image] = []
     for subject in work.subjects:
         seen = seen or shown(subject, work.recipe)
-        found += measure(subject, work.source, work.recipe, progress=work.progress)
-    return report(LensResult(tuple(found), work.recipe, tuple(seen)))
+        found += measure(subject, work.source(), work.recipe, progress=work.progress)
+    return report(found, work.recipe, seen)
 
 
 EXPERIMENT: Final = Experiment(

@@ -19,7 +19,7 @@ from kogao_core.base.language import Text
 from kogao_core.base.threads import one_blas_thread
 from kogao_core.lab.methods import METHODS, Method, Warp, WarpTask
 from kogao_core.lab.reports.spread import Spread, in_turns
-from kogao_core.lab.subjects import Progress, Subject, no_progress
+from kogao_core.lab.subjects import Progress, Subject, no_progress, psnr_db, white_of
 from kogao_core.recipe.recipe import LOSSLESS_PX, Recipe
 from kogao_core.warp.field import shown_at
 
@@ -78,20 +78,6 @@ class Comparison:
         )
         photo = reduced(rgb8(self.subject.pixels)[cut.slices]).copy()
         return Comparison(dataclasses.replace(self.subject, pixels=photo), self.asked_px, seen)
-
-
-@dataclass(frozen=True, slots=True)
-class MethodsResult:
-    """Methods side by side on some photos, made after one recipe of which landmarks alone count."""
-
-    photos: tuple[Comparison, ...]
-    recipe: Recipe
-    repeats: int
-
-    def __post_init__(self) -> None:
-        """Tell of faces that move alone: only landmarks and targets are alike for all methods."""
-        alone = dataclasses.replace(self.recipe, head_follows=0.0, keep_features=False)
-        object.__setattr__(self, "recipe", alone)
 
 
 def missing(methods: Sequence[Method] = METHODS) -> list[str]:
@@ -160,7 +146,9 @@ def measure(
                     one,
                     quick_ms=Spread.of([took.fit_ms + took.warp_ms for took in quick]),
                     quick_processor_ms=Spread.of([took.processor_ms for took in quick]),
-                    quick_psnr_db=_psnr_db(result, results[method.name + _QUICK]),
+                    quick_psnr_db=psnr_db(
+                        result.astype(np.float64) - results[method.name + _QUICK], white_of(result)
+                    ),
                 )
             found.append(one)
         return Comparison(subject, asked_px, tuple(found)), [
@@ -202,12 +190,6 @@ def _time_once(
     result = warp.pixels(photo, moved)
     ends = fitted - start, time.perf_counter() - fitted, time.process_time() - processor
     return _Times(*(1e3 * seconds for seconds in ends)), result
-
-
-def _psnr_db(one: Image, other: Image) -> float | None:
-    most = 1.0 if one.dtype == np.float32 else float(np.iinfo(one.dtype).max)
-    mean = float(np.square(one.astype(np.float64) - other).mean())
-    return 10.0 * float(np.log10(most**2 / mean)) if mean > 0.0 else None
 
 
 def _compared(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import statistics
 from collections.abc import Callable, Iterator, Sequence
@@ -16,15 +17,16 @@ from kogao_core.lab.experiments.methods import (
     SAMPLES_PX,
     Compared,
     Comparison,
-    MethodsResult,
 )
 from kogao_core.lab.methods import Method
 from kogao_core.lab.reports.charts import Chart, Series
 from kogao_core.lab.reports.report import NONE, Heading, Part, Picture, Report, Row, Table
 from kogao_core.lab.reports.spread import Spread, in_columns, rounded
+from kogao_core.recipe.recipe import Recipe
 from kogao_core.recipe.settings import FITS
 
 _FITS: Final[dict[str, Text]] = {fit.name: fit.word for fit in FITS}
+_Cell = Callable[[Sequence[Compared]], str]  # fills in a method's cell of a table
 _FIGURES: Final = (
     *("quick_psnr_db", "residual_mean_px", "residual_max_px", "landing_mean_px", "min_det"),
     *("max_det", "folded_share", "moved_share", "largest_px"),
@@ -36,27 +38,29 @@ _KINDS: Final = {
 }
 
 
-def report(result: MethodsResult) -> Report:
+def report(photos: Sequence[Comparison], recipe: Recipe, repeats: int) -> Report:
     """Return what each method costs and does, over all photos, then photo by photo."""
-    recipe, several = result.recipe, len(result.photos) > 1
+    # Only landmarks and targets are alike for all methods: faces move alone.
+    recipe = dataclasses.replace(recipe, head_follows=0.0, keep_features=False)
+    several = len(photos) > 1
     what = Text("{amount}; B-splines with lattice ", amount=recipe.amount)
     parts: list[Part] = [
-        Row(_bars(result.photos), wide=True),
+        Row(_bars(photos), wide=True),
         Text(
             "{what}R = {lattice:g}. {repeats} rounds that count.",
             what=what,
             lattice=recipe.lattice,
-            repeats=result.repeats,
+            repeats=repeats,
         ),
-        *_tables("", result.photos),
+        *_tables("", photos),
     ]
-    for photo in result.photos:
+    for photo in photos:
         parts += _photo(photo, _tables(f", {photo.subject.name}", [photo]) if several else [])
-    records = [_record(photo, one) for photo in result.photos for one in photo.methods]
+    records = [_record(photo, one) for photo in photos for one in photo.methods]
     document: dict[str, object] = {
         "experiment": "methods",
         "recipe": recipe.to_dict(),
-        "repeats": result.repeats,
+        "repeats": repeats,
         "photos": records,
     }
     return Report(
@@ -69,7 +73,7 @@ def report(result: MethodsResult) -> Report:
         parts,
         records,
         document,
-        _gallery(result.photos[0]),
+        _gallery(photos[0]),
     )
 
 
@@ -107,23 +111,24 @@ def _bars(photos: Sequence[Comparison]) -> list[Chart]:
 
 def _tables(of: str, photos: Sequence[Comparison]) -> list[Table]:
     methods = _methods(photos)
+    by_method = [_of(photos, method) for method in methods]
     first = methods[0].title if methods else ""
     over = Text(" Medians over the photos.") if len(photos) > 1 else ""
     return [
-        Table(
+        Table.of(
             Text("What the methods cost{of}", of=of),
-            (
-                Text("method"),
-                Text("reference"),
-                Text("library"),
-                Text("fit, ms"),
-                Text("warp, ms"),
-                Text("times the first"),
-                Text("interpolated, ms"),
-                Text("times the first"),
-                Text("PSNR, dB"),
-            ),
-            [_cost(photos, method) for method in methods],
+            by_method,
+            [
+                (Text("method"), lambda mine: mine[0].method.title),
+                (Text("reference"), lambda mine: mine[0].method.reference),
+                (Text("library"), lambda mine: mine[0].method.library),
+                (Text("fit, ms"), _time("fit_ms")),
+                (Text("warp, ms"), _time("warp_ms")),
+                (Text("times the first"), _times_the_first(photos, "processor_ms")),
+                (Text("interpolated, ms"), _time("quick_ms")),
+                (Text("times the first"), _times_the_first(photos, "quick_processor_ms")),
+                (Text("PSNR, dB"), _psnr),
+            ],
             Text(
                 "Median and quartiles of a photo's rounds, methods in turns.{over} Fit and warp "
                 "ask for every pixel, to the letter; interpolated is the method as anyone would "
@@ -135,19 +140,19 @@ def _tables(of: str, photos: Sequence[Comparison]) -> list[Table]:
                 first=first,
             ),
         ),
-        Table(
+        Table.of(
             Text("What the methods do{of}", of=of),
-            (
-                Text("method"),
-                Text("off at targets, px"),
-                Text("largest"),
-                Text("landmarks land off, px"),
-                Text("smallest det J"),
-                Text("largest det J"),
-                Text("% folded"),
-                Text("% moved"),
-            ),
-            [_effect(photos, method) for method in methods],
+            by_method,
+            [
+                (Text("method"), lambda mine: mine[0].method.title),
+                (Text("off at targets, px"), _median("residual_mean_px", 2)),
+                (Text("largest"), _median("residual_max_px", 2)),
+                (Text("landmarks land off, px"), _median("landing_mean_px", 2)),
+                (Text("smallest det J"), _median("min_det", 2)),
+                (Text("largest det J"), _median("max_det", 2)),
+                (Text("% folded"), _median("folded_share", 3, 100.0)),
+                (Text("% moved"), _median("moved_share", 1, 100.0)),
+            ],
             Text(
                 "Off at targets: by how much the displacement there misses the one asked for, mean "
                 "and largest; how far landmarks land from their targets, mean. The map goes "
@@ -170,58 +175,45 @@ def _of(photos: Sequence[Comparison], method: Method) -> list[Compared]:
     return [one for photo in photos for one in photo.methods if one.method.name == method.name]
 
 
-def _cost(photos: Sequence[Comparison], method: Method) -> tuple[str, ...]:
-    mine = _of(photos, method)
-    return (
-        method.title, method.reference, method.library,
-        _time([one.fit_ms for one in mine]), _time([one.warp_ms for one in mine]),
-        rounded(_times_the_first(photos, method, lambda one: one.processor_ms)),
-        *_quick(photos, method),
-    )  # fmt: skip
-
-
-def _quick(photos: Sequence[Comparison], method: Method) -> tuple[str, str, str]:
-    mine = _of(photos, method)
-    if not all(one.quick_ms for one in mine):
-        return NONE, NONE, NONE
+def _psnr(mine: Sequence[Compared]) -> str:
     psnr = statistics.median(one.quick_psnr_db or math.inf for one in mine)
-    return (
-        _time([one.quick_ms for one in mine if one.quick_ms]),
-        rounded(_times_the_first(photos, method, lambda one: one.quick_processor_ms)),
-        NONE if psnr == math.inf else f"{psnr:.0f}",
-    )
+    return f"{psnr:.0f}" if psnr < math.inf and all(one.quick_ms for one in mine) else NONE
 
 
-def _effect(photos: Sequence[Comparison], method: Method) -> tuple[str, ...]:
-    mine = _of(photos, method)
-
-    def median(name: str) -> float:
-        return float(statistics.median(getattr(one, name) for one in mine))
-
-    return (
-        method.title,
-        *(f"{median(name):.2f}" for name in _FIGURES[1:6]),
-        f"{100.0 * median('folded_share'):.3f}",
-        f"{100.0 * median('moved_share'):.1f}",
-    )
+def _median(name: str, digits: int, unit: float = 1.0) -> _Cell:
+    return lambda mine: f"{unit * statistics.median(getattr(one, name) for one in mine):.{digits}f}"
 
 
-def _time(spreads: Sequence[Spread]) -> str:
-    if len(spreads) == 1:
-        return spreads[0].text()
-    return rounded(statistics.median(spread.median for spread in spreads))
+def _time(clock: str) -> _Cell:
+    """Fill in the rounds of one photo, or the median of several."""
+
+    def cell(mine: Sequence[Compared]) -> str:
+        spreads: list[Spread] = [getattr(one, clock) for one in mine]
+        if not all(spreads):
+            return NONE
+        several = len(spreads) > 1
+        medians = [spread.median for spread in spreads]
+        return rounded(statistics.median(medians)) if several else spreads[0].text()
+
+    return cell
 
 
-def _times_the_first(
-    photos: Sequence[Comparison], method: Method, clock: Callable[[Compared], Spread | None]
-) -> float:
-    """Return how many times longer than the first method it takes, median over photos."""
-    ratios = []
-    for photo in photos:
-        took = {one.method.name: clock(one) for one in photo.methods}
-        if (mine := took.get(method.name)) is not None:
-            ratios.append(mine.median / photo.methods[0].processor_ms.median)
-    return statistics.median(ratios)
+def _times_the_first(photos: Sequence[Comparison], clock: str) -> _Cell:
+    """Fill in how many times longer than the first method it takes, median over photos."""
+
+    def cell(mine: Sequence[Compared]) -> str:
+        if not all(getattr(one, clock) for one in mine):
+            return NONE
+        ratios = []
+        for photo in photos:
+            took = {one.method: getattr(one, clock) for one in photo.methods}.get(mine[0].method)
+            if took is not None:
+                ratios.append(took.median / photo.methods[0].processor_ms.median)
+        return (
+            rounded(statistics.median(ratios)) if all(getattr(one, clock) for one in mine) else NONE
+        )
+
+    return cell
 
 
 def _record(photo: Comparison, one: Compared) -> dict[str, object]:
@@ -313,7 +305,7 @@ def _run(work: Work) -> Report:
             work.leave_out(sentence)
         work.keep(pictures(comparison))
         photos.append(comparison.views())
-    return report(MethodsResult(tuple(photos), work.recipe, work.given["repeats"]))
+    return report(photos, work.recipe, work.given["repeats"])
 
 
 EXPERIMENT: Final = Experiment(

@@ -98,15 +98,6 @@ class Around:
 
 
 @dataclass(frozen=True, slots=True)
-class PointsApart:
-    """One photo that a person set, beside what the machine found in it."""
-
-    trial: Trial
-    found: int  # landmarks that were found
-    apart: Apart
-
-
-@dataclass(frozen=True, slots=True)
 class TimingResult:
     """Table 2 on some photos."""
 
@@ -129,13 +120,13 @@ class TimingResult:
         return Spread.of(times) if times else None
 
     @property
-    def points(self) -> list[PointsApart]:
-        """What people set beside what was found in the same trial."""
+    def points(self) -> list[tuple[Trial, int, Apart]]:
+        """What people set, beside how many landmarks were found, and how far those lie apart."""
         found = {one.trial: one.faces for one in self.trials if one.mode == "automatic"}
         pairs = [(one, found.get(one.trial, ())) for one in self.trials_of("manual")]
         compared = [(one, other, apart(one.faces, other)) for one, other in pairs]
         return [
-            PointsApart(one, sum(len(face.outline) for face in other), far)
+            (one, sum(len(face.outline) for face in other), far)
             for one, other, far in compared
             if far is not None
         ]
@@ -203,9 +194,8 @@ class _Timer:
     def __init__(self, subject: Subject, source: LandmarkSource, recipe: Recipe) -> None:
         self.subject, self.source, self.recipe = subject, source, recipe
         self.by_hand = subject.by_hand or set_by_hand(subject.faces, recipe)
-        self.setting_ms: defaultdict[str, list[float]] = defaultdict(list)
-        self.laps_ms: defaultdict[str, list[dict[str, float]]] = defaultdict(list)
-        self.processor_ms: defaultdict[str, list[float]] = defaultdict(list)
+        # Of each procedure and run that counts: setting, laps and processor, ms.
+        self.runs: defaultdict[str, list[tuple[float, dict[str, float], float]]] = defaultdict(list)
         self.fields: dict[str, Field] = {}
 
     def run(self, procedure: Procedure, counts: bool) -> None:
@@ -214,13 +204,9 @@ class _Timer:
         start = time.process_time()
         rendering = render(self.subject.pixels, faces, recipe)
         processor_ms = (time.process_time() - start) * 1e3
-        if not counts:
-            return
-        self.fields[procedure.name] = rendering.field
-        self.laps_ms[procedure.name].append(rendering.timings_ms)
-        self.processor_ms[procedure.name].append(processor_ms)
-        if procedure.automatic:
-            self.setting_ms[procedure.name].append(setting_ms)
+        if counts:
+            self.fields[procedure.name] = rendering.field
+            self.runs[procedure.name].append((setting_ms, rendering.timings_ms, processor_ms))
 
     def _faces(self, procedure: Procedure) -> tuple[Sequence[Face], float]:
         if not procedure.automatic:
@@ -229,16 +215,17 @@ class _Timer:
         return _again(self.subject.faces, found), setting_ms
 
     def timing(self, size: Size, procedure: Procedure) -> Timing:
-        field, laps = self.fields[procedure.name], self.laps_ms[procedure.name]
+        field = self.fields[procedure.name]
+        setting_ms, laps, processor_ms = zip(*self.runs[procedure.name], strict=True)
         image = Box.of(self.subject.pixels)
         recipe = dataclasses.replace(self.recipe, domain=procedure.domain)
         counts = pixel_counts(field, image, threshold_of(recipe, field))
         return Timing(
             self.subject.name, size, *self.subject.size, len(field.lattices), procedure.name,
             counts[procedure.domain] / counts["image"],
-            tuple(self.setting_ms[procedure.name]),
+            setting_ms if procedure.automatic else (),
             {stage: tuple(lap[stage] for lap in laps) for stage in laps[0]},
-            tuple(self.processor_ms[procedure.name]),
+            processor_ms,
         )  # fmt: skip
 
 

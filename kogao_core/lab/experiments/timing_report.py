@@ -10,7 +10,6 @@ from itertools import chain
 from typing import Final
 
 from kogao_core.base.language import Text
-from kogao_core.base.timing import STAGES
 from kogao_core.lab.experiments import timing
 from kogao_core.lab.experiments.experiment import Experiment, ExperimentOption, Work
 from kogao_core.lab.experiments.timing import (
@@ -27,6 +26,7 @@ from kogao_core.lab.experiments.trials import Trial, read
 from kogao_core.lab.reports.charts import Chart, Series
 from kogao_core.lab.reports.report import NONE, Report, Table, recipe_in_words
 from kogao_core.lab.reports.spread import Spread, in_columns, rounded
+from kogao_core.pipeline import STAGES
 
 _NAMES: Final[dict[Size, str]] = {
     "960x720": Text("960 x 720 px"),
@@ -68,7 +68,7 @@ def report(result: TimingResult) -> Report:
             "is warped?"
         ),
         [*parts, *_by_hand(result), *_around(result), _photos(result), how],
-        _records(result),
+        [_record(result, timing) for timing in result.timings],
         _document(result),
     )
 
@@ -130,7 +130,7 @@ def _table_2(result: TimingResult, size: Size) -> Table:
             procedure.title, setting.text() if setting else NONE,
             str(setting.count) if setting else NONE, computing.text(), processor.text(),
             str(computing.count), total.text() if total else NONE,
-            *(_ratio(_of_conventional(result, size, procedure.name, of)) for of in _CLOCKS),
+            *(_of_conventional(result, size, procedure.name, of) for of in _CLOCKS),
         ))  # fmt: skip
     people = Text("No trial of setting by hand was given, so there is no total with one.")
     if result.setting is not None:
@@ -149,10 +149,6 @@ _CLOCKS: Final[tuple[Callable[[Timing], Sequence[float]], ...]] = (
     lambda timing: timing.computing_ms,
     lambda timing: timing.processor_ms,
 )
-
-
-def _ratio(value: float | None) -> str:
-    return NONE if value is None else f"{value:.2f}"
 
 
 def _by_hand(result: TimingResult) -> list[Table]:
@@ -183,23 +179,20 @@ def _by_hand(result: TimingResult) -> list[Table]:
             practice=practice,
         ),
     )  # fmt: skip
-    points = [
-        (
-            one.trial.person or NONE, one.trial.photo, str(one.trial.landmarks), str(one.found),
-            f"{one.apart.landmarks:.1f}", f"{one.apart.targets:.1f}",
-        )
-        for one in result.points
-    ]  # fmt: skip
-    beside = Table(
+    beside = Table.of(
         Text("Points set by hand and found, how far apart"),
-        (
-            Text("who"), Text("photo"), Text("set by hand"), Text("found"),
-            Text("landmarks, % of the eyes' distance"), Text("targets, % of the eyes' distance"),
-        ),
-        points,
+        result.points,
+        [
+            (Text("who"), lambda of: of[0].person or NONE),
+            (Text("photo"), lambda of: of[0].photo),
+            (Text("set by hand"), lambda of: str(of[0].landmarks)),
+            (Text("found"), lambda of: str(of[1])),
+            (Text("landmarks, % of the eyes' distance"), lambda of: f"{of[2].landmarks:.1f}"),
+            (Text("targets, % of the eyes' distance"), lambda of: f"{of[2].targets:.1f}"),
+        ],
         Text("Means over the points of a photo's faces, each with its partner or the nearest one."),
-    )  # fmt: skip
-    return [times, beside] if points else [times]
+    )
+    return [times, beside] if beside.rows else [times]
 
 
 def _set_by(who: str, trials: Sequence[Trial]) -> list[str]:
@@ -291,7 +284,7 @@ def _total(result: TimingResult, timings: Sequence[Timing], procedure: Procedure
 
 def _of_conventional(
     result: TimingResult, size: Size, procedure: str, clock: Callable[[Timing], Sequence[float]]
-) -> float | None:
+) -> str:
     """Return computing time against the conventional one: median of the photos' ratios."""
     base = {one.photo: one for one in result.of(size, PROCEDURES[0].name)}
     ratios = [
@@ -299,7 +292,7 @@ def _of_conventional(
         for one in result.of(size, procedure)
         if one.photo in base
     ]
-    return statistics.median(ratios) if ratios else None
+    return f"{statistics.median(ratios):.2f}" if ratios else NONE
 
 
 def _stages(result: TimingResult, size: Size) -> Table:
@@ -309,13 +302,13 @@ def _stages(result: TimingResult, size: Size) -> Table:
         setting = _setting(result, timings, procedure) if procedure.automatic else None
         rows[0].append(rounded(1e3 * setting.median) if setting else NONE)
     for name in procedures[0][1][0].stages_ms:
-        rows.append([STAGES[name], *(rounded(_stage(timings, name)) for _, timings in procedures)])
+        medians = (
+            statistics.median(ms for timing in timings for ms in timing.stages_ms[name])
+            for _, timings in procedures
+        )
+        rows.append([STAGES[name], *map(rounded, medians)])
     header = (Text("stage"), *(_SHORT[procedure.name] for procedure, _ in procedures))
     return Table(Text("Stages at {size}, median ms", size=_NAMES[size]), header, rows)
-
-
-def _stage(timings: Sequence[Timing], name: str) -> float:
-    return statistics.median(ms for timing in timings for ms in timing.stages_ms[name])
 
 
 def _photos(result: TimingResult) -> Table:
@@ -340,19 +333,11 @@ def _photos(result: TimingResult) -> Table:
     )
 
 
-def _records(result: TimingResult) -> list[dict[str, object]]:
-    procedures = {procedure.name: procedure for procedure in (*PROCEDURES, AGAIN)}
-    return [_record(result, timing, procedures[timing.procedure]) for timing in result.timings]
-
-
-def _record(result: TimingResult, timing: Timing, procedure: Procedure) -> dict[str, object]:
+def _record(result: TimingResult, timing: Timing) -> dict[str, object]:
+    procedure = next(one for one in (*PROCEDURES, AGAIN) if one.name == timing.procedure)
     stages = {f"{n}_ms": statistics.median(ms) for n, ms in timing.stages_ms.items()}
     return {
-        "photo": timing.photo,
-        "size": timing.size,
-        "width": timing.width,
-        "height": timing.height,
-        "faces": timing.faces,
+        **{name: getattr(timing, name) for name in ("photo", "size", "width", "height", "faces")},
         "way": timing.procedure,
         "domain_share": timing.domain_share,
         **in_columns("setting", _setting(result, [timing], procedure), 1e3),
@@ -382,12 +367,11 @@ def _document(result: TimingResult) -> dict[str, object]:
         ],
         "apart": [
             {
-                "trial": one.trial.trial,
-                "found": one.found,
-                "landmarks_percent": one.apart.landmarks,
-                "targets_percent": one.apart.targets,
+                "trial": trial.trial,
+                "found": found,
+                **{f"{name}_percent": percent for name, percent in asdict(apart).items()},
             }
-            for one in result.points
+            for trial, found, apart in result.points
         ],
         "around": [asdict(one) for one in result.around],
         "timings": [asdict(timing) for timing in result.timings],
@@ -403,7 +387,7 @@ def _run(work: Work) -> Report:
     for subject in work.subjects:
         subject = timing.with_trial(subject, trials)
         found, missing = timing.measure(
-            subject, work.source, work.recipe, sizes=sizes, repeats=given["repeats"],
+            subject, work.source(), work.recipe, sizes=sizes, repeats=given["repeats"],
             warm_up=given["warm_up"], progress=work.progress,
         )  # fmt: skip
         timings += found

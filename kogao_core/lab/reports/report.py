@@ -13,12 +13,12 @@ import os
 import platform
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, fields, is_dataclass, replace
+from dataclasses import asdict, dataclass, field, fields, is_dataclass, replace
 from datetime import datetime
 from importlib import resources
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, TypeVar
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
@@ -28,8 +28,7 @@ from kogao_core.base.language import Text, language, tr, translated
 from kogao_core.base.wording import columns
 from kogao_core.batch.measures import table_text
 from kogao_core.lab.reports.charts import Chart, element, svg
-from kogao_core.recipe.recipe import Recipe
-from kogao_core.recipe.settings import SETTINGS
+from kogao_core.recipe.recipe import SETTINGS, Recipe
 
 PACKAGES: Final = (
     "kogao",
@@ -41,6 +40,7 @@ PACKAGES: Final = (
     "facetweak",
 )
 NONE: Final = "\N{EN DASH}"
+Item = TypeVar("Item")  # what a row of a table is about
 # A sign may stand before it; a dash stands for a number that is missing.
 _NUMBER: Final = re.compile("[-+<>\u2212\u00b1\u2264\u2265\u00d7]?\\s?\\.?\\d|[\u2013\u2014]$")
 
@@ -53,6 +53,17 @@ class Table:
     header: Sequence[str]  # names of the columns
     rows: Sequence[Sequence[str]]  # one string a column; the first names the row
     note: str = ""  # what the reader must know to read it; shown below
+
+    @staticmethod
+    def of(
+        caption: str,
+        items: Iterable[Item],
+        columns: Sequence[tuple[str, Callable[[Item], str]]],
+        note: str = "",
+    ) -> Table:
+        """Return a table with a row for each item; a column is its name and what fills it."""
+        rows = [tuple(fill(one) for _, fill in columns) for one in items]
+        return Table(caption, [name for name, _ in columns], rows, note)
 
     @property
     def numeric(self) -> list[bool]:
@@ -122,15 +133,6 @@ class Made:
         """Return the record of a report made here and now."""
         return Made(command, datetime.now().astimezone(), machine(), tuple(left_out))
 
-    def to_dict(self) -> dict[str, object]:
-        """Return plain JSON values."""
-        return {
-            "command": self.command,
-            "at": self.at.isoformat(timespec="seconds"),
-            "machine": dict(self.machine),
-            "left_out": list(self.left_out),
-        }
-
 
 @dataclass(frozen=True, slots=True)
 class Report:
@@ -160,7 +162,8 @@ class Report:
 
     def json(self, made: Made) -> str:
         """Return everything as a JSON file."""
-        content = {**self.document, "made": made.to_dict()}
+        how = asdict(made) | {"at": made.at.isoformat(timespec="seconds")}
+        content = {**self.document, "made": how}
         return json.dumps(content, indent=1, allow_nan=False) + "\n"
 
 

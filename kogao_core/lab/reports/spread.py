@@ -37,12 +37,12 @@ class Spread:
             len(ordered),
         )
 
-    def text(self, digits: int = 3) -> str:
+    def text(self) -> str:
         """Return median and quartiles, such as ``12.3 (11.9-13.0)``; one value stands alone."""
         if self.count == 1:
-            return rounded(self.median, digits)
-        low, high = rounded(self.q1, digits), rounded(self.q3, digits)
-        return f"{rounded(self.median, digits)} ({low}\N{EN DASH}{high})"
+            return rounded(self.median)
+        low, high = rounded(self.q1), rounded(self.q3)
+        return f"{rounded(self.median)} ({low}\N{EN DASH}{high})"
 
 
 def in_columns(name: str, spread: Spread | None, unit_ms: float = 1.0) -> dict[str, object]:
@@ -51,11 +51,11 @@ def in_columns(name: str, spread: Spread | None, unit_ms: float = 1.0) -> dict[s
     return {f"{name}_{end}_ms": spread and unit_ms * getattr(spread, end) for end in ends}
 
 
-def rounded(value: float, digits: int = 3) -> str:
-    """Return a number with so many significant digits, never in powers of ten."""
+def rounded(value: float) -> str:
+    """Return a number with three significant digits, never in powers of ten."""
     if value == 0.0 or not math.isfinite(value):
         return f"{value:g}"
-    places = max(0, digits - 1 - math.floor(math.log10(abs(value))))
+    places = max(0, 2 - math.floor(math.log10(abs(value))))
     return f"{value:.{places}f}"
 
 

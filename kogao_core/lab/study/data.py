@@ -35,10 +35,6 @@ def _display(find: Callable[[Display], Any]) -> Callable[[Tally, Answered], Any]
     return value
 
 
-def _is_unnatural(_: Tally, row: Answered) -> int | None:
-    return None if row.is_unnatural is None else int(row.is_unnatural)
-
-
 def _asked(_: Tally, row: Answered) -> float:
     asked = row.meaning.measured.asked
     return row.variant.percent if asked is None else asked
@@ -71,7 +67,7 @@ ANSWERS: Final[Sequence[Column[Answered]]] = (
     Column("answer", "natural or unnatural; of a pair left or right, same or different",
            lambda _, row: row.record.answer),
     Column("unnatural", "1 where the answer was unnatural; of a pair less natural, or different",
-           _is_unnatural),
+           lambda _, row: None if row.is_unnatural is None else int(row.is_unnatural)),
     Column("grade", "0 to 100", lambda _, row: row.record.grade),
     Column("ms", "from the painted picture to the answer, ms; without away_ms",
            lambda _, row: row.record.took_ms),

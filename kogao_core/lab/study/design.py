@@ -152,10 +152,6 @@ class Conduct:
         """Whether pictures are shown beside the photo as it is."""
         return self.task in ("pair", "same")
 
-    def to_dict(self) -> dict[str, Any]:
-        """Return plain JSON values."""
-        return dataclasses.asdict(self)
-
     @staticmethod
     def parse(node: Node) -> Conduct:
         """Read what a study holds."""

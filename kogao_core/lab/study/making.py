@@ -9,7 +9,7 @@ import json
 import os
 import secrets
 from collections import defaultdict
-from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -51,6 +51,8 @@ _GREY: Final = int(SURROUND[1:3], 16)
 _MOST: Final = 15.0  # % of D
 # The day on which the MS-DOS calendar begins: every file system can hold it.
 _CHANGED_S: Final = 315_619_200.0
+PAGE_FILE: Final = "index.html"
+_SEED_BYTES: Final = 16
 
 
 def subject(photo: Photo, face: Face) -> Subject:
@@ -98,7 +100,10 @@ def drawn(
     figures = PictureFigures.of(rendering)
     if asked is not None:
         figures = dataclasses.replace(figures, asked=round(asked.percent, 4))
-    return jpeg(pixels), figures
+    out = io.BytesIO()
+    picture = Pillow.fromarray(pixels)
+    picture.save(out, "JPEG", quality=_QUALITY, subsampling=_FULL_COLOUR)
+    return out.getvalue(), figures
 
 
 def _cut(pixels: Image, face: Face) -> Image:
@@ -109,39 +114,17 @@ def _cut(pixels: Image, face: Face) -> Image:
     return np.concatenate([pixels[:cut], np.roll(pixels[cut:], moved, axis=1)])
 
 
-def jpeg(pixels: Image) -> bytes:
-    """Return RGB pixels as JPEG without any metadata."""
-    with io.BytesIO() as out:
-        image = Pillow.fromarray(pixels)
-        image.save(out, "JPEG", quality=_QUALITY, subsampling=_FULL_COLOUR)
-        return out.getvalue()
-
-
-def padded(data: bytes, size: int, secret: str) -> bytes:
-    """Return a JPEG file of exactly `size` bytes: chance bytes follow its end, which nobody reads.
-
-    Without them a folder sorted by size would mostly be sorted by warp distance (decision 33).
-    They follow from a secret, so that the same study can be made again to the byte.
-    """
-    return data + hashlib.shake_256(secret.encode()).digest(size - len(data))
-
-
 def write_all(pictures: Mapping[str, Path], folder: Path, seed: str) -> None:
-    """Put pictures in their folder, all of one size and time, in the order of their names."""
+    """Put pictures in their folder, all of one size, in the order of their names.
+
+    Chance bytes follow the end of each, which nobody reads: without them a folder sorted by size
+    would mostly be sorted by warp distance (decision 33). They follow from the seed, so that the
+    same study can be made again to the byte.
+    """
     size = max(path.stat().st_size for path in pictures.values()) + _LEAST_PADDING
     for name in sorted(pictures):
-        put(padded(pictures[name].read_bytes(), size, f"{seed}:{name}"), folder / name)
-    same_time([folder / name for name in pictures])
-
-
-def same_time(paths: Iterable[Path]) -> None:
-    """Give files one time of change, so that their order isn't known from it."""
-    for path in paths:
-        os.utime(path, (_CHANGED_S, _CHANGED_S))
-
-
-PAGE_FILE: Final = "index.html"
-_SEED_BYTES: Final = 16
+        data, chance = pictures[name].read_bytes(), hashlib.shake_256(f"{seed}:{name}".encode())
+        put(data + chance.digest(size - len(data)), folder / name)
 
 
 class RefusedFolder(Exception):
@@ -213,18 +196,15 @@ def make(
         meanings = dict(_drawn(todo, choices, seed, drawn, progress))
         write_all({name: drawn / name for name in meanings}, ready, seed)
         study = _study(meanings, choices.conduct)
-        _write_lists(study, ready)
+        plan.save(study, ready / plan.STUDY_FILE)
+        put(page.page(study, ready).encode(), ready / PAGE_FILE)
+        for path in ready.iterdir():  # one time of change, so that their order isn't known from it
+            os.utime(path, (_CHANGED_S, _CHANGED_S))
         faces = tuple(PhotoRecord.of(subject) for subject, _ in todo)
         made = Origin.now(choices.landmarks)
         key = Key(study.identity, seed, choices.recipe, faces, meanings, made)
         _put_in_place(ready, key, folder)
     return key
-
-
-def _write_lists(study: Study, folder: Path) -> None:
-    plan.save(study, folder / plan.STUDY_FILE)
-    put(page.page(study, folder).encode(), folder / PAGE_FILE)
-    same_time([folder / plan.STUDY_FILE, folder / PAGE_FILE])
 
 
 def _put_in_place(ready: Path, key: Key, folder: Path) -> None:
@@ -280,7 +260,7 @@ def _study(meanings: Mapping[str, Meaning], conduct: Conduct) -> Study:
     for name, one in sorted(meanings.items()):
         kind = one.variant.kind
         blocks[kind if kind in ("satisfaction", "practice") else "ratings"].append(name)
-    told = [*sorted(meanings), json.dumps(conduct.to_dict(), sort_keys=True)]
+    told = [*sorted(meanings), json.dumps(dataclasses.asdict(conduct), sort_keys=True)]
     identity = hashlib.sha256("".join(told).encode()).hexdigest()[:16]
     same = grouped(lambda one: (one.subject, one.variant.what), "satisfaction", "practice")
     return Study(

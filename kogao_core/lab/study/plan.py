@@ -33,6 +33,20 @@ from kogao_core.recipe.settings import PAPER_CENTERS, Fit
 _MOST_POINTS: Final = 1000
 _LARGEST: Final = 1e9
 _DIGITS: Final = 2  # decimals of landmarks, px at the paper's size
+STUDY_FILE: Final = "study.json"
+RATINGS_FOLDER: Final = "ratings"
+SUFFIX: Final = ".jpg"
+VERSION: Final = 2
+KEY_VERSION: Final = 3
+_STUDY_FORMAT: Final = "kogao-study"
+_KEY_FORMAT: Final = "kogao-study-key"
+_MOST_BYTES: Final = 32 * 2**20
+_MOST_PICTURES: Final = 100_000
+_HEX: Final = 16  # letters of a name: 64 bits
+LONGEST_SEED: Final = 64
+Side = Literal["left", "right"]
+_NAME: Final = re.compile(r"[0-9a-f]{16}\.jpg")
+_RATER: Final = re.compile(r"[a-z0-9][a-z0-9-]{0,31}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,22 +153,6 @@ def digest(subject: Subject, recipe: Recipe) -> str:
 def _points(subject: Subject) -> np.ndarray:
     # The sum turns -0.0 into 0.0, which is the same place.
     return np.round(np.vstack([face.points for face in subject.faces]), _DIGITS) + 0.0
-
-
-STUDY_FILE: Final = "study.json"
-RATINGS_FOLDER: Final = "ratings"
-SUFFIX: Final = ".jpg"
-VERSION: Final = 2
-KEY_VERSION: Final = 3
-_STUDY_FORMAT: Final = "kogao-study"
-_KEY_FORMAT: Final = "kogao-study-key"
-_MOST_BYTES: Final = 32 * 2**20
-_MOST_PICTURES: Final = 100_000
-_HEX: Final = 16  # letters of a name: 64 bits
-LONGEST_SEED: Final = 64
-Side = Literal["left", "right"]
-_NAME: Final = re.compile(r"[0-9a-f]{16}\.jpg")
-_RATER: Final = re.compile(r"[a-z0-9][a-z0-9-]{0,31}")
 
 
 @dataclass(frozen=True, slots=True)

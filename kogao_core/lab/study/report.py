@@ -12,8 +12,8 @@ from kogao_core.base.language import Text
 from kogao_core.lab.reports.report import NONE, Heading, Part, Report, Row, Table, recipe_in_words
 from kogao_core.lab.study import tables
 from kogao_core.lab.study.design import Task, Variant
-from kogao_core.lab.study.plan import Key, PictureFigures
-from kogao_core.lab.study.tables import PUBLISHED_SATISFACTION, Shares, of_kind
+from kogao_core.lab.study.plan import PictureFigures
+from kogao_core.lab.study.tables import PUBLISHED_SATISFACTION, of_kind
 from kogao_core.lab.study.tally import Grades, Quality, Share, Tally
 
 if TYPE_CHECKING:
@@ -34,6 +34,7 @@ _LEADS: Final[Mapping[Task, Text]] = {
         "called unnatural below is what they called different."
     ),
 }
+_ORIGIN: Final = ("study", "seed", "recipe", "origin", "subjects")  # of a key, without its pictures
 _SHOWN: Final = 12  # letters of a digest
 _ALIKE: Final = 0.02  # sizes, as angles, that differ by no larger a share are one
 
@@ -69,7 +70,11 @@ def report(tally: Tally) -> Report:
     parts += [left_out(tally)] if tally.left_out else []
     parts += [Heading(Text("Where it comes from")), studies(tally)]
     parts += [Text("Note: {sentence}.", sentence=sentence) for sentence in notes(tally)]
-    records = _records(tally, shares, everybody)
+    measured = tally.measured()
+    records = [
+        _row(variant, share, everybody[variant], measured[variant], graded[variant])
+        for variant, share in shares.items()
+    ]
     return Report(_TITLE, _LEADS[tally.task], parts, records, _document(tally, records, found))
 
 
@@ -137,27 +142,19 @@ def left_out(tally: Tally) -> Table:
 
 def studies(tally: Tally) -> Table:
     """Return where the pictures come from, a row for each photo."""
-    rows = [
-        [
-            key.identity, face.name, face.sha256[:_SHOWN] or NONE, key.origin.landmarks or NONE,
-            key.origin.program, key.origin.made, key.seed,
-        ]
-        for key in tally.keys
-        for face in key.subjects
-    ]  # fmt: skip
     recipes = dict.fromkeys(recipe_in_words(key.recipe) for key in tally.keys)
-    return Table(
+    return Table.of(
         Text("Studies"),
-        (
-            Text("study"),
-            Text("photo"),
-            Text("its SHA-256"),
-            Text("landmarks"),
-            "Kogao",
-            Text("made"),
-            Text("seed"),
-        ),
-        rows,
+        [(key, face) for key in tally.keys for face in key.subjects],
+        [
+            (Text("study"), lambda of: of[0].identity),
+            (Text("photo"), lambda of: of[1].name),
+            (Text("its SHA-256"), lambda of: of[1].sha256[:_SHOWN] or NONE),
+            (Text("landmarks"), lambda of: of[0].origin.landmarks or NONE),
+            ("Kogao", lambda of: of[0].origin.program),
+            (Text("made"), lambda of: of[0].origin.made),
+            (Text("seed"), lambda of: of[0].seed),
+        ],
         Text(
             "{names}; distance, centre and lattice as the tables say. Keys hold "
             "whole digests, and the landmarks.",
@@ -235,7 +232,10 @@ def _document(
             for one in tally.unfinished
         ],
         "not_counted": [{"file": str(path), "why": str(why)} for path, why in tally.refused],
-        "studies": [_origin_of(key) for key in tally.keys],
+        "studies": [
+            {name: value for name, value in key.to_dict().items() if name in _ORIGIN}
+            for key in tally.keys
+        ],
         "variants": records,
         "curves": _curves_document(found) if found else None,
         "satisfaction": graded,
@@ -255,31 +255,13 @@ def _curves_document(found: Curves) -> dict[str, object]:
     return {"whole": asdict(found.whole), "groups": groups, **told}
 
 
-def _origin_of(key: Key) -> dict[str, object]:
-    """Return a key without its pictures, as plain JSON values."""
-    whole = key.to_dict()
-    return {name: whole[name] for name in ("study", "seed", "recipe", "origin", "subjects")}
-
-
-def _records(tally: Tally, shares: Shares, everybody: Shares) -> list[dict[str, object]]:
-    measured, graded = tally.measured(), tally.naturalness()
-    return [
-        _row(variant, share, everybody[variant], measured[variant], graded[variant])
-        for variant, share in shares.items()
-    ]
-
-
 def _row(
     variant: Variant, share: Share, everybody: Share, found: PictureFigures, grades: Grades
 ) -> dict[str, object]:
     printed = tables.published(variant)
     low, high = share.interval
     return {
-        "kind": variant.kind,
-        "percent": variant.percent,
-        "center": variant.center,
-        "lattice": variant.lattice,
-        "fit": variant.fit,
+        **asdict(variant),
         "achieved": found.achieved,
         "lattice_in_warps": found.lattice_in_warps,
         "unnatural": share.hits,

@@ -25,6 +25,17 @@ from kogao_core.lab.study.plan import Study
 
 # The keys that say natural and unnatural.
 Keys = Literal["fj", "jf"]
+SUFFIX: Final = ".jsonl"
+VERSION: Final = 3
+_LARGEST_GRADE: Final = 100
+_FORMAT: Final = "kogao-ratings"
+_MOST_BYTES: Final = 64 * 2**20
+_MOST_LINE_BYTES: Final = 4096
+_MOST_RECORDS: Final = 10_000_000
+_LONGEST_MS: Final = 10**9
+_LONGEST_SIDE: Final = 100_000
+_LARGEST_RATIO: Final = 100.0
+_LARGEST_DISTANCE_MM: Final = 1e5
 
 
 @dataclass(frozen=True, slots=True)
@@ -164,19 +175,6 @@ class Session:
         else:
             self._answers[record.picture] = record
         self.records.append(record)
-
-
-SUFFIX: Final = ".jsonl"
-VERSION: Final = 3
-_LARGEST_GRADE: Final = 100
-_FORMAT: Final = "kogao-ratings"
-_MOST_BYTES: Final = 64 * 2**20
-_MOST_LINE_BYTES: Final = 4096
-_MOST_RECORDS: Final = 10_000_000
-_LONGEST_MS: Final = 10**9
-_LONGEST_SIDE: Final = 100_000
-_LARGEST_RATIO: Final = 100.0
-_LARGEST_DISTANCE_MM: Final = 1e5
 
 
 @dataclass(frozen=True, slots=True)

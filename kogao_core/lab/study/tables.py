@@ -16,7 +16,7 @@ from kogao_core.lab.reports.charts import Chart, Series
 from kogao_core.lab.reports.report import NONE, Table
 from kogao_core.lab.study.design import Group, Kind, Task, Variant
 from kogao_core.lab.study.tally import Grades, Share, Tally
-from kogao_core.recipe.settings import SETTINGS
+from kogao_core.recipe.recipe import SETTINGS
 
 if TYPE_CHECKING:
     from kogao_core.lab.study.curve import Curve, Curves, Estimate

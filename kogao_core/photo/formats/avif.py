@@ -14,8 +14,8 @@ from kogao_core.base.atomic import Pieces
 from kogao_core.base.language import Text
 from kogao_core.photo.errors import UnreadablePhoto
 from kogao_core.photo.formats import colour, common, heif
-from kogao_core.photo.formats.base import Content, FileFormat, Source
-from kogao_core.photo.metadata import kinds, upright
+from kogao_core.photo.formats.base import BLOCKS, Content, FileFormat, Source
+from kogao_core.photo.metadata import upright
 from kogao_core.photo.metadata.kinds import Extra
 from kogao_core.photo.model import Photo
 
@@ -101,13 +101,7 @@ AVIF: Final = FileFormat(
     encode=_encode,
     layouts={"uint8": (3, 4)},
     longest_side_px=16384,
-    kept=frozenset(
-        {
-            *(kinds.EXIF, kinds.EXIF_TAGS, kinds.MAKER_NOTE, kinds.THUMBNAIL),
-            *(kinds.XMP, kinds.ICC),
-        }
-    ),
-    moved=frozenset({kinds.MOVED_NOTE}),
+    kept=BLOCKS,
     recognises=_is_avif,
     decode=_decode,
     inside=_inside,

@@ -6,7 +6,7 @@ import io
 from collections.abc import Callable, Container, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import IO, Any, Literal
+from typing import IO, Any, Final, Literal
 
 from PIL import Image as Pillow
 
@@ -19,6 +19,11 @@ from kogao_core.photo.model import Photo, channels_of
 
 Encode = Callable[[Photo, Box | None], Pieces]
 Fate = Literal["kept", "on request", "moved", "left out"]
+# What JPEG, PNG, WebP and AVIF keep; what JPEG, PNG and TIFF do.
+BLOCKS: Final = frozenset(
+    {kinds.EXIF, kinds.EXIF_TAGS, kinds.MAKER_NOTE, kinds.THUMBNAIL, kinds.XMP, kinds.ICC}
+)
+OF_PRINTS: Final = frozenset({kinds.IPTC, kinds.GREY_PROFILE, kinds.RESOLUTION, kinds.ASPECT})
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,10 +63,6 @@ class Content:
         with io.BytesIO() as out:
             Pillow.fromarray(self.pixels).save(out, form, **known, **options)
             return out.getvalue()
-
-
-def _nothing_said(_: Photo) -> str:
-    return ""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -123,14 +124,14 @@ class FileFormat:
     layouts: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
     longest_side_px: int | None = None
     kept: frozenset[Kind] = frozenset()
-    moved: frozenset[Kind] = frozenset()
+    moved: frozenset[Kind] = frozenset({kinds.MOVED_NOTE})
     companions: frozenset[Kind] = frozenset()
     recognises: Callable[[IO[bytes], Path], bool] | None = None
     decode: Callable[[Source], Photo] | None = None
     behind: Callable[[IO[bytes]], Iterator[Extra]] | None = None
     note: Kind | None = kinds.MAKER_NOTE
-    lacks: Callable[[Photo], str] = _nothing_said
-    recoded: Callable[[Photo], str] = _nothing_said
+    lacks: Callable[[Photo], str] = lambda _: ""
+    recoded: Callable[[Photo], str] = lambda _: ""
     keeps_turn: bool = False
     keep: Callable[[Photo, Image, Encode, Path], tuple[Pieces, str]] | None = None
 

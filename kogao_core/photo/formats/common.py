@@ -25,14 +25,12 @@ from kogao_core.photo.model import JpegCoding, Photo, channels_of
 _USUAL, _DEEP = 8, 16  # bits of a channel
 _HEAD_BYTES = 16  # by which Pillow recognises a format
 _FINEST, _MOST = 1000, 65535  # denominator of a shape; numerator, as JFIF holds it
-_JPEG_LS: Final = 0xF7
 _FRAMES: Final = (
     *(*range(0xC0, 0xC4), *range(0xC5, 0xC8), *range(0xC9, 0xCC), *range(0xCD, 0xD0)),
-    _JPEG_LS,
+    0xF7,  # JPEG-LS
 )
 # Baseline, extended, progressive, lossless; then the first and third coded arithmetically.
 _KNOWN_FRAMES: Final = (*range(0xC0, 0xC4), 0xC9, 0xCA)
-_KNOWN_DEPTH: Final = 8
 
 
 def decode(source: Source, names: tuple[str, ...]) -> Photo:
@@ -158,7 +156,7 @@ def _settle_profile(image: Pillow.Image, file: IO[bytes]) -> None:
 def _is_rare_jpeg(file: IO[bytes]) -> bool:
     """Tell whether an open JPEG file is of a kind that libjpeg doesn't know, or too colour."""
     return any(
-        code in _FRAMES and (code not in _KNOWN_FRAMES or segment[4:5] != bytes([_KNOWN_DEPTH]))
+        code in _FRAMES and (code not in _KNOWN_FRAMES or segment[4:5] != b"\x08")
         for code, segment in segments.segments(file)
     )
 

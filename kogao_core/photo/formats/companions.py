@@ -28,7 +28,6 @@ from kogao_core.photo.metadata.upright import as_stored, turn_upright
 from kogao_core.photo.model import Companion, Photo, is_same
 
 Move = Callable[[Image], Image]
-_MODES: Final = ("L", "RGB")
 _TURNED: Final = 5  # from this orientation on rows become columns
 _MOST_OFF: Final = 0.02  # of a gain map's width, beside a pixel: sizes are rounded
 _MPF: Final = 0xE2
@@ -95,7 +94,7 @@ def _fits(data: bytes, photo: Photo) -> bool:
     if photo.orientation >= _TURNED:
         width, height = height, width
     off = abs(width - height * photo.width / photo.height)
-    return mode in _MODES and width <= photo.width and off <= 1.0 + _MOST_OFF * width
+    return mode in ("L", "RGB") and width <= photo.width and off <= 1.0 + _MOST_OFF * width
 
 
 def _decoded(data: bytes) -> Image | None:

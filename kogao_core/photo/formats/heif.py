@@ -36,9 +36,6 @@ _AUXILIARY: Final = {
     "matte": kinds.DEPTH,
     "auxid:2": kinds.DEPTH,
 }
-_LAYOUTS: Final = ("L", "RGB", "RGBA")
-# ITU-T H.273: BT.709, which is sRGB's, and "unspecified".
-_PLAIN_PRIMARIES: Final = (1, 2)
 WIDE: Final = Text("its wide colours are named without a profile, which isn't kept")
 
 
@@ -52,14 +49,17 @@ def _decode(source: Source) -> Photo:
     image = _opened(source)
     source.check(*image.size)
     pixels = np.array(image)  # a copy: the memory of a view goes with the image
-    if image.mode.split(";")[0] not in _LAYOUTS:
+    if image.mode.split(";")[0] not in ("L", "RGB", "RGBA"):
         raise ValueError(Text("an unknown layout {mode}", mode=image.mode))
     exif, xmp = image.info.get("exif"), image.info.get("xmp") or None
     exif = exif and upright.PREFIX + exif.removeprefix(upright.PREFIX)
     ratio = image.info.get("pixel_aspect_ratio")  # of a pixel's width to its height
     notes = []
     primaries = image.info.get("nclx_profile", {}).get("color_primaries", 1)
-    if "icc_profile" not in image.info and primaries not in _PLAIN_PRIMARIES:
+    if "icc_profile" not in image.info and primaries not in (
+        1,
+        2,
+    ):  # ITU-T H.273: BT.709, unspecified
         notes.append(WIDE)
     return Photo(
         pixels,  # libheif turns them upright

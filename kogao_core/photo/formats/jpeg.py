@@ -16,7 +16,7 @@ from kogao_core.base.geometry import Image
 from kogao_core.base.language import Text
 from kogao_core.base.stderr import hushed
 from kogao_core.photo.formats import companions
-from kogao_core.photo.formats.base import Content, Encode, FileFormat
+from kogao_core.photo.formats.base import BLOCKS, OF_PRINTS, Content, Encode, FileFormat
 from kogao_core.photo.jpeg import segments
 from kogao_core.photo.jpeg.blocks import keep_blocks
 from kogao_core.photo.jpeg.coefficients import CannotKeepBlocks
@@ -26,9 +26,6 @@ from kogao_core.photo.metadata.upright import as_stored
 from kogao_core.photo.model import Photo, channels_of
 
 QUALITY: Final = 95
-_NO_DENSITY: Final = (1, 1, 0)  # JFIF 1.01, and no unit
-_FULL_COLOUR: Final = 0  # Pillow's code for 4:4:4
-_HALF_COLOUR: Final = 2  # and for 4:2:0
 _FINE: Final = 90  # from this quality on colours are kept in full
 
 
@@ -41,11 +38,11 @@ def _encode(content: Content) -> Pieces:
 def _plain(content: Content) -> bytes:
     coding = content.photo.jpeg
     if content.quality:
-        subsampling = _FULL_COLOUR if content.quality >= _FINE else _HALF_COLOUR
+        subsampling = "4:4:4" if content.quality >= _FINE else "4:2:0"
         quality = {"quality": content.quality, "subsampling": subsampling}
         saved = content.saved("JPEG", **quality, optimize=True)
     elif coding is None or not coding.tables:
-        saved = content.saved("JPEG", quality=QUALITY, subsampling=_FULL_COLOUR)
+        saved = content.saved("JPEG", quality=QUALITY, subsampling="4:4:4")
     else:
         saved = content.saved(
             "JPEG",
@@ -57,7 +54,7 @@ def _plain(content: Content) -> bytes:
         return segments.with_jfif(saved, coding.jfif)
     if content.photo.aspect is None:
         return saved
-    shape = struct.pack(">BBBHH", *_NO_DENSITY, *content.photo.aspect)
+    shape = struct.pack(">BBBHH", 1, 1, 0, *content.photo.aspect)  # JFIF 1.01, no unit
     return segments.with_jfif(saved, shape)
 
 
@@ -131,15 +128,12 @@ JPEG: Final = FileFormat(
     encode=_encode,
     layouts={"uint8": (1, 3)},
     longest_side_px=65500,
-    kept=frozenset(
-        {
-            *(kinds.EXIF, kinds.EXIF_TAGS, kinds.MAKER_NOTE, kinds.XMP, kinds.XMP_EXTENSION),
-            *(kinds.IPTC, kinds.ICC, kinds.GREY_PROFILE, kinds.RESOLUTION, kinds.ASPECT),
-            *(kinds.COMMENTS, kinds.SEGMENTS, kinds.LATE_SEGMENTS, kinds.JUMBF, kinds.PLACES),
-            *(kinds.SECOND_XMP, kinds.SECOND_PROFILE, kinds.THUMBNAIL, *kinds.RECORDS),
-        }
-    ),
-    moved=frozenset({kinds.MOVED_NOTE}),
+    kept=BLOCKS
+    | OF_PRINTS
+    | {
+        *(kinds.XMP_EXTENSION, kinds.SECOND_XMP, kinds.SECOND_PROFILE, kinds.PLACES),
+        *(kinds.COMMENTS, kinds.SEGMENTS, kinds.LATE_SEGMENTS, kinds.JUMBF, *kinds.RECORDS),
+    },
     inside=_inside,
     behind=_behind,
     companions=frozenset({kinds.GAIN_MAP, kinds.VIDEO}),

@@ -16,7 +16,7 @@ from kogao_core.base.atomic import Pieces
 from kogao_core.base.geometry import Image
 from kogao_core.base.language import Text
 from kogao_core.base.threads import default_threads, share_in_order
-from kogao_core.photo.formats.base import Content, FileFormat
+from kogao_core.photo.formats.base import BLOCKS, OF_PRINTS, Content, FileFormat
 from kogao_core.photo.metadata import kinds, trailers
 from kogao_core.photo.metadata.kinds import Extra, Kind
 from kogao_core.photo.model import Photo, channels_of
@@ -24,8 +24,6 @@ from kogao_core.photo.model import Photo, channels_of
 SIGNATURE: Final = b"\x89PNG\r\n\x1a\n"
 _IHDR_END: Final = 33
 _OVERHEAD: Final = 12
-_DEPTH_AT: Final = 24
-_COLOUR: Final = (b"gAMA", b"cHRM", b"sRGB", b"cICP", b"mDCV", b"cLLI")
 _TEXT: Final = (b"tEXt", b"zTXt", b"iTXt")
 # Texts that hold blocks with a way of their own.
 _ELSEWHERE: Final = (
@@ -37,13 +35,9 @@ _ELSEWHERE: Final = (
 _PLAIN: Final = (
     *(b"IHDR", b"PLTE", b"tRNS", b"IDAT", b"IEND", b"iCCP", b"eXIf", b"pHYs", b"sRGB", b"iDOT"),
 )
-_FRAMES: Final = (b"acTL", b"fcTL", b"fdAT")
 _BACKGROUND, _TRUE = b"bKGD", (b"sBIT", b"sTER", b"sCAL")
-_CREDENTIALS: Final = b"caBX"
-_COPY_BIT: Final = 0x20
 # Bytes that say a significant depth or a background, by the channels they are for.
 _SIZES: Final = {b"sBIT": {1: 1, 2: 2, 3: 3, 4: 4}, _BACKGROUND: {1: 2, 2: 2, 3: 6, 4: 6}}
-_SRGB_GAMMA: Final = 45455
 _SRGB_COLOURS: Final = (31270, 32900, 64000, 33000, 30000, 60000, 15000, 6000)
 _KEPT: Final = (kinds.TEXTS, kinds.COLOURS, kinds.CHUNKS)
 _MOST_BYTES: Final = 1 << 24
@@ -148,7 +142,7 @@ def _end(data: bytes) -> int:
 
 def _file_depth(file: IO[bytes]) -> int:
     """Return the bits per channel, or per index of a palette."""
-    file.seek(_DEPTH_AT)
+    file.seek(24)
     return int.from_bytes(file.read(1), "big")
 
 
@@ -156,15 +150,16 @@ def _kind(name: bytes, chunk: bytes, channels: int, depth: int) -> Kind | None:
     """Return what a chunk is; None for the picture itself and what has a way of its own."""
     if name in _TEXT:
         return None if chunk[8:].startswith(_ELSEWHERE) else kinds.TEXTS
-    if name in _COLOUR and name != b"sRGB":
+    if name in (b"gAMA", b"cHRM", b"cICP", b"mDCV", b"cLLI"):
         return kinds.COLOURS
-    known = {_CREDENTIALS: kinds.CREDENTIALS, **dict.fromkeys(_FRAMES, kinds.FURTHER)}
+    known = {b"caBX": kinds.CREDENTIALS}
+    known |= dict.fromkeys((b"acTL", b"fcTL", b"fdAT"), kinds.FURTHER)
     if name in known or name in _PLAIN:
         return known.get(name)
     fits = _SIZES.get(name, {}).get(channels) in (None, len(chunk) - _OVERHEAD)
     if name == _BACKGROUND:  # shallower pixels are widened to 8 bits
         return kinds.CHUNKS if fits and depth >= 8 else kinds.UNSAFE_CHUNKS
-    is_safe = name in _TRUE or bool(name[3] & _COPY_BIT)
+    is_safe = name in _TRUE or name[3:].islower()
     return kinds.CHUNKS if fits and is_safe else kinds.UNSAFE_CHUNKS
 
 
@@ -172,9 +167,7 @@ def _says_srgb(name: bytes, chunk: bytes) -> bool:
     """Tell whether gamma or chromaticities are those that every reader takes for granted."""
     body = chunk[8:-4]
     numbers = struct.unpack(f">{len(body) // 4}I", body[: len(body) // 4 * 4])
-    return (name == b"gAMA" and numbers == (_SRGB_GAMMA,)) or (
-        name == b"cHRM" and numbers == _SRGB_COLOURS
-    )
+    return (name, numbers) in ((b"gAMA", (45455,)), (b"cHRM", _SRGB_COLOURS))
 
 
 def made(name: bytes, body: bytes) -> bytes:
@@ -261,14 +254,7 @@ PNG: Final = FileFormat(
     is_lossless=True,
     encode=_encode,
     layouts={"uint8": (1, 2, 3, 4), "uint16": (1, 3, 4)},
-    kept=frozenset(
-        {
-            *(kinds.EXIF, kinds.EXIF_TAGS, kinds.MAKER_NOTE, kinds.XMP, kinds.IPTC, kinds.ICC),
-            *(kinds.GREY_PROFILE, kinds.RESOLUTION, kinds.ASPECT),
-            *(kinds.TEXTS, kinds.COLOURS, kinds.CHUNKS, kinds.THUMBNAIL),
-        }
-    ),
-    moved=frozenset({kinds.MOVED_NOTE}),
+    kept=BLOCKS | OF_PRINTS | {kinds.TEXTS, kinds.COLOURS, kinds.CHUNKS},
     inside=_inside,
     behind=_behind,
 )

@@ -22,7 +22,7 @@ from kogao_core.base.installed import adding
 from kogao_core.base.language import Text
 from kogao_core.photo.errors import UnreadablePhoto
 from kogao_core.photo.formats import colour, common
-from kogao_core.photo.formats.base import Content, FileFormat, Source
+from kogao_core.photo.formats.base import OF_PRINTS, Content, FileFormat, Source
 from kogao_core.photo.metadata import kinds, photoshop, tiff, tiff_extras, trailers
 from kogao_core.photo.metadata.kinds import Extra
 from kogao_core.photo.metadata.upright import turn_upright
@@ -38,7 +38,6 @@ _SEEN: Final = Text(
     "32-bit numbers without a colour profile are seen as sRGB: linear ones look dark, and are "
     "written right all the same"
 )
-_BIG_ENDIAN: Final = b"MM"
 _DEPTHS: Final[dict[tuple[int, int], np.dtype[Any]]] = {
     (16, 1): np.dtype(np.uint16),
     (32, 3): np.dtype(np.float32),
@@ -50,7 +49,6 @@ _NO_UNIT, _PER_INCH = 1, 2
 _UNSIGNED, _USUAL_ORDER = 1, 1  # of a byte's bits
 _BLACK_IS_ZERO, _RGB, _INTERLEAVED = 1, 2, 1
 _USUAL_STRIP: Final = 8192  # bytes, as TIFF advises
-_MOST_SHORT: Final = 0xFFFF
 
 
 def _decode(source: Source) -> Photo:
@@ -62,8 +60,7 @@ def _decode(source: Source) -> Photo:
     profile = tags.icc_profile
     # Both decoders turn TIFF pixels upright themselves. OpenCV's takes damaged 8-bit strips for
     # good, so Pillow's is asked where it can.
-    tags.check_first(path)
-    tags.check_compression(path)
+    tags.check(path)
     if tags.is_deep:
         if tags.is_plain:
             plain = read_plain(file, tags.tags, tags.orientation)
@@ -84,6 +81,7 @@ def _decode(source: Source) -> Photo:
     )
     if tags.is_big:
         notes = (*notes, Text("a BigTIFF becomes an ordinary TIFF"))
+    dpi, shape = tags.density()
     return Photo(
         np.ascontiguousarray(pixels),
         path,
@@ -91,8 +89,8 @@ def _decode(source: Source) -> Photo:
         icc_profile=profile,
         exif=tags.exif,
         xmp=tags.xmp,
-        dpi=common.dpi(tags.dpi),
-        aspect=common.aspect(tags.aspect),
+        dpi=common.dpi(dpi),
+        aspect=common.aspect(shape),
         orientation=tags.orientation,
         tiff_compression=tags.compression,
         photoshop=tags.photoshop,
@@ -212,12 +210,7 @@ TIFF: Final = FileFormat(
     is_lossless=True,
     encode=_encode,
     layouts=dict.fromkeys(("uint8", "uint16", "float32"), (1, 3, 4)),
-    kept=frozenset(
-        {
-            *(kinds.EXIF, kinds.XMP, kinds.IPTC, kinds.ICC, kinds.GREY_PROFILE),
-            *(kinds.RESOLUTION, kinds.ASPECT, kinds.TIFF_TAGS),
-        }
-    ),
+    kept=OF_PRINTS | {kinds.EXIF, kinds.XMP, kinds.ICC, kinds.TIFF_TAGS},
     moved=frozenset({kinds.MAKER_NOTE, kinds.MOVED_NOTE}),
     recognises=tiff.is_tiff,
     decode=_decode,
@@ -241,7 +234,7 @@ def read_plain(file: IO[bytes], tags: Pillow.Exif, orientation: int) -> Image | 
     if depth is None or start is None:
         return None
     file.seek(0)
-    stored = depth.newbyteorder(">" if file.read(2) == _BIG_ENDIAN else "<")
+    stored = depth.newbyteorder(">" if file.read(2) == b"MM" else "<")
     file.seek(start)
     pixels = np.fromfile(file, stored, height * width * samples)
     channels = () if samples == 1 else (samples,)
@@ -310,7 +303,7 @@ def laid_out(pixels: Image) -> tuple[TiffImagePlugin.ImageFileDirectory_v2, memo
         Tag.StripByteCounts: lengths,
     }
     for tag, values in sizes.items():
-        directory.tagtype[tag] = TiffTags.SHORT if max(values) <= _MOST_SHORT else TiffTags.LONG
+        directory.tagtype[tag] = TiffTags.SHORT if max(values) <= 0xFFFF else TiffTags.LONG
         directory[tag] = values
     directory[Tag.BitsPerSample] = (8 * pixels.itemsize,) * samples
     directory[Tag.SampleFormat] = (_FORMATS[pixels.dtype.kind],) * samples

@@ -10,7 +10,7 @@ from typing import IO, Final
 from kogao_core.base.atomic import Pieces
 from kogao_core.base.geometry import Image
 from kogao_core.base.language import Text
-from kogao_core.photo.formats.base import Content, FileFormat
+from kogao_core.photo.formats.base import BLOCKS, Content, FileFormat
 from kogao_core.photo.jpeg import segments
 from kogao_core.photo.metadata import kinds, trailers
 from kogao_core.photo.metadata.kinds import Extra, Kind
@@ -117,13 +117,7 @@ WEBP: Final = FileFormat(
     encode=_encode,
     layouts={"uint8": (3, 4)},
     longest_side_px=16383,
-    kept=frozenset(
-        {
-            *(kinds.EXIF, kinds.EXIF_TAGS, kinds.MAKER_NOTE, kinds.THUMBNAIL),
-            *(kinds.XMP, kinds.ICC, kinds.RIFF_CHUNKS),
-        }
-    ),
-    moved=frozenset({kinds.MOVED_NOTE}),
+    kept=BLOCKS | {kinds.RIFF_CHUNKS},
     inside=_inside,
     behind=_behind,
 )

@@ -23,7 +23,6 @@ from kogao_core.photo.jpeg.segments import APP_OR_COMMENT, START_OF_SCAN, segmen
 
 _WORD: Final = 8  # pixels' values that are looked at together
 _ADOBE_RGB: Final = segment(0xEE, b"Adobe\0\x64" + bytes(5))  # version 100, no transform
-_SEQUENTIAL_FRAMES: Final = (0xC0, 0xC1)  # baseline; extended, for 16-bit tables
 
 Mask = npt.NDArray[np.bool_]
 
@@ -51,10 +50,13 @@ def keep_blocks(
             raise CannotKeepBlocks(Text("its size has changed"))
         changed = _changed_units(before, after, whole.frame.unit_px)
         units = _around(changed)
-        box = _pixels(units, whole)
+        high, wide = whole.frame.unit_px
+        box = Box(units.left * wide, units.top * high, units.right * wide, units.bottom * high)
+        box = box.clipped(Box.of(before))
         encoded = encode(box)
         part = coefficients.read(encoded, place / "part")
-        if not _are_alike(whole, part):
+        layouts = [(one.frame.colours, one.frame.factors) for one in (whole, part)]
+        if layouts[0] != layouts[1] or not np.array_equal(whole.used, part.used):
             part = _by_component(after[box.slices], whole, place / "part")
         _put(part, whole, units, changed)
         merged = dataclasses.replace(whole, tables=part.tables, numbers=part.numbers)
@@ -81,19 +83,6 @@ def _around(changed: Mask) -> Box:
     if not len(rows):
         return Box(0, 0, 1, 1)
     return Box(int(columns[0]), int(rows[0]), int(columns[-1]) + 1, int(rows[-1]) + 1)
-
-
-def _pixels(units: Box, whole: Coefficients) -> Box:
-    height, width = whole.frame.unit_px
-    image = Box(0, 0, whole.frame.width, whole.frame.height)
-    return Box(
-        units.left * width, units.top * height, units.right * width, units.bottom * height
-    ).clipped(image)
-
-
-def _are_alike(whole: Coefficients, part: Coefficients) -> bool:
-    same = whole.frame.colours == part.frame.colours, whole.frame.factors == part.frame.factors
-    return all(same) and np.array_equal(whole.used, part.used)
 
 
 def _by_component(pixels: Image, whole: Coefficients, copy: Path) -> Coefficients:
@@ -154,7 +143,7 @@ def _with_headers_of(headers: bytes, body: bytes, *, is_rgb: bool) -> bytes:
 def _renumbered(code: int, body: bytes) -> bytes:
     """Count components from 1, as JFIF demands; jpeglib counts from 0."""
     # Of the count; bytes each.
-    starts = {**dict.fromkeys(_SEQUENTIAL_FRAMES, (9, 3)), START_OF_SCAN: (4, 2)}
+    starts = {0xC0: (9, 3), 0xC1: (9, 3), START_OF_SCAN: (4, 2)}
     if code not in starts:
         return body
     at, step = starts[code]

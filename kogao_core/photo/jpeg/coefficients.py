@@ -28,19 +28,16 @@ GREY, RGB, YCC = 1, 2, 3  # libjpeg's numbers of colour models
 _LIBRARY: Final = "cjpeglib_turbo210.*[do]"  # the fastest that jpeglib has: half of 6b's time
 _OPTIMISE: Final = 1 << 6  # the flag that asks for Huffman codes of the file's own
 _EVERY_FLAG: Final = 0xFFFFFFFF
-_BY_TABLES: Final = -1  # rather than a quality
 _NUMBERS: Final = _BLOCK_PX * _BLOCK_PX
 _MOST: Final = 4  # components, and tables
 # Huffman codes: baseline, extended for 16-bit tables, progressive; then all there are.
 _FRAMES: Final = (0xC0, 0xC1, 0xC2)
 _ANY_FRAME: Final = frozenset(range(0xC0, 0xD0)) - {0xC4, 0xC8, 0xCC}
 _JFIF, _ADOBE = 0xE0, 0xEE
-_JFIF_BYTES: Final = 18  # at least
 _TRANSFORM_AT: Final = 15
 _CODES: Final = 0xC4
 _DECODING: Final = {*_ANY_FRAME, 0xDB, _CODES, 0xDD, _JFIF, _ADOBE}  # tables, codes, restarts
 _COUNTS: Final = 17  # bytes of a Huffman table before its symbols: its number, and codes a length
-_SOI: Final = b"\xff\xd8"
 
 Plane = npt.NDArray[np.int16]
 
@@ -100,7 +97,7 @@ def read(data: bytes, copy: Path) -> Coefficients:
         frame, scans = _frame(needed), memoryview(data)[file.tell() :]
     # The library fills arrays of the size that it reads itself: it mustn't see another frame.
     with copy.open("wb") as out:
-        out.writelines([_SOI, *(segment for _, segment in needed), scans])
+        out.writelines([b"\xff\xd8", *(segment for _, segment in needed), scans])
     planes = tuple(np.empty((*blocks, _NUMBERS), np.int16) for blocks in frame.blocks)
     tables, numbers = np.zeros((_MOST, _NUMBERS), np.uint16), np.zeros(_MOST, np.int16)
     is_done = _library().read_jpeg_dct(
@@ -127,7 +124,7 @@ def write(coefficients: Coefficients, folder: Path) -> bytes:
         *(None, os.fsencode(file), *_addresses(coefficients.planes)),
         *_addresses(sizes, 3),
         *(frame.colours, len(coefficients.planes)),
-        *(tables.ctypes.data, _BY_TABLES, numbers.ctypes.data),
+        *(tables.ctypes.data, -1, numbers.ctypes.data),
         *(0, None, None, None, _OPTIMISE, 0 if coefficients.has_usual_codes else _EVERY_FLAG),
     )
     if not is_done:
@@ -161,7 +158,7 @@ def _colours(needed: list[tuple[int, bytes]], names: bytes) -> int:
         [one for code, one in needed if code == marker and one[4:].startswith(name)]
         for marker, name in ((_JFIF, b"JFIF\0"), (_ADOBE, b"Adobe"))
     )
-    if any(len(segment) >= _JFIF_BYTES for segment in jfif):
+    if any(len(segment) >= 18 for segment in jfif):
         return YCC
     transforms = [segment[_TRANSFORM_AT] for segment in adobe if len(segment) > _TRANSFORM_AT]
     is_rgb = transforms[-1] == 0 if transforms else names == b"RGB"

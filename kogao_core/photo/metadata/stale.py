@@ -54,7 +54,6 @@ _ITEM: Final = (*_DIRECTORY, f"{xmp.RDF} Seq", f"{xmp.RDF} li")
 _OFFSET: Final = (*xmp.DESCRIPTION, f"{_GOOGLE}1.0/camera/ MicroVideoOffset")
 _PROPERTY: Final = f"{_GOOGLE}1.0/container/item/ "
 _SEMANTICS: Final = {"GainMap": kinds.GAIN_MAP, "MotionPhoto": kinds.VIDEO}
-_PICTURE: Final = "Primary"
 
 
 def _names(*, is_extended: bool, is_turned: bool, along: Collection[Kind] = ()) -> dict[str, Kind]:
@@ -137,7 +136,7 @@ def adjusted(packet: bytes, lengths: Mapping[Kind, int]) -> bytes:
     for span, values in items.items():
         semantic = packet[slice(*values.get("Semantic", (0, 0)))].decode("latin-1")
         kind = _SEMANTICS.get(semantic)
-        if semantic != _PICTURE and kind not in lengths:
+        if semantic != "Primary" and kind not in lengths:
             new[span] = b""
             continue
         length = 0 if kind is None else lengths[kind]

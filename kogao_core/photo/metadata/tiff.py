@@ -25,12 +25,10 @@ HEADS: Final = (b"II*\0", b"MM\0*")
 BIG_HEAD: Final = b"II+\0"
 _UNREAD_HEAD: Final = b"MM\0+"  # by Pillow
 DENSITY: Final = (Tag.XResolution, Tag.YResolution, Tag.ResolutionUnit)
-_IS_REDUCED: Final = 1
 _WHITE_IS_ZERO, _BLACK_IS_ZERO, _RGB, _SEPARATED, _YCBCR = 0, 1, 2, 5, 6
 _CHANNELS: Final = {_WHITE_IS_ZERO: (1,), _BLACK_IS_ZERO: (1,), _RGB: (3, 4)}
 _UNSIGNED, _FLOAT = 1, 3
 _UNSPECIFIED, _PREMULTIPLIED, _STRAIGHT = 0, 1, 2
-_NO_UNIT, _PER_INCH, _PER_CENTIMETRE = 1, 2, 3
 _WITH_ALPHA: Final = 4
 _JPEGS: Final = (6, 7)
 _COMPRESSIONS: Final = {
@@ -46,7 +44,6 @@ _COMPRESSIONS: Final = {
 _OPENCV_READS: Final = {1, 5, 8, 32773, 32946}  # none, LZW, Deflate, PackBits
 _PILLOW_READS: Final = TiffImagePlugin.COMPRESSION_INFO.keys() - {50001}
 _HEADER_BYTES, _BIG_HEADER_BYTES = 8, 16
-_LONG: Final = 4
 # What Pillow raises on damaged blocks, from one version to the next.
 _DAMAGED: Final = (SyntaxError, struct.error, LookupError, AttributeError, TypeError, ValueError)
 _IPTC_START: Final = b"\x1c"
@@ -187,12 +184,12 @@ class TiffTags:
         """How the pixels are compressed, by TIFF's number."""
         return self._first(Tag.Compression, 1)
 
-    def check_first(self, path: Path) -> None:
-        """Refuse a file whose first picture is a small copy of another one.
+    def check(self, path: Path) -> None:
+        """Refuse a file whose first picture is a small copy, or what neither libtiff is built for.
 
         Raises UnreadablePhoto.
         """
-        is_copy = self._first(Tag.NewSubfileType, 0) & _IS_REDUCED
+        is_copy = self._first(Tag.NewSubfileType, 0) & 1
         if is_copy and (Tag.SubIFDs in self.tags or self.tags.get_ifd(ExifTags.IFD.IFD1)):
             raise UnreadablePhoto(
                 Text(
@@ -201,9 +198,6 @@ class TiffTags:
                     path=path,
                 )
             )
-
-    def check_compression(self, path: Path) -> None:
-        """Refuse what the libtiff of neither decoder is built for. Raises UnreadablePhoto."""
         number = self.compression
         if number not in (_OPENCV_READS if self.is_deep else _PILLOW_READS):
             raise UnreadablePhoto(
@@ -280,23 +274,14 @@ class TiffTags:
             return resources
         return (resources or b"") + photoshop.with_iptc(self.iptc)
 
-    @property
-    def dpi(self) -> tuple[Any, Any] | None:
-        """Resolution (x, y) in dots per inch."""
-        if Tag.XResolution not in self.tags or Tag.YResolution not in self.tags:
-            return None
-        unit = self._first(Tag.ResolutionUnit, _PER_INCH)
-        factor = {_PER_INCH: 1.0, _PER_CENTIMETRE: 2.54}.get(unit)
-        if factor is None:
-            return None
-        return self.tags[Tag.XResolution] * factor, self.tags[Tag.YResolution] * factor
-
-    @property
-    def aspect(self) -> tuple[Any, Any] | None:
-        """Pixels along x and y in the same length, where there is no unit."""
-        if self._first(Tag.ResolutionUnit, _PER_INCH) != _NO_UNIT:
-            return None
-        return self.tags.get(Tag.XResolution), self.tags.get(Tag.YResolution)
+    def density(self) -> tuple[tuple[Any, Any] | None, tuple[Any, Any] | None]:
+        """Return the resolution (x, y) in dots per inch, or else, without a unit, pixels' shape."""
+        x, y = (self.tags.get(tag) for tag in (Tag.XResolution, Tag.YResolution))
+        unit = self._first(Tag.ResolutionUnit, 2)
+        if unit == 1 or x is None or y is None:
+            return None, (x, y) if unit == 1 else None
+        per_inch = {2: 1.0, 3: 2.54}.get(unit)
+        return (x * per_inch, y * per_inch) if per_inch else None, None
 
     @property
     def exif(self) -> bytes | None:

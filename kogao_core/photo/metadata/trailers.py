@@ -12,15 +12,13 @@ from kogao_core.photo.jpeg import segments
 from kogao_core.photo.metadata import kinds
 from kogao_core.photo.metadata.kinds import Extra, Kind
 
-_SAMSUNG, _SAMSUNG_HEAD, _SAMSUNG_ENTRY = b"SEFT", b"SEFH", 12
+_SAMSUNG_ENTRY: Final = 12  # bytes
 _SAMSUNG_VIDEO: Final = b"MotionPhoto_Data"
 # Blocks of texts: when, where and how a photo was taken, and nothing that the editor left in it.
 _SAMSUNG_TEXTS: Final = re.compile(
     rb"(?:\0\0..[\4-\x1f]\0\0\0(?!PhotoEditor|Original)[ -~]{0,2000})+", re.DOTALL
 )
 _AFCP: Final = (b"AXS!", b"AXS*")
-_PHOTO_MECHANIC: Final = b"cbipcbbl"
-_FOTOSTATION: Final = b"\xa1\xb2\xc3\xd4"
 _FTYP: Final = b"ftyp"
 _BOX_HEAD: Final = 8
 _FULL: Final = re.compile(rb"[^\0]")
@@ -101,17 +99,17 @@ def _record(data: bytes, start: int, end: int) -> tuple[int, tuple[Extra, ...]] 
     """Return where the record that ends at a place starts, and what it is."""
     size = 0
     extras: tuple[Extra, ...] = ()
-    if data.endswith(_SAMSUNG, start, end):
+    if data.endswith(b"SEFT", start, end):
         size, extras = _samsung(data, start, end)
     elif data[max(start, end - 12) : end][:4] in _AFCP:
         order = ">" if data[end - 12 : end].startswith(_AFCP[0]) else "<"
         (at,) = struct.unpack_from(order + "I", data, end - 8)
         size, extras = end - at, (Extra(kinds.AFCP),)
         size = size if start <= at < end else 12
-    elif data.endswith(_PHOTO_MECHANIC, start, end):
+    elif data.endswith(b"cbipcbbl", start, end):
         size = 12 + int.from_bytes(data[end - 12 : end - 8], "big")
         extras = (_kept(kinds.PHOTO_MECHANIC, data[max(start, end - size) : end]),)
-    elif data.endswith(_FOTOSTATION, start, end):
+    elif data.endswith(b"\xa1\xb2\xc3\xd4", start, end):
         size = int.from_bytes(data[end - 8 : end - 4], "big")
         extras = (_kept(kinds.FOTOSTATION, data[max(start, end - size) : end]),)
     return (max(start, end - size), extras) if size > 0 else None
@@ -128,7 +126,7 @@ def _samsung(data: bytes, start: int, end: int) -> tuple[int, tuple[Extra, ...]]
     """Return how long Samsung's record is, with its blocks ahead of its directory."""
     length = int.from_bytes(data[end - 8 : end - 4], "little")
     head = end - 8 - length
-    if head < start or data[head : head + 4] != _SAMSUNG_HEAD:
+    if head < start or data[head : head + 4] != b"SEFH":
         return 0, ()
     starts = range(head + _SAMSUNG_ENTRY, end - 8 - _SAMSUNG_ENTRY + 1, _SAMSUNG_ENTRY)
     back = max((int.from_bytes(data[at + 4 : at + 8], "little") for at in starts), default=0)

@@ -30,7 +30,6 @@ _SIDES: Final[tuple[tuple[int, int], ...]] = (
     (Tag.RelatedImageWidth, Tag.RelatedImageLength),
 )
 _SUBJECTS: Final = (0x9214, Tag.SubjectLocation)  # the first is its area
-_FURTHER: Final = (Tag.ExifOffset, Tag.ExifInteroperabilityOffset)
 _DAMAGED: Final = (struct.error, KeyError)
 _ADOBE: Final = "http://ns.adobe.com/"
 _EXIF, _TIFF = f"{_ADOBE}exif/1.0/ ", f"{_ADOBE}tiff/1.0/ "
@@ -53,7 +52,6 @@ _SIZES: Final = [
     re.compile(rb"""((?:tiff:Image%s|exif:Pixel%sDimension)(?:=["']|>)\s*)[0-9]+""" % names)
     for names in ((b"Width", b"X"), (b"Length", b"Y"))
 ]
-_THUMBNAILS: Final = (b"xmp:Thumbnails>", b"xap:Thumbnails>")
 _Structure = dict[str, xmp.Span]
 _Changes = Iterator[tuple[xmp.Span, bytes]]
 _ONE: Final = Decimal(1)
@@ -166,7 +164,7 @@ def turned_exif(exif: bytes, turn: Turn, small: Callable[[bytes], bytes]) -> byt
     except _DAMAGED:
         return exif
     with suppress(*_DAMAGED):
-        for further in (*_FURTHER, None):
+        for further in (Tag.ExifOffset, Tag.ExifInteroperabilityOffset, None):
             numbers = tiff.entries(start)
             _turn(tiff, numbers, turn)
             if further not in numbers:
@@ -227,7 +225,7 @@ def turned_xmp(packet: bytes, turn: Turn) -> bytes:
     """
     for pattern, size in zip(_SIZES, (turn.width, turn.height), strict=True):
         packet = pattern.sub(rb"\g<1>%d" % size, packet)
-    for name in _THUMBNAILS:
+    for name in (b"xmp:Thumbnails>", b"xap:Thumbnails>"):
         packet = _without(packet, b"<" + name, b"</" + name)
     if turn.orientation == 1:
         return packet

@@ -27,7 +27,6 @@ from kogao_core.faces.landmarks.pixels import Pyramid
 MODEL: Final = "models/aam.npz"
 _STEEP: Final = 4
 _MOST_NEAR: Final = 1.25  # single landmarks differ more than the whole face
-_CASCADE: Final = "haarcascade_frontalface_alt2.xml"
 _LOOK_PX: Final = 512
 _LEAST_FACE_PX: Final = 24
 # Upright first; the cascade itself stands about 15 degrees of tilt.
@@ -118,7 +117,8 @@ class _Photo:
         fitted = self.fit(box)
         if self.doubts(fitted):
             # A few faces in a hundred are first taken for upside down, or for upright ones.
-            over, _ = detector.look_closer(self.picture, _upside_down(box))
+            upside_down = replace(box, degrees=box.degrees + 180.0, seen_wide=False)
+            over, _ = detector.look_closer(self.picture, upside_down)
             if over:
                 fitted = min(fitted, self.fit(over[0]), key=lambda one: one.residual)
         face = self.face(fitted, sure)
@@ -139,16 +139,13 @@ class _Photo:
         return points.face(fitted.points, sure * trust, near, AamSource.name)
 
 
-def _upside_down(box: Detection) -> Detection:
-    return replace(box, degrees=box.degrees + 180.0, seen_wide=False)
-
-
 class HaarFaces:
     """Face boxes without networks: the cascade that travels with OpenCV; not thread-safe."""
 
     def __init__(self) -> None:
         folder = Path(cv2.__file__).parent / "data"
-        self._cascade = cv2.CascadeClassifier(str(folder / _CASCADE))
+        cascade = folder / "haarcascade_frontalface_alt2.xml"
+        self._cascade = cv2.CascadeClassifier(str(cascade))
 
     def boxes(self, picture: Pyramid) -> Iterator[list[Detection]]:
         """Return boxes without keypoints, for one angle after the other, upright first."""

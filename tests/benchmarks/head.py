@@ -1,0 +1,196 @@
+"""What a warp does to what surrounds the face, and to eyes and mouth.
+
+``python tests/benchmarks/head.py [PHOTO ...] [--percent 4 8 10] [--follows 50] [--shaken 24]``
+
+PHOTO are portraits of one face; those of ``KOGAO_SHARED`` or ``../shared/data`` when not given.
+Median and worst decile of:
+
+- strip: width of the strip from the outline to 1.25 half widths at ear height, change in %;
+- brow, forehead: their width after / before;
+- det J: the smallest;
+- apart: how far the widths of the two eyes come apart, %;
+- sag: of a straight bar from outline to outline on the eye line, % of the outer eye distance (iod);
+- moved: the farthest move of a corner of eyes or mouth, % of iod;
+- hair: shift 1.3 half widths aside, half a face height below the eye line, over that above it, with
+  the whole head following (``head_follows`` 100);
+- outside: farthest read outside the photo, % of iod;
+- missed: landmarks off their targets, % of iod; changed: share of the photo's 16 x 16 blocks, %.
+
+``--shaken N`` moves N photos by up to 2 px, with noise and JPEG at quality 85, and prints the
+greatest step between two frames at 4 %, px at a photo height of 1000.
+"""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import sys
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+import cv2
+import numpy as np
+from photographs import SHARED
+from scenes import read_outside_px
+
+import kogao_core as kogao
+from kogao_core.background.find import BackgroundFinder, held_of
+from kogao_core.base.geometry import Array, Box, Image
+from kogao_core.faces.face import Face
+from kogao_core.pipeline import Rendering
+from kogao_core.projects.sidecar import Applied
+from kogao_core.warp.field import Field, shown_at
+from kogao_core.warp.one_to_one import least_det
+from kogao_core.warp.protection import NOTHING
+
+COLUMNS = (
+    *("strip", "brow", "forehead", "det J", "apart", "sag", "moved", "hair", "outside"),
+    *("missed", "changed"),
+)
+LOW_IS_WORSE = {"det J", "hair"}
+FRAMES = 6
+
+
+def of_one_face(files: Sequence[Path]) -> Iterator[tuple[Image, Face]]:
+    """Yield the photos with a face, and the largest there."""
+    source = kogao.source()
+    for file in files:
+        photo = kogao.read(file).pixels
+        faces = source.find(photo)
+        if faces:
+            yield photo, max(faces, key=lambda face: face.interocular_px)
+
+
+def rendered(photo: Image, face: Face, recipe: kogao.Recipe, finder: BackgroundFinder) -> Rendering:
+    """Warp one face as the command does."""
+    held = held_of(photo, Applied([face], recipe, NOTHING), finder)
+    return kogao.render(photo, [face], recipe, held=held)
+
+
+def figures(photo: Image, face: Face, made: Rendering, whole: Field) -> list[float]:
+    """Return a value for each of `COLUMNS`."""
+    field, (pairs,) = made.field, made.pairs
+    right = face.eyes[2:].mean(axis=0) - face.eyes[:2].mean(axis=0)
+    right /= np.hypot(*right)
+    below = np.array([-right[1], right[0]])
+    outline, eye, iod = face.outline, face.eye_center, face.interocular_px
+    down = face.mouth_center - eye
+    aside = (outline - outline.mean(axis=0)) @ right
+    half = float(np.abs(aside).max())
+    strips, ends = [], []
+    for sign in (-1, 1):
+        side = outline[aside * sign > 0]
+        at = side[np.argmin(np.abs((side - eye - 0.35 * down) @ below))]
+        shown = shown_at(field, np.stack([at, at + 0.25 * sign * half * right]))
+        strips.append(100.0 * (_length(shown) / (0.25 * half) - 1.0))
+        ends.append(side[np.argmin((side - eye) @ below)])
+    brow = np.stack([eye - 0.25 * down + sign * half * right for sign in (-1, 1)])
+    rim = brow if face.forehead is None else face.forehead[[3, -4]]
+    bar = shown_at(field, np.linspace(*ends, 60))
+    chord = (bar[-1] - bar[0]) / _length(bar[[0, -1]])
+    corners = np.vstack([face.eyes, face.mouth])
+    moved = shown_at(field, corners)
+    left, right_eye = (_length(moved[k : k + 2]) / _length(corners[k : k + 2]) for k in (0, 2))
+    height = float(((outline - eye) @ below).max())
+    lower, upper = (
+        np.mean(
+            [_inwards(whole, eye + up * height * below, sign * right, half) for sign in (-1, 1)]
+        )
+        for up in (0.5, -0.5)
+    )
+    missed = np.abs(field.at(pairs.target_px) - pairs.displacement_px).max()
+    return [
+        float(np.mean(strips)),
+        _length(shown_at(field, brow)) / _length(brow),
+        _length(shown_at(field, rim)) / _length(rim),
+        least_det(field),
+        100.0 * abs(left / right_eye - 1.0),
+        100.0 * float(np.abs((bar - bar[0]) @ [-chord[1], chord[0]]).max()) / iod,
+        100.0 * float(np.hypot(*(moved - corners).T).max()) / iod,
+        float(lower / upper) if upper > 0.0 else np.nan,
+        100.0 * read_outside_px(field, Box.of(photo)) / iod,
+        100.0 * float(missed) / iod,
+        100.0 * float(_blocks(photo != made.pixels).mean()),
+    ]
+
+
+def shaken_steps(photo: Image, face: Face, recipe: kogao.Recipe, seed: int) -> float:
+    """Return the greatest step between frames of a shaken photo, px at a height of 1000."""
+    rng, source, finder = np.random.default_rng(seed), kogao.source(), BackgroundFinder()
+    low, high = face.points.min(axis=0), face.points.max(axis=0)
+    grid = np.meshgrid(*(np.linspace(a, b, 60) for a, b in zip(
+        2 * low - face.middle, 2 * high - face.middle, strict=True)))  # fmt: skip
+    places, last, most = np.stack(grid, axis=-1).reshape(-1, 2), None, 0.0
+    for _ in range(FRAMES):
+        shift = rng.uniform(-2.0, 2.0, 2)
+        moved = cv2.warpAffine(photo, np.array([[1, 0, shift[0]], [0, 1, shift[1]]]),
+            photo.shape[1::-1], flags=cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)  # fmt: skip
+        noisy = np.clip(moved + rng.normal(0.0, 2.0, moved.shape), 0, 255).astype(np.uint8)
+        frame = cv2.imdecode(cv2.imencode(".jpg", noisy, [cv2.IMWRITE_JPEG_QUALITY, 85])[1], -1)
+        faces = source.find(frame)
+        if not faces:
+            continue
+        nearest = min(faces, key=lambda one: float(np.hypot(*(one.middle - shift - face.middle))))
+        now = rendered(frame, nearest, recipe, finder).field.at(places + shift)
+        if last is not None:
+            most = max(most, float(np.hypot(*(now - last).T).max()))
+        last = now
+    return 1000.0 * most / photo.shape[0]
+
+
+def _inwards(field: Field, middle: Array, way: Array, half: float) -> float:
+    """Return how far a place 1.3 half widths beside the middle comes inwards, px."""
+    return float(field.at((middle + 1.3 * half * way)[None])[0] @ way)
+
+
+def _length(ends: Array) -> float:
+    return float(np.hypot(*(ends[-1] - ends[0])))
+
+
+def _blocks(changed: Image) -> Image:
+    changed = changed.reshape(*changed.shape[:2], -1).any(axis=2)
+    rows, columns = (16 * (side // 16) for side in changed.shape)
+    blocks = changed[:rows, :columns].reshape(rows // 16, 16, columns // 16, 16)
+    return np.asarray(blocks.any(axis=(1, 3)))
+
+
+def main() -> None:
+    """Measure, and print."""
+    asked = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    asked.add_argument("photos", nargs="*", type=Path)
+    asked.add_argument("--percent", nargs="+", type=float, default=[4.0, 8.0, 10.0])
+    asked.add_argument("--follows", type=float, default=kogao.Recipe().head_follows)
+    asked.add_argument("--paper", action="store_true", help="features not kept")
+    asked.add_argument("--shaken", type=int, default=0)
+    given = asked.parse_args()
+    files = given.photos or sorted((SHARED / "portraits").glob("*.jpg"))
+    base = kogao.Recipe(head_follows=given.follows, keep_features=not given.paper)
+    rows: dict[float, list[list[float]]] = {percent: [] for percent in given.percent}
+    found, finder, steps = list(of_one_face(files)), BackgroundFinder(), []
+    for photo, face in found:
+        for percent, table in rows.items():
+            recipe = dataclasses.replace(base, percent=percent)
+            made = rendered(photo, face, recipe, finder)
+            whole = dataclasses.replace(recipe, head_follows=100.0)
+            table.append(figures(photo, face, made, rendered(photo, face, whole, finder).field))
+    print(f"{len(found)} portraits, head follows {given.follows:g} %: median (worst decile)")
+    print(" " * 5, *(f"{name:>16}" for name in COLUMNS))
+    for percent, table in rows.items():
+        values = np.array(table)
+        worst = [10 if name in LOW_IS_WORSE else 90 for name in COLUMNS]
+        cells = [
+            f"{np.nanmedian(column):7.3f} ({np.nanpercentile(column, at):6.3f})"
+            for column, at in zip(values.T, worst, strict=True)
+        ]
+        print(f"{percent:4g}%", *cells)
+    for number, (photo, face) in enumerate(found[: given.shaken]):
+        steps.append(shaken_steps(photo, face, base, number))
+    if steps:
+        median, decile, most = np.percentile(steps, [50, 90, 100])
+        print(f"shaken, {len(steps)} photos: {median:.2f}, {decile:.2f}, most {most:.2f} px")
+
+
+if __name__ == "__main__":
+    main()
