@@ -200,6 +200,14 @@ def test_an_unchanged_photo_is_copied_to_the_byte(tmp_path, picture):
     assert (tmp_path / "out.png").read_bytes() != path.read_bytes()
 
 
+def test_an_unchanged_photo_is_copied_however_it_lies(tmp_path, picture):
+    path = saved(tmp_path / "in.png", picture, exif=EXIF)
+    source = photo.read(path)
+    assert source.orientation == 6
+    photo.write(source, source.pixels, tmp_path / "out.png")
+    assert (tmp_path / "out.png").read_bytes() == path.read_bytes()
+
+
 def test_a_source_written_over_is_not_taken_for_the_original(tmp_path, picture):
     path = saved(tmp_path / "in.png", picture)
     source = photo.read(path)
