@@ -14,7 +14,7 @@ from typing import Final
 
 import numpy as np
 
-from kogao_core.base.geometry import Affine, Array, frozen
+from kogao_core.base.geometry import Affine, Array, arc_lengths, frozen
 from kogao_core.base.language import Text
 from kogao_core.base.strict import BadFile
 from kogao_core.base.wording import shown
@@ -244,7 +244,7 @@ def shares_of(line: Array) -> Array:
 
     Result (N,): from 0 to 1, by length along straight pieces.
     """
-    lengths = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1)))
+    lengths = arc_lengths(line)
     return np.asarray(lengths / lengths[-1])
 
 
