@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import ctypes
 import os
 import socket
@@ -11,14 +10,17 @@ from collections.abc import Sequence
 from itertools import chain
 from math import isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any, Final
+
+import click
 
 from kogao_core.base import installed, interrupts
-from kogao_core.base.language import languages, system_languages, tr, translated, use_language
+from kogao_core.base.language import Text, languages, system_languages, tr, translated, use_language
 from kogao_core.base.stderr import open_standard_streams
 from kogao_core.base.threads import end_at_once, take_short_turns, without_blas_threads
-from kogao_core.base.wording import shown
-from kogao_core.recipe.recipe import Recipe
+from kogao_core.base.wording import sentence, shown
+from kogao_core.cli import common, words
 
 from .workspaces import WORKSPACES
 
@@ -26,7 +28,7 @@ if TYPE_CHECKING:
     from kogao_core.faces.face import LandmarkSource
 
 BROKEN: Final = 1
-_OF_SCREENSHOT: Final = ("show", "percent", "protect")  # what only a picture can show
+_PATH: Final = click.Path(path_type=Path, readable=False)
 
 
 def main(argv: Sequence[str] | None = None, source: LandmarkSource | None = None) -> int:
@@ -37,8 +39,8 @@ def main(argv: Sequence[str] | None = None, source: LandmarkSource | None = None
     without_blas_threads()
     take_short_turns()
     end_at_once()
-    use_language(*([asked] if (asked := _language(argv)) else system_languages()))
-    options = _options(argv)
+    use_language(*system_languages())
+    options = _parse(argv)
     if options.screenshot is not None and not options.photos:
         options.sample = True
     try:
@@ -58,7 +60,7 @@ def _incomplete() -> str:
     return incomplete()
 
 
-def _lacking(options: argparse.Namespace) -> str:
+def _lacking(options: SimpleNamespace) -> str:
     """Return why Qt would abort here, which nobody can catch; empty if it wouldn't."""
     if sys.platform != "linux":
         return ""
@@ -72,7 +74,9 @@ def _lacking(options: argparse.Namespace) -> str:
 
 
 def _has_display() -> bool:
-    """Tell whether a Wayland compositor or an X server answers."""
+    """Return whether a Wayland compositor or an X server answers."""
+    if sys.platform != "linux":
+        return True
     compositor, display = (os.environ.get(f"{name}DISPLAY") for name in ("WAYLAND_", ""))
     if compositor:
         place = Path(os.environ.get("XDG_RUNTIME_DIR", "/"), compositor)
@@ -94,7 +98,7 @@ def _end(line: str) -> int:
     return BROKEN
 
 
-def _run(options: argparse.Namespace, source: LandmarkSource | None, *, hears: bool) -> int:
+def _run(options: SimpleNamespace, source: LandmarkSource | None, *, hears: bool) -> int:
     ahead = None
     if len(options.photos) == 1 and not os.path.isdir(options.photos[0]):
         # Qt and the views take as long to load as the photo to read; a wrong call needs neither.
@@ -111,152 +115,145 @@ def _run(options: argparse.Namespace, source: LandmarkSource | None, *, hears: b
     return start(options, source, ahead, hears=hears)
 
 
-def _language(argv: Sequence[str] | None) -> str | None:
-    """Return the language that is asked for, which what is said of all else is said in."""
-    first = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
-    first.add_argument("--language", nargs="?")
-    asked: str | None = first.parse_known_args(argv)[0].language
-    return asked
+def _parse(arguments: Sequence[str] | None) -> SimpleNamespace:
+    """Return the options. Print help, version or an error and exit where these are requested."""
+    try:
+        found = _command().main(arguments, "kogao", standalone_mode=False)
+    except click.UsageError as error:
+        problem = " ".join(translated(error.format_message()).split()).rstrip(".。")
+        print(sentence(tr("kogao: {problem} (see kogao --help)", problem=problem)), file=sys.stderr)
+        sys.exit(error.exit_code)
+    if not isinstance(found, SimpleNamespace):
+        sys.exit(0)  # --help or --version
+    return found
 
 
-def _options(argv: Sequence[str] | None) -> argparse.Namespace:
-    parser = _parser()
-    options = parser.parse_args(argv)
+def _check(options: SimpleNamespace) -> None:
+    """Raise UsageError for options that can't be combined."""
+    if sum((bool(options.photos), options.sample, options.rate is not None)) > 1:
+        raise click.UsageError(Text("PHOTO, --sample and --rate can't be combined"))
     if options.screenshot is not None and (len(options.photos) > 1 or options.rate is not None):
-        parser.error(tr("--screenshot shows one photo; name one"))
-    for name in _OF_SCREENSHOT if options.screenshot is None else ():
-        if getattr(options, name) is not None:
-            parser.error(tr("{option} needs {other}", option=f"--{name}", other="--screenshot"))
+        raise click.UsageError(Text("--screenshot shows one photo; name one"))
     if options.edit and (options.screenshot is not None or not options.photos):
-        parser.error(
-            tr("--edit takes the photos to be written over; name them, and no --screenshot")
-        )
-    if options.temporary and not options.edit:
-        parser.error(tr("{option} needs {other}", option="--temporary", other="--edit"))
-    return options
+        raise click.UsageError(Text("--edit needs photos and can't be combined with --screenshot"))
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="kogao", description=tr("Make faces a little smaller."))
-    what = parser.add_mutually_exclusive_group()
-    what.add_argument(
-        "photos",
-        nargs="*",
-        default=(),
-        type=Path,
-        metavar="PHOTO",
-        help=tr("photo or project to open; a folder, or several photos, make a film strip"),
+def _command() -> words.Command:
+    """Return the command with all options."""
+    kogao = words.command(
+        "kogao",
+        context_settings={"help_option_names": ["-h", "--help"]},
+        examples=("kogao portrait.jpg", "kogao photos/", "kogao --sample --screenshot window.png"),
     )
-    what.add_argument(
-        "--sample", action="store_true", help=tr("open the portrait that is built in")
-    )
-    parser.set_defaults(rate=None)
-    if installed.has_laboratory():
-        what.add_argument(
-            "--rate",
-            type=Path,
-            metavar="FOLDER",
-            help=tr("rate the pictures of a study (docs/study.md)"),
-        )
-    parser.add_argument(
-        "--screenshot",
-        type=Path,
-        metavar="OUT.png",
-        help=tr("save a picture of the window, and exit"),
-    )
-    parser.add_argument(
-        "--edit",
-        action="store_true",
-        help=tr(
-            "for other programs: saving writes over PHOTO; ends with 0, or 6 if nothing was saved"
+    picture = words.section(
+        Text("Picture of the window"),
+        words.option(
+            "--screenshot", type=_PATH, metavar="OUT.png",
+            help="Save a picture of the window and exit",
         ),
-    )
-    parser.add_argument(
-        "--temporary",
-        action="store_true",
-        help=tr(
-            "with --edit: PHOTO is a copy that another program made for this; keep no original"
+        words.option(
+            "--show", callback=_names, metavar="NAME,...", needs="--screenshot",
+            help="Overlays, comparisons and tools to show (see docs/inspect.md) [overlays of the "
+            "workspace]",
         ),
-    )
-    parser.add_argument(
-        "--workspace",
-        choices=tuple(WORKSPACES),
-        help=tr(
-            "what the window shows: the photo and its faces, both ways to set points, or "
-            "everything (see docs/editor.md); what was shown last when absent"
+        words.option(
+            "--amount", "percent", type=common.Number(-15.0, 15.0), metavar="N", alias="--percent",
+            needs="--screenshot", help="Amount in the picture, -15..15 [4]",
         ),
-    )
-    parser.add_argument(
-        "--show",
-        type=_names,
-        metavar="NAME,...",
-        help=tr(
-            "what the picture shows: overlays, ways to compare, tools (see docs/editor.md); "
-            "the overlays of the workspace when absent"
+        words.option(
+            "--protect", callback=_line, metavar="'X,Y X,Y'", needs="--screenshot",
+            help="Protected line in the picture, px of the photo",
         ),
-    )
-    parser.add_argument(
-        "--percent", type=_percent, metavar="P", help=tr("warp distance in the picture, %% of D")
-    )
-    parser.add_argument(
-        "--protect",
-        type=_line,
-        metavar="'X,Y X,Y'",
-        help=tr("a line in the picture's photo, px, that must not move"),
-    )
-    parser.add_argument("--size", type=_size, metavar="WxH", help=tr("size of the window in px"))
-    parser.add_argument(
-        "--theme",
-        choices=("system", "light", "dark"),
-        help=tr("colours of the window; those of the preferences when absent"),
-    )
-    parser.add_argument(
-        "--language",
-        choices=languages(),
-        help=tr("of all words and numbers; that of the preferences when absent, else the system's"),
-    )
-    return parser
+    )  # fmt: skip
+    host = words.section(
+        Text("For other programs"),
+        words.option(
+            "--edit", is_flag=True,
+            help="Saving overwrites PHOTO; exit code 0, or 6 if closed without saving",
+        ),
+        words.option(
+            "--temporary", is_flag=True, needs="--edit",
+            help="With --edit: PHOTO is a temporary copy of another program; store no original",
+        ),
+    )  # fmt: skip
+    rate = words.option("--rate", type=_PATH, metavar="FOLDER", help="Rate the pictures of a study")
+    options = words.together(
+        click.argument("photos", nargs=-1, type=_PATH, metavar="[PHOTO]..."),
+        words.option("--sample", is_flag=True, help="Open the built-in portrait"),
+        *([rate] if installed.has_laboratory() else []),
+        words.option(
+            "--workspace", type=click.Choice(tuple(WORKSPACES)), help="Workspace [last used]"
+        ),
+        words.option(
+            "--theme", type=click.Choice(("system", "light", "dark")),
+            help="Colours of the window [preferences]",
+        ),
+        words.option(
+            "--size", callback=_size, metavar="WxH", help="Size of the window, px [last used]"
+        ),
+        words.option(
+            "--language", type=click.Choice(languages()), is_eager=True, callback=_speak,
+            help="Language of all texts [preferences, else language of the system]",
+        ),
+        words.shows_version,
+        picture,
+        host,
+    )  # fmt: skip
+
+    def run(**given: Any) -> SimpleNamespace:
+        """Make faces in photos slightly smaller.
+
+        PHOTO is a photo, a project or a folder. Several photos open as a film strip.
+        """
+        found = SimpleNamespace(**{"rate": None, **given})
+        _check(found)
+        return found
+
+    return kogao(options(run))
 
 
-def _names(text: str) -> frozenset[str]:
+def _speak(_: click.Context, __: click.Parameter, code: str | None) -> str | None:
+    if code is not None:
+        use_language(code)
+    return code
+
+
+def _names(_: click.Context, __: click.Parameter, text: str | None) -> frozenset[str] | None:
+    if text is None:
+        return None
     from .start import names  # loads Qt
 
     asked = frozenset(text.split(","))
     unknown = sorted(asked - names())
     if unknown:
         known = ", ".join(sorted(names()))
-        raise argparse.ArgumentTypeError(
-            tr("{name} can't be shown; known: {known}", name=shown(unknown[0]), known=known)
+        raise words.bad_value(
+            Text("{name} can't be shown; known: {known}", name=shown(unknown[0]), known=known)
         )
     return asked
 
 
-def _percent(text: str) -> float:
-    try:
-        return Recipe(percent=float(text)).percent
-    except ValueError as error:
-        raise argparse.ArgumentTypeError(translated(error)) from error
-
-
-def _line(text: str) -> tuple[tuple[float, float], ...]:
+def _line(
+    _: click.Context, __: click.Parameter, text: str | None
+) -> tuple[tuple[float, float], ...] | None:
+    if text is None:
+        return None
     try:
         pairs = [point.split(",") for point in text.split()]
         line = tuple((float(x), float(y)) for x, y in pairs)
     except ValueError:
         line = ()
     if len(line) < 2 or not all(map(isfinite, chain(*line))):
-        raise argparse.ArgumentTypeError(
-            tr("{text} isn't a line such as '80,40 80,600'", text=shown(text))
-        )
+        raise words.bad_value(Text("{text} isn't a line such as '80,40 80,600'.", text=shown(text)))
     return line
 
 
-def _size(text: str) -> tuple[int, int]:
-    width, _, height = text.partition("x")
+def _size(_: click.Context, __: click.Parameter, text: str | None) -> tuple[int, int] | None:
+    if text is None:
+        return None
+    width, height = (*text.split("x"), "")[:2]
     if not (width.isdecimal() and height.isdecimal() and int(width) and int(height)):
-        raise argparse.ArgumentTypeError(
-            tr("{text} isn't a size such as 1280x800", text=shown(text))
-        )
+        raise words.bad_value(Text("{text} isn't a size such as 1280x800.", text=shown(text)))
     return int(width), int(height)
 
 

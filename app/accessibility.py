@@ -1,7 +1,7 @@
-"""How assistive technology is told: interfaces for what is our own, and announcements.
+"""Accessibility: custom interfaces and announcements.
 
-Every interface of ours belongs to a `QObject` and is made by a factory. Qt then owns it, and ends
-it together with its object; one without an object is freed by Python while Qt still holds it.
+A factory makes each interface for a `QObject`. Qt then owns the interface and deletes the
+interface with the object. Python would free an interface without an object too early.
 """
 
 from __future__ import annotations
@@ -20,23 +20,23 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QAccessibleWidget, QToolButton, QWidget
 from shiboken6.Shiboken import VoidPtr
 
-# Names of actions that every platform's bridge knows; Qt translates what is said of them.
+# Action names known to every platform's bridge; Qt translates the descriptions.
 PRESS: Final = "Press"
 FOCUS: Final = "SetFocus"
 INCREASE: Final = "Increase"
 DECREASE: Final = "Decrease"
-# What `interface_cast` returns where there is no such interface: PySide crashes over None.
+# Return value of `interface_cast` without an interface: None crashes PySide.
 NOTHING: Final = VoidPtr(0)
 
 
-# None is for those that Qt tells well enough.
+# None: Qt's own interface is sufficient.
 _Interface = Callable[[Any], QAccessibleInterface | None]
 _INTERFACES: Final[dict[type[QObject], _Interface]] = {}
 _EXCLUSIVE = QActionGroup.ExclusionPolicy.Exclusive
 
 
 def speak(kind: type[QObject], interface: _Interface) -> None:
-    """Tell Qt which interface objects of a kind have; it holds for as long as the program runs."""
+    """Register the accessible interface of a class, for the lifetime of the program."""
     if not _INTERFACES:
         QAccessible.installFactory(_interface)
     _INTERFACES[kind] = interface
@@ -48,7 +48,7 @@ def _interface(_: str, thing: QObject) -> QAccessibleInterface | None:
 
 
 def announce(widget: QWidget, text: str, *, urgent: bool = False) -> None:
-    """Have a screen reader say something that just happened."""
+    """Send an announcement to screen readers."""
     event = QAccessibleAnnouncementEvent(widget, text)
     if urgent:
         event.setPoliteness(QAccessible.AnnouncementPoliteness.Assertive)
@@ -56,7 +56,7 @@ def announce(widget: QWidget, text: str, *, urgent: bool = False) -> None:
 
 
 def tell_choices() -> None:
-    """Have tool buttons told as what they are; Qt tells of check boxes, one chosen or any."""
+    """Expose exclusive tool buttons as radio buttons; Qt exposes these as check boxes."""
     speak(QToolButton, _spoken)
 
 
@@ -65,7 +65,7 @@ def _spoken(button: QToolButton) -> SpokenRadio | None:
 
 
 def _is_choice(button: QToolButton) -> bool:
-    """Return whether one of its kind is always chosen: none of them can be let go."""
+    """Return whether the button belongs to a group with exactly one checked button."""
     group, action = button.group(), button.defaultAction()
     actions = action.actionGroup() if action else None
     if actions is not None and actions.exclusionPolicy() == _EXCLUSIVE:
@@ -74,26 +74,26 @@ def _is_choice(button: QToolButton) -> bool:
 
 
 class SpokenRadio(QAccessibleWidget):
-    """What a screen reader learns of one of the choices."""
+    """Accessible radio button."""
 
     def __init__(self, button: QToolButton) -> None:
         super().__init__(button, QAccessible.Role.RadioButton)
         self._button, self._actions = button, _RadioActions(button)
 
     def state(self) -> QAccessible.State:
-        """Return what holds of it now."""
+        """Return the state with `checkable` and `checked`."""
         state = super().state()
         state.checkable, state.checked = True, self._button.isChecked()
         return state
 
     def interface_cast(self, kind: QAccessible.InterfaceType) -> Any:
-        """Return what it can be told to do."""
+        """Return the action interface."""
         wanted = kind == QAccessible.InterfaceType.ActionInterface
         return self._actions if wanted else NOTHING
 
 
 class _RadioActions(QAccessibleActionInterface):
-    """What it can be told to do."""
+    """Actions of an accessible radio button."""
 
     def __init__(self, button: QToolButton) -> None:
         super().__init__()

@@ -1,78 +1,233 @@
-"""What menus, keys and buttons can do, and where it lies in the window."""
+"""The table of commands: name, text, key and tip of each, in the order of the menus.
+
+Features connect commands to methods with `Feature.bind`. Commands that belong to other tables
+(overlays, workspaces, experiments, stars) are made by the feature that reads that table.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
 
 from PySide6.QtGui import QAction, QKeySequence
+from PySide6.QtWidgets import QWidget
 
-from .i18n import bare, tr
+from kogao_core.base.language import looked_up
+
+from .i18n import bare
 
 Names = tuple[str | None, ...]
-FIRST_KEY = "first_key"
+_FIRST_KEY: Final = "first_key"
 
 
-def layout(actions: Sequence[str]) -> dict[str, Names]:
-    """Return the menus: their titles, and the names in each; None is a line."""
+@dataclass(frozen=True, slots=True)
+class Item:
+    """One command. `resources.catalogues` collects its text and its tip for translation."""
 
-    def every(kind: str) -> Names:
-        return tuple(name for name in actions if name.startswith(kind))
+    name: str  # in settings, toolbars and tests
+    text: str  # with & before the letter for Alt
+    key: str = ""
+    tip: str = ""
+    photo: bool = False  # enabled only while a photo is open
+    also: tuple[str, ...] = ()  # more keys, as in other programs
 
-    return {
-        tr("&File"): (
-            *("open", "folder", "recent", "next-photo", "previous-photo", "sample", None),
-            *("save", "export", "save-project", "save-options", "done", "cancel-edit", None),
-            *("give-settings", "batch-chosen", "batch", None),
-            *("import-landmarks", "export-landmarks", "export-figure", None),
-            "quit",
+    def action(self, parent: QWidget) -> QAction:
+        """Return a new action with the words and keys of this command."""
+        action, tip = QAction(parent), looked_up(self.tip)
+        call(action, looked_up(self.text))
+        action.setShortcuts([QKeySequence(key) for key in (self.key, *self.also) if key])
+        action.setProperty(_FIRST_KEY, self.key)
+        action.setToolTip(f"{tip} ({self.key})" if self.key else tip)
+        action.setStatusTip(tip)
+        return action
+
+
+class Menu:
+    """A menu of the menu bar.
+
+    An entry is a command, None (a separator), the name of a submenu, or a prefix such as
+    ``overlay-`` for every command of another table.
+    """
+
+    def __init__(self, title: str, *entries: Item | str | None, only: tuple[str, ...] = ()) -> None:
+        self.title, self.entries = title, entries
+        self.only = only  # workspaces that show the menu; empty: all
+
+    def names(self, actions: Sequence[str]) -> Names:
+        """Return the names of the entries, with those of `actions` that a prefix stands for."""
+        names: list[str | None] = []
+        for entry in self.entries:
+            if isinstance(entry, str) and entry.endswith("-"):
+                listed = [name for name in actions if name.startswith(entry) and name not in TABLE]
+                names += listed
+            else:
+                names.append(entry.name if isinstance(entry, Item) else entry)
+        return tuple(names)
+
+
+MENUS: Final = (
+    Menu(
+        "&File",
+        Item("open", "&Open…", "Ctrl+O", "Open a photo"),
+        Item("folder", "Open &folder…", "Ctrl+Shift+O", "Show its photos in the film strip"),
+        "recent",
+        None,
+        Item("save", "&Save a copy…", "Ctrl+S", "Keep the original unchanged", photo=True),
+        Item("export", "E&xport…", "Ctrl+Shift+S", "Export one or more photos", photo=True),
+        None,
+        Item("done", "&Done", "Ctrl+Shift+Return", "Save and return to the other program"),
+        Item("cancel-edit", "Cance&l", "Ctrl+Shift+Backspace", "Return without saving"),
+        Item("quit", "&Quit", "Ctrl+Q", "Close the window"),
+    ),
+    Menu(
+        "&Edit",
+        Item("undo", "&Undo", "Ctrl+Z", "Undo the last step"),
+        Item("redo", "&Redo", "Ctrl+Shift+Z", "Redo the next step"),
+        Item(
+            "reset-photo", "Reset ph&oto", "", "Discard all edits; undo restores them", photo=True
         ),
-        tr("&Edit"): (
-            *("undo", "redo", None, "copy-settings", "paste-settings", None),
-            *("stars", "presets", "keys", "preferences", None, "abort"),
+        None,
+        Item("copy-settings", "&Copy settings", "Ctrl+Shift+C", "Copy from photo or face"),
+        Item(
+            "paste-settings",
+            "&Paste settings",
+            "Ctrl+Shift+V",
+            "Apply the copied settings",
+            photo=True,
         ),
-        tr("&View"): (
-            *("fit", "actual", "closer", "farther", None),
-            *every("overlay-"),
-            *("hide-overlays", None),
-            *("panels", "hide-panels", "move-panels", "more-settings", None),
-            *("strip-shown", "strip-order", None),
-            *every("workspace-"),
-            "reset-workspace",
+        Item(
+            "give-settings",
+            "S&ync settings to selected photos",
+            "Ctrl+Alt+V",
+            "Apply the open photo's settings",
+            photo=True,
         ),
-        tr("F&ace"): (
-            *("find", "place", None),
-            *("only-face", "switch-face", "all-faces", "no-face", "invert-faces", "zoom-face"),
-            *(None, "follow-photo", "next-point", "previous-point", "fetch-point", None),
-            *("soft", "symmetric", "reach-wider", "reach-narrower", None),
-            *("delete", None),
-            *every("landmarks-"),
-        ),
-        tr("&Manual"): (
-            *("mode-automatic", "mode-manual", None, "mark", "mirror", "mirror-side", "snap", None),
-            *("apply", "compare-modes"),
-        ),
-        tr("Com&pare"): (
-            *("compare-wipe", "compare-side", "compare-difference", None),
-            *("wipe-left", "wipe-right", "loupe"),
-        ),
-        tr("&Tools"): (
-            *every("tool-"),
-            *("smaller", "larger", None),
-            *("clear-strokes", None, "hard", "unprotect"),
-            *(None, "lines-go", "lines-hold"),
-        ),
-        tr("E&xperiments"): (*every("experiment-"), None, *every("rate")),
-        # Where keys are changed and where they are looked up.
-        tr("&Help"): ("documentation", "tour", "palette", "keys", None, "copy-report", "about"),
-    }
+        "presets",
+        None,
+        Item("preferences", "Pre&ferences…", "Ctrl+,", "Language, theme, defaults, folders"),
+    ),
+    Menu(
+        "&View",
+        Item("fit", "&Fit", "0", "Show the whole photo", True, ("Ctrl+0",)),
+        Item("actual", "&100 %", "1", "Show one photo pixel per screen pixel", True, ("Ctrl+1",)),
+        Item("zoom-face", "&Zoom to face", "F", "Zoom to the selected face or to all faces"),
+        None,
+        Item("compare-wipe", "&Wipe", "W", "Split view: drag the divider (or , and .)"),
+        Item("compare-side", "Side b&y side", "Y", "Show original and result side by side"),
+        None,
+        Item("hide-overlays", "Hide all o&verlays", "O", "Hide or show the marks on the photo"),
+        None,
+        "workspace-",
+        Item("reset-workspace", "Reset wor&kspace", "", "Restore its panels and overlays"),
+    ),
+    Menu(
+        "F&ace",
+        Item("find", "&Find faces again", "Ctrl+F", "Discard all point corrections", photo=True),
+        Item("place", "&Place a face by hand", "Ctrl+P", "Add a face to drag", photo=True),
+        None,
+        Item("switch-face", "&Switch this face on or off", "I", "Change or keep this face"),
+        Item("all-faces", "All fa&ces on", "Ctrl+A", "Change every face"),
+        None,
+        Item("follow-photo", "Reset to photo se&ttings", "Ctrl+U", "Drop the face's own settings"),
+        Item("soft", "Move nei&ghbours", "Q", "Nearby points follow; wheel sets the range"),
+        Item("symmetric", "&Both sides", "Shift+Q", "Mirror each move on the other side"),
+    ),
+    Menu(
+        "&Manual",
+        Item("mode-automatic", "&Automatic", "F2", "Use the detected points"),
+        Item("mode-manual", "&Manual", "F3", "Set points by hand, as in the paper (table 2)"),
+        None,
+        Item("apply", "A&pply", "Ctrl+Return", "Finish and stop the clock"),
+        only=("compare", "inspect"),
+    ),
+    Menu(
+        "&Tools",
+        Item("tool-points", "Points", "A", "Drag landmarks and targets"),
+        Item("tool-push", "Push", "Shift+W", "Drag to push"),
+        Item("tool-restore", "Restore", "Shift+R", "Restore the original under the brush"),
+        Item("tool-brush", "Brush", "B", "Paint areas to protect"),
+        Item("tool-line", "Line", "N", "Protect a straight edge; hold Shift for level or upright"),
+        Item("tool-eraser", "Eraser", "E", "Erase protection"),
+        None,
+        Item("clear-strokes", "&Clear strokes", "Shift+X", "Remove every push and restore"),
+        Item("unprotect", "&Remove all protection", "Shift+E", "Let all places move again"),
+    ),
+    Menu(
+        "E&xperiments",
+        "landmarks-",
+        None,
+        Item("import-landmarks", "Import landmarks…", "Ctrl+Shift+I", "Load points", True),
+        Item("export-landmarks", "Export landmarks…", "Ctrl+Shift+E", "Save the points"),
+        Item("export-figure", "Export figure…", "Shift+F12", "Save canvas and figures", True),
+        None,
+        "experiment-",
+        "rate",
+        only=("inspect",),
+    ),
+    Menu(
+        "&Help",
+        Item("documentation", "&Documentation", "F1", "Read the manual offline"),
+        Item("tour", "&Tour", "Ctrl+F1", "Try the sample in three steps"),
+        Item("palette", "&Commands…", "Ctrl+Shift+P", "Find a command by name"),
+        Item("keys", "&Keys…", "Ctrl+K", "Change shortcuts"),
+        None,
+        Item("about", "&About Kogao", "Ctrl+Shift+F1", "Version, paper and licences"),
+    ),
+)
+# Commands with a key and a place in the palette, without one in the menus.
+KEYS_ONLY: Final = (
+    Item("hide-panels", "&Hide all panels", "F8", "Show the photo alone"),
+    Item("copy-report", "Copy &report", "Shift+F1", "Copy versions for a bug report"),
+    Item("sample", "Open sample &portrait", "", "Open a face to try"),
+    Item("compare-difference", "&Difference", "X", "Show amplified differences"),
+    Item("loupe", "Lo&upe", "Z", "Magnify original and result"),
+    Item("only-face", "&Only this face", "Shift+I", "Leave all other faces unchanged"),
+    Item("no-face", "All faces off", "Ctrl+Shift+A", "Leave every face unchanged"),
+    Item("delete", "&Delete selected point", "Delete", "Delete a landmark, reset a target"),
+    Item("mark", "Mar&k", "M", "Press to set a landmark, drag to its target"),
+    Item("mirror", "Mi&rror", "Shift+M", "Copy the point to the other side"),
+    Item("mirror-side", "Mirror s&ide", "Ctrl+M", "Copy this side of the face to the other"),
+    Item("snap", "S&nap", "Shift+N", "Put the target on the line to the centre"),
+    Item("lines-go", "Release all &lines", "Shift+S", "Let the background bend"),
+    Item("lines-hold", "H&old all lines", "Shift+H", "Keep background lines straight"),
+    Item("abort", "Cancel", "Escape", "Cancel the gesture, then deselect"),
+    Item("next-photo", "Next photo", "Ctrl+Right", "Open the next photo of the strip"),
+    Item("previous-photo", "Previous photo", "Ctrl+Left", "Open the previous photo of the strip"),
+    Item("strip-shown", "Filter film strip", "Ctrl+Shift+F", "By stars, label or edits"),
+    Item("strip-order", "Sort film strip", "Ctrl+Shift+D", "By name or stars"),
+    Item("save-project", "Save project", "Ctrl+Alt+P", "Save points and settings", photo=True),
+    Item("paper-settings", "Use the paper's settings", "", "Keep amount and centre", photo=True),
+    Item("match-retouch", "Match a retouch…", "Ctrl+Alt+M", "Read a retouched copy", photo=True),
+    Item("save-preset", "Save preset…", "Ctrl+Alt+S", "Save these settings as a preset"),
+    Item("import-preset", "Import presets…", "Ctrl+Alt+I", "Add presets from files"),
+    Item("export-preset", "Export settings…", "Ctrl+Alt+E", "Save the settings as a file"),
+    Item("closer", "Zoom in", "+", "Magnify the view", True, ("Ctrl++", "Ctrl+=")),
+    Item("farther", "Zoom out", "-", "Show more of the photo", True, ("Ctrl+-",)),
+    Item("wipe-left", "Move divider left", ",", "Show more of the result"),
+    Item("wipe-right", "Move divider right", ".", "Show more of the original"),
+    Item("move-panels", "Move panels", "F9", "Show title bars to drag"),
+    Item("more-settings", "More settings", "Ctrl+Shift+M", "Show or hide the group “More”"),
+    Item("invert-faces", "Invert faces", "Ctrl+I", "Switch each face on or off"),
+    Item("next-point", "Next point", "Ctrl+.", "Select the next point"),
+    Item("previous-point", "Previous point", "Ctrl+Shift+.", "Select the previous point"),
+    Item("fetch-point", "Nearest point to mouse", "R", "Move the nearest landmark here"),
+    Item("reach-wider", "Move more neighbours", "Ctrl+]", "Increase the range"),
+    Item("reach-narrower", "Move fewer neighbours", "Ctrl+[", "Decrease the range"),
+    Item("smaller", "Smaller brush", "[", "Make the brush smaller", photo=True),
+    Item("larger", "Larger brush", "]", "Make the brush larger", photo=True),
+)
+_IN_MENUS: Final = (entry for menu in MENUS for entry in menu.entries)
+TABLE: Final = {entry.name: entry for entry in (*_IN_MENUS, *KEYS_ONLY) if isinstance(entry, Item)}
 
 
 def call(action: QAction, text: str) -> None:
-    """Give an action its text; on buttons Qt would leave the letter of ``開く(&O)``."""
+    """Set the text of an action, and for buttons the text without the letter for Alt."""
     action.setText(text)
+    # Qt would keep the letter of ``開く(&O)`` on buttons.
     action.setIconText(bare(text).rstrip("…"))
 
 
 def first_key(action: QAction) -> QKeySequence:
-    """Return the key that an action comes with."""
-    return QKeySequence(str(action.property(FIRST_KEY)))
+    """Return the default shortcut of an action."""
+    return QKeySequence(str(action.property(_FIRST_KEY)))

@@ -1,4 +1,4 @@
-"""A photo that is read, and searched for faces, while there is no window yet; any such search."""
+"""Face search, and reading of a photo before the window exists."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from .render.pictures import PicturePyramid
 
 
 class Ahead:
-    """Reads a photo in a thread of its own, makes its levels, then looks for faces."""
+    """Reads a photo in a background thread, builds the pyramid, then searches for faces."""
 
     def __init__(self, path: Path) -> None:
         self._thread = ThreadPoolExecutor(1, thread_name_prefix="ahead")
@@ -29,31 +29,31 @@ class Ahead:
         self.search: FaceSearch | None = None
 
     def seek(self, source: LandmarkSource) -> None:
-        """Look for faces next; nothing more is asked for."""
+        """Search for faces after reading; accept no further jobs."""
         self.search = search = FaceSearch(source)
         self._thread.submit(lambda: search.run(self.photo.result()))
         self._thread.shutdown(wait=False)
 
 
-# Sources that have searched: their networks are loaded.
+# Sources with loaded networks.
 _warm: weakref.WeakSet[LandmarkSource] = weakref.WeakSet()
 
 
 class FaceSearch:
-    """A search for the faces of a photo: its thread adds to it, the window looks on."""
+    """A search for the faces of a photo: a thread adds faces, the window polls."""
 
     def __init__(self, source: LandmarkSource, *, first: bool = True) -> None:
         self._source, self.first = source, first
         self.found: list[Face] = []
         self.shown: tuple[Face, ...] = ()
         self.took_s = 0.0
-        self.cold = False  # whether networks were loaded in that time
+        self.cold = False  # whether the time includes loading of networks
         self.came: Callable[[], object] = lambda: None
         self._faces: list[Face] | None = None
         self._one_at_a_time, self._unwanted = threading.Lock(), threading.Event()
 
     def run(self, photo: Photo) -> list[Face]:
-        """Return the faces of a photo; who asks while they are sought waits for them.
+        """Return the faces of a photo; a second caller waits for the running search.
 
         Raises Stopped.
         """
@@ -68,7 +68,7 @@ class FaceSearch:
             return self._faces
 
     def stop(self) -> None:
-        """End it soon, if it is under way."""
+        """Request the end of a running search."""
         self._unwanted.set()
 
     def _add(self, face: Face) -> None:

@@ -1,4 +1,4 @@
-"""What is being edited: the photo, its faces and the recipe, with undo."""
+"""The edited document: photo, faces, recipe and undo steps."""
 
 from __future__ import annotations
 
@@ -40,29 +40,28 @@ _NOWHERE: Final = Box(0, 0, 0, 0)
 
 @dataclass(frozen=True, eq=False)
 class State(Sheet):
-    """Everything that undo brings back."""
+    """All edits of a photo at one undo step."""
 
-    protection: Protection = NOTHING  # places that must not move, px of the photo
-    # Straight lines of the background that aren't held, px of the photo.
+    protection: Protection = NOTHING  # protected areas, px of the photo
+    # Straight background lines that may bend, px of the photo.
     loose: tuple[Line, ...] = ()
     brushwork: Brushwork = UNTOUCHED  # strokes of push and restore, px of the photo
-    optics: Optics = UNKNOWN  # what the photo tells of its lens
+    optics: Optics = UNKNOWN  # lens data from the photo's metadata
     image: Box = _NOWHERE  # the photo's rectangle
-    mode: Mode = "automatic"  # whose faces these are: the machine's, or those marked by hand
+    mode: Mode = "automatic"  # automatic faces, or faces marked by hand
     # Faces and recipe of the other mode; None until it is first switched to.
     kept: Sheet | None = None
-    draft: tuple[Mark, ...] = ()  # points of a face being marked that aren't a face yet
+    draft: tuple[Mark, ...] = ()  # landmarks of an incomplete face
 
     @cached_property
     def pairs(self) -> tuple[Pairs, ...]:
-        """Landmarks, targets and centre of every face, off ones too."""
-        if not (seen := self._lensed):
-            return tuple(aim(face, self.recipe) for face in self.faces)
-        return tuple(map(aim, self.faces, repeat(self.recipe), seen))
+        """Landmarks, targets and centre of every face, switched off faces included."""
+        seen = self._lensed or repeat(None)
+        return tuple(map(aim, self.faces, repeat(self.recipe), seen, repeat(self.image)))
 
     @property
     def seen(self) -> Sequence[Face]:
-        """The faces as the lens' correction alone shows them; as they are without one."""
+        """The faces after lens correction; the faces themselves without lens correction."""
         return self._lensed or self.faces
 
     @cached_property
@@ -71,17 +70,17 @@ class State(Sheet):
 
     @property
     def focal_mm(self) -> float | None:
-        """The lens' 35-mm equivalent: what is chosen, or else what the photo tells."""
+        """Focal length (35 mm equivalent): the recipe's value, or else the photo's."""
         lens = self.recipe.lens
         return self.optics.focal_mm if isinstance(lens, str) else lens
 
     @property
     def done(self) -> Applied:
-        """What the mode at work does to the photo."""
+        """The edits of the current mode, as arguments of `render`."""
         return self.done_by(self.mode)
 
     def done_by(self, mode: Mode) -> Applied:
-        """Return what a mode does to the photo."""
+        """Return the edits of a mode, as arguments of `render`."""
         sheet = self.sheet(mode)
         recipe = self.optics.settled(sheet.recipe)
         return Applied(
@@ -93,24 +92,24 @@ class State(Sheet):
 
     @property
     def work(self) -> dict[Mode, object]:
-        """What would be lost with the state, to compare: the mode at work is no part of it."""
+        """The unsaved work of each mode, to compare states; the current mode isn't part of it."""
         found, marked = self.sheet("automatic"), self.sheet("manual")
         shared = (self.protection.strokes, self.loose, self.brushwork.strokes)
         by_hand = (marked.faces, marked.off, marked.recipe, self.draft, *shared)
         return {
             "automatic": (found.faces, found.off, found.recipe, *shared),
-            # Settings of no face are nothing to lose: manual mode was only looked at.
+            # Without faces, the settings of manual mode needn't be saved.
             "manual": by_hand if marked.faces or self.draft else None,
         }
 
     def recipe_of(self, face: int | None) -> Recipe:
-        """Return what a face goes by; the photo's own recipe for None."""
+        """Return the recipe of a face; None is the photo."""
         return self.recipe if face is None else self.recipe.of_face(self.faces[face].recipe)
 
     def with_choices(self, face: int | None, **changes: object) -> State:
         """Return the state with fields of a recipe replaced.
 
-        What a face can't choose for itself (all but `FACE_FIELDS`) is changed for the photo.
+        Fields that aren't in `FACE_FIELDS` are changed for the whole photo.
         """
         if face is None or not changes.keys() <= set(FACE_FIELDS):
             recipe = dataclasses.replace(self.recipe, **changes)  # type: ignore[arg-type]
@@ -119,13 +118,13 @@ class State(Sheet):
         return self.with_face(face, dataclasses.replace(self.faces[face], recipe=own))
 
     def sheet(self, mode: Mode) -> Sheet:
-        """Return what a mode holds; one never switched to starts with the other's recipe."""
+        """Return the sheet of a mode; an unused mode starts with the recipe of the other mode."""
         if mode == self.mode:
             return Sheet(self.faces, self.off, self.recipe)
         return self.kept or Sheet(recipe=self.recipe)
 
     def in_mode(self, mode: Mode) -> State:
-        """Return the state in a mode; the other mode's faces and recipe are kept for later."""
+        """Return the state in a mode; store the faces and recipe of the other mode."""
         if mode == self.mode:
             return self
         here, there = self.sheet(self.mode), self.sheet(mode)
@@ -135,24 +134,24 @@ class State(Sheet):
 
     @property
     def other_mode(self) -> Mode:
-        """The mode that isn't at work."""
+        """The mode that isn't current."""
         return "automatic" if self.mode == "manual" else "manual"
 
     def in_other_mode(self) -> State:
-        """Return the state in the mode that isn't at work."""
+        """Return the state in the other mode."""
         return self.in_mode(self.other_mode)
 
     def with_found(self, faces: Sequence[Face], image: Box) -> State:
-        """Return the state with what the detector found in a photo; marks made by hand stay.
+        """Return the state with detected faces; faces marked by hand are unchanged.
 
         Doubtful faces of a group start switched off.
         """
         return self._with_automatic(tuple(faces), doubtful(faces, image))
 
     def with_more(self, faces: Sequence[Face], image: Box) -> State:
-        """Return the state with faces found later behind the others; none where one is already.
+        """Return the state with more detected faces appended; skip faces at a known position.
 
-        Doubtful ones start switched off, too.
+        Doubtful faces start switched off.
         """
         sheet = self.sheet("automatic")
         new = [face for face in faces if not any(_same_place(face, one) for one in sheet.faces)]
@@ -167,7 +166,7 @@ class State(Sheet):
         return dataclasses.replace(self, kept=kept)
 
     def without_face(self, index: int) -> State:
-        """Return the state with one face less."""
+        """Return the state without a face."""
         faces = (*self.faces[:index], *self.faces[index + 1 :])
         off = frozenset(i - (i > index) for i in self.off if i != index)
         return dataclasses.replace(self, faces=faces, off=off)
@@ -185,7 +184,7 @@ def _same_place(one: Face, other: Face) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class UndoSteps:
-    """The state below the first undo step and after each, their words, and which is at hand."""
+    """The states before the first and after each undo step, step texts and current index."""
 
     states: tuple[State, ...]
     texts: tuple[str, ...]
@@ -194,7 +193,7 @@ class UndoSteps:
 
 @dataclass(frozen=True, eq=False)
 class Saving:
-    """A save on its way: what its file will hold, and what lay below the first undo step."""
+    """A save in progress: the work in its file, and the state before the first undo step."""
 
     base: State
     work: dict[Mode, object]
@@ -215,10 +214,10 @@ class Document(QObject):
         self.pyramid: PicturePyramid | None = None
         self._optics = UNKNOWN
         self.undo = QUndoStack(self)
-        # What a photo begins with.
+        # The recipe of a newly opened photo.
         self.first_recipe = DEFAULT
         self._state = self._committed = self._base = State()
-        # What counted as saved when the photo was opened.
+        # The saved state when the photo was opened.
         self._opened_as = self._base
         self._saved = self._begun = self._base.work
         self._savings: list[Saving] = []
@@ -226,9 +225,9 @@ class Document(QObject):
         self._watched: list[Callable[[], object]] = []
 
     def watch(self, value: Callable[[], object], show: Callable[[], object]) -> None:
-        """Call `show` now, and after each change that makes `value` another.
+        """Call `show` now, and after each change of `value`.
 
-        Those who listen to `changed` go first: they mend what is chosen, if its face is gone.
+        Listeners of `changed` are called first: they correct the selection if a face is gone.
         """
         last = [value()]
 
@@ -249,29 +248,29 @@ class Document(QObject):
 
     @property
     def state(self) -> State:
-        """What is shown now, a gesture's preview included."""
+        """The current state, including the preview of a gesture."""
         return self._state
 
     @property
     def committed(self) -> State:
-        """What the last whole gesture left."""
+        """The state after the last complete gesture."""
         return self._committed
 
     @property
     def base(self) -> State:
-        """What lies below the first undo step: what was found, or what the project held."""
+        """The state before the first undo step: the detected faces, or the saved project."""
         return self._base
 
     @property
     def in_gesture(self) -> bool:
-        """True between a first preview and its commit or abort."""
+        """True between the first preview of a gesture and commit or abort."""
         return self._state is not self._committed
 
     @property
     def saved(self) -> bool:
-        """True while the committed state holds only what was opened or last saved.
+        """True if the committed state equals the opened or last saved state.
 
-        A save on its way may write over the file that holds it: it must come to the same.
+        A save in progress may overwrite this file, so the save must contain the same work.
         """
         work = self._committed.work
         coming = (saving.work for saving in self._savings if saving.base is self._base)
@@ -279,7 +278,7 @@ class Document(QObject):
 
     @property
     def dirty(self) -> bool:
-        """True while something would be lost; a gesture in hand counts."""
+        """True if there is unsaved work, including an unfinished gesture."""
         return self.in_gesture or not self.saved
 
     @property
@@ -289,27 +288,27 @@ class Document(QObject):
 
     @property
     def path(self) -> Path | None:
-        """Where the photo came from."""
+        """The path of the photo."""
         return None if self.photo is None else Path(self.photo.path)
 
     def open(self, photo: Photo, pyramid: PicturePyramid, recipe: Recipe | None = None) -> None:
-        """Begin with another photo and a recipe, without one that which photos begin with."""
+        """Open another photo with a recipe; without one, with the recipe for new photos."""
         self.photo, self.pyramid, self._optics = photo, pyramid, optics_of(photo)
         self._begin(State(recipe=recipe or self.first_recipe))
         self.opened.emit()
         self._tell()
 
     def recolour(self, pyramid: PicturePyramid) -> None:
-        """Take the levels of the open photo as another screen shows them."""
+        """Replace the pyramid of the open photo after a change of the screen's colours."""
         self.pyramid = pyramid
         self.recoloured.emit()
 
     def start_with(self, faces: Sequence[Face]) -> None:
-        """Take what the detector found, below the first undo step."""
+        """Set the detected faces, before the first undo step."""
         self.begin_with(self._committed.with_found(faces, self.image))
 
     def add_found(self, faces: Sequence[Face]) -> None:
-        """Add faces that were found late, below the first undo step: every state gets them."""
+        """Add late detected faces to the base state and to every undo step."""
         more = cache(lambda state: state.with_more(faces, self.image))
         for index in range(self.undo.count()):
             step = self.undo.command(index)
@@ -323,29 +322,28 @@ class Document(QObject):
         self._tell()
 
     def begin_with(self, state: State, steps: UndoSteps | None = None) -> None:
-        """Take a state that counts as saved, and the undo steps that once led to it."""
+        """Set a state that counts as saved, and the undo steps that led to the state."""
         self._begin(state if steps is None else steps.states[0])
         if steps is not None:
-            with QSignalBlocker(self), QSignalBlocker(self.undo):  # nothing is shown on the way
-                for before, after, text in zip(
-                    steps.states, steps.states[1:], steps.texts, strict=False
-                ):
+            states = [self._base, *map(self._of_photo, steps.states[1:])]
+            with QSignalBlocker(self), QSignalBlocker(self.undo):  # draw the last state only
+                for before, after, text in zip(states, states[1:], steps.texts, strict=False):
                     self.undo.push(ReplaceState(self, before, after, text))
                 self.undo.setIndex(steps.index)
-            self._state = self._committed = self._opened_as = steps.states[steps.index]
+            self._state = self._committed = self._opened_as = states[steps.index]
             self._saved = self._begun = self._committed.work
             self.undo.indexChanged.emit(steps.index)
         self._tell()
 
     @property
     def steps(self) -> UndoSteps:
-        """What undo and redo lead to."""
+        """All states that undo and redo can reach."""
         steps = [self.undo.command(index) for index in range(self.undo.count())]
         states = [step.after for step in steps if isinstance(step, ReplaceState)]
         return UndoSteps((self._base, *states), tuple(it.text() for it in steps), self.undo.index())
 
     def begin_saving(self, state: State, modes: Collection[Mode]) -> Saving:
-        """Note that a file is being written that will hold these modes of a state."""
+        """Register a save in progress that contains these modes of a state."""
         work = state.work
         saving = Saving(self._base, {mode: work[mode] for mode in modes})
         self._savings.append(saving)
@@ -353,7 +351,7 @@ class Document(QObject):
         return saving
 
     def end_saving(self, saving: Saving, *, written: bool) -> None:
-        """Note that it is over; what it holds is saved, unless another base has been taken."""
+        """Finish a save; mark its work as saved unless another photo has been opened."""
         self._savings.remove(saving)
         if written and saving.base is self._base:
             self._saved = {**self._saved, **saving.work}
@@ -363,40 +361,51 @@ class Document(QObject):
         """Show a state while a gesture lasts."""
         if text != self._text:
             self.commit()
-        self._text, self._change, self._state = text, change, state
+        self._text, self._change, self._state = text, change, self._of_photo(state)
         self._tell()
 
     def commit(self) -> None:
-        """End the gesture: what is shown becomes one undo step."""
+        """End the gesture and make the preview one undo step."""
         if self.in_gesture:
             text = f"{self._text} {self._change}".rstrip()
             self.undo.push(ReplaceState(self, self._committed, self._state, text))
 
     def step(self, state: State, text: str, change: str = "") -> None:
-        """Make a state the next undo step, see `preview`."""
+        """Add a state as the next undo step, see `preview`."""
         self.preview(state, text, change)
         self.commit()
 
     def abort(self) -> None:
-        """End the gesture as if it hadn't been."""
+        """Cancel the gesture and restore the committed state."""
         self.aborted.emit()
         if self.in_gesture:
             self.restore(self._committed)
 
+    def _of_photo(self, state: State) -> State:
+        """Return the state with the open photo's lens data and size, which no file stores."""
+        if state.optics is self._optics and state.image == self.image:
+            return state
+        return dataclasses.replace(state, optics=self._optics, image=self.image)
+
     def _begin(self, state: State) -> None:
-        state = dataclasses.replace(state, optics=self._optics, image=self.image)
+        state = self._of_photo(state)
         self._state = self._committed = self._base = self._opened_as = state
         self._saved = self._begun = state.work
         self.undo.clear()
 
+    def close(self) -> None:
+        """Delete the undo steps. The garbage collector would delete the steps of a stack twice."""
+        with QSignalBlocker(self), QSignalBlocker(self.undo):
+            self.undo.clear()
+
     def restore(self, state: State) -> None:
-        """Make `state` the committed one; undo and redo come through here."""
+        """Set the committed state; undo and redo call this."""
         self._state = self._committed = state
         self._tell()
 
 
 class ReplaceState(QUndoCommand):
-    """Put one state in place of another."""
+    """Replace one state by another."""
 
     def __init__(self, document: Document, before: State, after: State, text: str) -> None:
         super().__init__(text)

@@ -1,4 +1,4 @@
-"""The editor: its features, what they work with, and the beginning and the end of them all."""
+"""The editor: creates, mounts and stops all features."""
 
 from __future__ import annotations
 
@@ -16,21 +16,19 @@ from . import theme
 from .document import Document
 from .features.batch import Batch
 from .features.both import BothModes
-from .features.chosen import SettingsForMany
 from .features.commands import Commands
+from .features.disclosure import SaveOptions
 from .features.errand import Errand
 from .features.export import Exporting
 from .features.faces import Faces
 from .features.feature import Context
 from .features.files import Files
-from .features.files.options import SaveOptions
 from .features.files.saver import Saver
 from .features.groups import Groups
 from .features.help import Documentation
 from .features.history import History
 from .features.landmarks import Exchange, LandmarkSources
 from .features.manual import Manual
-from .features.modes import Modes
 from .features.overlays import Marks, Overlays, Surroundings
 from .features.points import Points, SoftSelection
 from .features.preferences import Preferences
@@ -42,9 +40,11 @@ from .features.readings import Figure, Readings
 from .features.recent import Recent
 from .features.recipe import RecipeEditing
 from .features.recovery import Recovery
+from .features.retouch import MatchRetouch
 from .features.screen import Compare, Hints, Screen
 from .features.speech import Speech
 from .features.strip import Strip
+from .features.sync import Sync
 from .features.workspaces import Workspaces
 from .i18n import reason, tr
 from .render.live import Live
@@ -55,7 +55,7 @@ from .window import Window
 
 
 class Editor(QObject):
-    """Builds the features and mounts them in the window."""
+    """Creates the features and mounts the widgets in the window."""
 
     def __init__(
         self,
@@ -66,14 +66,14 @@ class Editor(QObject):
         workspace: str | None = None,
     ) -> None:
         super().__init__()
-        # Widgets in cycles of references die on this thread, whichever makes the garbage.
+        # Collect cyclic garbage on this thread: widgets must be deleted here.
         self._garbage = GarbageCollector()
-        # What the program consists of stays anyway; looking through it again takes time.
+        # Exclude the loaded modules from garbage collection: scanning takes time.
         gc.freeze()
         self._app, self._wanted, self._log = app, choice, storage.log
         pool, rendering = QThreadPool(self), QThreadPool(self)
         pool.setMaxThreadCount(4)
-        # A thread for each of its lanes: whatever else takes minutes, the picture doesn't wait.
+        # One thread per rendering lane, so that other long jobs don't delay the picture.
         rendering.setMaxThreadCount(3)
         self._pools = (rendering, pool)
         self.document = Document(self)
@@ -111,22 +111,22 @@ class Editor(QObject):
         self.landmarks = LandmarkSources(context, self.faces, source)
         self.save_options = SaveOptions(context)
         self.saver = Saver(context)
-        self.preferences = Preferences(context, self.recipe)
+        self.preferences = Preferences(context, self.recipe, self.save_options)
         self.files = Files(context, self.saver, self.faces, self.save_options)
-        self.exporting = Exporting(context, self.files)
         self.projects = Projects(context, self.saver, self.files, self.faces)
         self.recovery = Recovery(context, self.saver, self.files)
         self.strip = Strip(context, self.files, self.projects, self.faces)
-        self.chosen = SettingsForMany(context, self.strip, self.faces, self.projects)
+        self.sync = Sync(context, self.strip, self.faces, self.projects, self.saver)
+        self.match = MatchRetouch(context, self.strip)
         self.errand = Errand(context, self.files, self.strip, self.faces)
         self.recent = Recent(context, self.files, self.strip)
         self.presets = Presets(context, self.recipe)
         self.manual = Manual(context, self.points, self.protect)
-        self.modes = Modes(context, self.faces, self.manual)
-        self.batch = Batch(context, self.landmarks, self.save_options, self.strip)
+        self.batch = Batch(context, self.landmarks, self.save_options, self.strip, self.saver)
+        self.exporting = Exporting(context, self.files, self.strip, self.batch)
         self.exchange = Exchange(context)
         methods = self._add_experiments(context) if has_laboratory() else None
-        self.both = BothModes(context, self.faces, self.manual, self.modes, methods)
+        self.both = BothModes(context, self.faces, self.manual, methods)
         self.readings = Readings(context)
         self.figure = Figure(context, self.readings)
         self.hints = Hints(context, self.recipe, self.protect, self.manual)
@@ -140,19 +140,20 @@ class Editor(QObject):
         self.speech = Speech(context, self.points, self.recipe, self.faces, self.history)
 
     def _add_experiments(self, context: Context) -> QAction:
-        """Add what the laboratory has for the menus, and return what compares methods."""
-        # The door to the laboratory: where its folder isn't, these can't be loaded.
-        from .features.experiments import Experiments, rating, session
+        """Add the lab's features; return the action that compares methods."""
+        # Import the lab package here: the folder may be missing.
+        from .features.experiments import Experiments, evidence, rating, session
 
         self.experiments = Experiments(context, self.landmarks)
         self.session = session.TimingSession(
             context, self.files, self.saver, self.faces, self.manual, self.experiments
         )
+        self.evidence = evidence.EvidenceFiles(context)
         self.rating = rating.Rating(context)
         return self.experiments.starts["methods"]
 
     def _mount(self) -> None:
-        """Join what all features say, and lay their panels out."""
+        """Connect the signals of all features and lay out the panels."""
         window = self.window
         for feature in self.features:
             feature.message.connect(window.bar.say)
@@ -173,7 +174,7 @@ class Editor(QObject):
 
     @property
     def busy(self) -> bool:
-        """True while anything is under way."""
+        """True while any job runs."""
         return self.live.busy or any(feature.busy for feature in self.features)
 
     def close(self) -> None:
@@ -187,13 +188,14 @@ class Editor(QObject):
             pool.waitForDone()
         for feature in self.features:
             feature.finish()
-        # No worker runs any more: it is Python's again.
+        self.document.close()
+        # All workers have ended: restore automatic garbage collection.
         self._garbage.timer.stop()
         gc.unfreeze()
         gc.enable()
 
     def admit(self, why: str) -> None:
-        """Say that something has failed that nobody expected."""
+        """Show a message about an unexpected error."""
         text = tr(
             "Something went wrong in Kogao itself ({why}). Your work is still here: save it, then "
             "start the program again. {file} tells more.",
@@ -208,7 +210,7 @@ class Editor(QObject):
             "The picture can't be redrawn ({why}); the next change tries again.",
             why=reason(problem),
         )
-        # Until another picture is there.
+        # The message applies until the next frame.
         frame = self.view.frame
         self.window.bar.say(Message(text, applies=lambda: self.view.frame is frame))
 
@@ -224,7 +226,7 @@ class Editor(QObject):
 
     def _dress(self) -> None:
         worn = theme.apply(self._app, self._wanted or self.preferences.theme)
-        # Other preferences change with every letter that is typed.
+        # Skip other preferences, which may change with each typed letter.
         if worn != self._worn:
             self._worn = worn
             self.window.dress(worn)

@@ -1,7 +1,6 @@
-"""What nobody expected: said in the window, written down for us, and never the end of the work.
+"""Unexpected exceptions: shown in the window and logged, without ending the program.
 
-Qt goes on after an exception in a slot, but tells nobody; so it would vanish wherever there is no
-terminal.
+Qt continues after an exception in a slot and prints only to stderr, which users may not see.
 """
 
 from __future__ import annotations
@@ -22,11 +21,11 @@ from PySide6.QtCore import QObject, Signal
 from .i18n import reason
 
 LOG: Final = logging.getLogger("kogao_app")
-_LARGEST_LOG: Final = 2**20  # bytes; the one before is kept, too
+_LARGEST_LOG: Final = 2**20  # bytes; one older file is kept, too
 
 
 class Faults(QObject):
-    """Hears of every exception that nothing else has caught, in whatever thread."""
+    """Receives every uncaught exception of any thread."""
 
     caught = Signal(str)
 
@@ -38,7 +37,7 @@ class Faults(QObject):
 
     @contextmanager
     def heard(self) -> Iterator[None]:
-        """Listen inside the ``with`` block, and keep a log of this and of what workers raise."""
+        """Install the exception hooks and the log handler inside the ``with`` block."""
         before = sys.excepthook, threading.excepthook
         handler = _handler(self._log)
         if handler is not None:
@@ -58,7 +57,7 @@ class Faults(QObject):
     ) -> None:
         place = traceback.extract_tb(trace)[-1] if trace is not None else None
         where = (kind, place.filename, place.lineno or 0) if place else (kind, "", 0)
-        # What fails while painting fails again with every picture, that of this message too.
+        # A failure while painting repeats with each repaint, including the repaint for the message.
         if where in self._known:
             return
         self._known.add(where)
@@ -72,11 +71,11 @@ class Faults(QObject):
 def _handler(log: Path) -> logging.Handler | None:
     try:
         log.parent.mkdir(parents=True, exist_ok=True)
-        # Made when first written to.
+        # Create the file on the first write.
         handler = RotatingFileHandler(
             log, maxBytes=_LARGEST_LOG, backupCount=1, encoding="utf-8", delay=True
         )
-    except OSError:  # nowhere to write: stderr has to do
+    except OSError:  # the folder is not writable: use stderr only
         return None
     handler.setFormatter(logging.Formatter("%(asctime)s %(message)s"))
     return handler

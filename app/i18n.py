@@ -1,4 +1,4 @@
-"""Visible text passes through here, so that a translation can take its place."""
+"""Translation of visible text."""
 
 from __future__ import annotations
 
@@ -34,16 +34,16 @@ __all__ = [
     "unwritten",
 ]
 _LETTER: Final = re.compile(r"\(&\w\)")
-_QT: Final = "qtbase"  # its own texts: buttons of dialogs, menus of text fields
+_QT: Final = "qtbase"  # texts of Qt: buttons of dialogs, menus of text fields
 
 
 def speak(app: QCoreApplication, asked: str) -> None:
-    """Say everything in a language, Qt's own words, numbers and dates too."""
+    """Set the language of all texts, including Qt's texts, numbers and dates."""
     system = QLocale.system()
     if asked:
         use_language(asked)
     else:
-        # Not every system says it in the environment.
+        # Some systems don't set the language in the environment.
         use_language(*(system_languages() or system.uiLanguages()))
     code = language()
     if asked and QLocale(code).language() != system.language():
@@ -57,25 +57,25 @@ def speak(app: QCoreApplication, asked: str) -> None:
 
 
 def bare(text: str) -> str:
-    """Return a text without the mark of the letter that Alt leads to, or ``(&X)`` behind a word."""
+    """Return a text without mnemonic: the ``&`` or ``(&X)`` at the end."""
     return _LETTER.sub("", text).replace("&", "")
 
 
 def lettered(text: str, letter: str) -> str:
-    """Return a text with a letter that Alt leads to: marked in it, or ``(&X)`` behind it."""
+    """Return a text with a mnemonic: ``&`` before the letter, or ``(&X)`` at the end."""
     if letter in text:
         return text.replace(letter, f"&{letter}", 1)
     return f"{text}(&{letter.upper()})"
 
 
 def language_names() -> dict[str, str]:
-    """Return what each language that there is calls itself, by code."""
+    """Return the native name of each available language, by code."""
     named = {code: QLocale(code).nativeLanguageName() for code in languages()}
     return {**named, ENGLISH: "English"}
 
 
 def reason(problem: Exception) -> str:
-    """Return what an exception says of itself; some say nothing but their name."""
+    """Return the message of an exception, or the class name for an empty message."""
     if isinstance(problem, MemoryError):
         return tr("there is not enough memory; close other programs or take a smaller photo")
     said = system_reason(problem) if isinstance(problem, OSError) else translated(problem)
@@ -83,7 +83,7 @@ def reason(problem: Exception) -> str:
 
 
 def sentence(problem: Exception | str) -> str:
-    """Return a message in the user's language, with its own capital and full stop."""
+    """Return a message in the user's language, capitalised and with a full stop."""
     text = reason(problem) if isinstance(problem, Exception) else translated(problem)
     stop = in_context("end of a sentence", ".")
     end = "" if text.endswith((".", "!", "?", stop)) else stop
@@ -91,5 +91,5 @@ def sentence(problem: Exception | str) -> str:
 
 
 def unwritten(path: str | Path, problem: OSError) -> str:
-    """Return that a file can't be written, and why."""
+    """Return a message with path and reason for a failed write."""
     return tr("{path} can't be written ({reason}).", path=path, reason=system_reason(problem))

@@ -1,8 +1,7 @@
-"""The window: made, shown, photographed, left; `__main__` read the arguments; this loads Qt."""
+"""Start of the window: runs the event loop or takes a screenshot. This module loads Qt."""
 
 from __future__ import annotations
 
-import argparse
 import dataclasses
 import os
 import signal
@@ -10,6 +9,7 @@ import socket
 import sys
 from contextlib import nullcontext
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Final, get_args
 
 from PySide6.QtCore import QCoreApplication, QObject, QSocketNotifier, Qt, QTemporaryDir, QTimer
@@ -19,9 +19,9 @@ from PySide6.QtWidgets import QApplication
 from kogao_core.base import assets
 from kogao_core.base.atomic import put
 from kogao_core.base.geometry import Box
-from kogao_core.base.originals import Originals
 from kogao_core.base.wording import sentence, system_reason
 from kogao_core.faces.face import LandmarkSource
+from kogao_core.photo.originals import Originals
 from kogao_core.warp.limits import OutOfBounds, check_protection
 
 from .ahead import Ahead
@@ -37,6 +37,7 @@ from .view_state import CompareName, ToolName
 
 _DESKTOP_ID: Final = "org.kogao.Kogao"
 _JAW: Final = 15
+_LAYOUT_PASSES: Final = 4
 FAILED: Final = 1
 USAGE: Final = 2
 UNREADABLE: Final = 3
@@ -44,10 +45,10 @@ NO_FACE: Final = 4
 
 
 def start(
-    options: argparse.Namespace, source: LandmarkSource, ahead: Ahead | None, *, hears: bool
+    options: SimpleNamespace, source: LandmarkSource, ahead: Ahead | None, *, hears: bool
 ) -> int:
-    """Run the editor by its options and return its exit code."""
-    # A picture shows the program as it comes, whatever this user has made of it.
+    """Run the editor with the options and return the exit code."""
+    # A screenshot shows the program with default settings.
     aside = None if options.screenshot is None else QTemporaryDir()
     storage = Storage.of_user() if aside is None else Storage.in_folder(Path(aside.path()))
     app = QApplication.instance() or _application(storage)
@@ -56,27 +57,27 @@ def start(
         _hear_signals(app)
     speak(app, options.language or preferred(storage.settings(), LANGUAGE))
     faults = Faults(storage.log)
-    store = Originals(storage.originals).for_now() if options.temporary else nullcontext()
+    store = Originals(storage.originals).temporary() if options.temporary else nullcontext()
     with faults.heard(), store as originals:
         return _edit(app, options, source, storage, faults, ahead, originals)
 
 
 def _application(storage: Storage) -> QApplication:
-    """Return the application at the preferred size of its text, which Qt reads but once."""
+    """Return the application at the preferred text scale, which Qt reads only once."""
     percent = preferred(storage.settings(), SCALE)
     if percent:
-        # Whoever has set it for this start means it.
+        # The environment variable overrides the preference.
         os.environ.setdefault("QT_SCALE_FACTOR", str(int(percent) / 100))
     app = QApplication(sys.argv[:1])
     app.setApplicationName("Kogao")
-    # By this name a desktop knows whose window it is, and which icon that has.
+    # Desktops find the program and the icon by this name.
     app.setDesktopFileName(_DESKTOP_ID)
     app.setWindowIcon(QIcon(str(assets.path(f"desktop/{_DESKTOP_ID}.svg"))))
     return app
 
 
 def _hear_signals(app: QApplication) -> None:
-    """Let a signal be seen while Qt waits: Python's handlers run between Python's instructions."""
+    """Wake Qt on signals: Python's handlers run only between Python instructions."""
     ours, pythons = socket.socketpair()
     for end in (ours, pythons):
         end.setblocking(False)
@@ -87,7 +88,7 @@ def _hear_signals(app: QApplication) -> None:
 
 def _edit(
     app: QApplication,
-    options: argparse.Namespace,
+    options: SimpleNamespace,
     source: LandmarkSource,
     storage: Storage,
     faults: Faults,
@@ -102,7 +103,7 @@ def _edit(
     if options.screenshot is not None:
         look = options.show, options.percent, options.protect
         shot = Screenshot(editor, options.screenshot, *look)
-    # Queued: what has failed may be a picture in the middle of being painted.
+    # Queued: the exception may come from the middle of a repaint.
     report = editor.admit if shot is None else shot.admit
     faults.caught.connect(report, Qt.ConnectionType.QueuedConnection)
     editor.window.show()
@@ -127,13 +128,13 @@ def _edit(
 
 
 def names() -> frozenset[str]:
-    """Return the names of all overlays, ways to compare and tools that a picture can show."""
+    """Return the names of all overlays, comparison modes and tools for a screenshot."""
     overlays = (overlay.name for overlay in LISTED)
     return frozenset({*overlays, *get_args(CompareName), *get_args(ToolName), "loupe"} - {"off"})
 
 
 class Screenshot(QObject):
-    """Waits for the editor to settle and photographs it."""
+    """Waits until the editor is idle and takes a screenshot."""
 
     def __init__(
         self,
@@ -146,7 +147,7 @@ class Screenshot(QObject):
         super().__init__(editor)
         self._editor, self._path, self._percent, self._protect = editor, path, percent, protect
         self._code, self._line = 0, ""
-        editor.saver.keeps = False  # whoever looks at a photo edits nothing
+        editor.saver.keeps = False  # a screenshot must not save edits
         if show is not None:
             editor.marks.show_all()
             self._show(show)
@@ -163,7 +164,7 @@ class Screenshot(QObject):
         self._found = self._over = False
 
     def finish(self) -> int:
-        """Print what went wrong, if anything, and return the exit code."""
+        """Print the error, if any, and return the exit code."""
         if self._line:
             print(f"kogao: {sentence(self._line)}", file=sys.stderr)
         return self._code
@@ -201,19 +202,20 @@ class Screenshot(QObject):
         if state is not self._editor.document.state:
             self._editor.document.restore(state)
         if state.faces:
-            # The loupe needs a cursor: on the jaw, where most moves.
+            # The loupe needs a cursor: use the jaw, where the displacement is largest.
             self._editor.view.cursor = state.faces[0].outline[_JAW]
 
     def _take(self) -> None:
         if self._found:
-            # The last signals must reach the panels first.
+            # Deliver pending signals to the panels first.
             QTimer.singleShot(0, self._shoot)
 
     def _shoot(self) -> None:
         if self._over or self._editor.live.busy or self._editor.surroundings.busy:
-            return  # it takes the picture when they are done
-        # Layouts that follow the last figures are under way.
-        QCoreApplication.sendPostedEvents()
+            return  # called again when rendering has ended
+        # Nested layouts pass on a new width one event at a time.
+        for _ in range(_LAYOUT_PASSES):
+            QCoreApplication.sendPostedEvents()
         try:
             put(encoded(self._editor.window.grab(), self._path.suffix), self._path)
         except OSError as error:
@@ -225,7 +227,7 @@ class Screenshot(QObject):
         self._leave()
 
     def admit(self, why: str) -> None:
-        """End without a picture: something has failed that nobody expected."""
+        """End without a screenshot after an unexpected error."""
         self._fail(f"something went wrong in the program itself ({why}); please report it")
 
     def _not_drawn(self, problem: Exception) -> None:

@@ -1,4 +1,4 @@
-"""Where the editor keeps what outlives it: settings, and files for recovery."""
+"""Locations of settings, recovery files and other persistent files."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ from kogao_core.projects.results import Results
 
 _NAME = "kogao"
 _ESCAPE = re.compile(r"\\(?:x([0-9a-fA-F]+)|([0-7]+)|([abfnrtv\"?'\\])|\r?\n|.)|\"")
-# Values that Qt makes from bytes, Python's objects among them, which run code when they are read.
-# Ours are texts, lists of them, flags and bytes.
+# Markers of serialised Qt objects. A Python object among the settings would run code on load.
+# The editor stores only texts, lists of texts, flags and bytes.
 _NOT_OURS = ("@Variant(", "@DateTime(")
 
 
 @dataclass(frozen=True, slots=True)
 class Storage:
-    """Two folders; they are made when something is first written."""
+    """Configuration and data folders, created on first write."""
 
     config: Path  # for settings
-    data: Path  # for recovery files, presets, and a log of what went wrong
+    data: Path  # for recovery files, presets and the error log
 
     @staticmethod
     def of_user() -> Storage:
-        """Return the folders that the system keeps for this user and this program."""
+        """Return the standard folders for this user and program."""
         kinds = QStandardPaths.StandardLocation
         places = (kinds.GenericConfigLocation, kinds.GenericDataLocation)
         config, data = (Path(QStandardPaths.writableLocation(place)) for place in places)
@@ -36,7 +36,7 @@ class Storage:
 
     @staticmethod
     def in_folder(folder: Path) -> Storage:
-        """Keep everything in one folder."""
+        """Use one folder for all files."""
         return Storage(folder, folder)
 
     @property
@@ -46,41 +46,41 @@ class Storage:
 
     @property
     def edits(self) -> Path:
-        """The folder of edits that don't lie beside their photos, and of undo steps."""
+        """The folder of edits stored apart from photos, and of undo steps."""
         return self.data / "edits"
 
     @property
     def results(self) -> Results:
-        """The list of what was made of photos."""
+        """The list of results made from photos."""
         return Results(self.data / results.NAME)
 
     @property
     def originals(self) -> Path:
-        """The folder of photos as they were before they were written over."""
+        """The folder of original photos, stored before overwriting."""
         return self.data / "originals"
 
     @property
     def presets(self) -> Path:
-        """The folder of the user's presets, which the command line knows, too."""
+        """The folder of user presets, also read by the command line."""
         return self.data / "presets"
 
     @property
     def log(self) -> Path:
-        """Where tracebacks go."""
+        """The log file for tracebacks."""
         return self.data / "kogao.log"
 
     def settings(self) -> QSettings:
-        """Return the settings; every caller sees the same ones.
+        """Return the settings; all callers share the values.
 
-        A file with values of kinds that the editor doesn't write is put aside, as
-        ``kogao.ini.damaged``, before Qt reads it.
+        A file with values of unexpected kinds is renamed to ``kogao.ini.damaged`` before Qt reads
+        the values.
         """
         file = self.config / "kogao.ini"
         place = str(file)
         if _is_foreign(file):
             try:
                 file.replace(file.with_name(f"{file.name}.damaged"))
-            except OSError:  # then nothing is known, and nothing kept
+            except OSError:  # use an empty file; settings are not saved
                 place = os.devnull
         return QSettings(place, QSettings.Format.IniFormat)
 
@@ -95,7 +95,7 @@ def _is_foreign(file: Path) -> bool:
 
 
 def _letter(escape: re.Match[str]) -> str:
-    """Return what Qt reads for an escape; quotes, ends of lines and unknown ones vanish."""
+    """Return the character that Qt reads for an escape; quotes, newlines and others vanish."""
     code = int(escape[1], 16) if escape[1] else int(escape[2], 8) if escape[2] else None
     if code is not None:
         return chr(code & 0xFFFF)

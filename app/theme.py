@@ -1,17 +1,20 @@
-"""Colours, spacing and the look of widgets; neutral greys, so that the photo's colours count."""
+"""Themes: colours, palette and style sheet. Greys are neutral, to keep the eye on the photo."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from string import Template
 from typing import Final, Literal
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QColor, QFont, QPalette
 from PySide6.QtWidgets import QApplication
 
+from kogao_core.base import assets
+
 Choice = Literal["system", "light", "dark"]
 GRID_PX: Final = 4
-# The palette of Okabe and Ito: told apart by everyone; shapes tell the same again.
+# Okabe and Ito's palette is safe for colour-blind users; shapes carry the same information.
 OKABE_ITO: Final = {
     "orange": "#E69F00",
     "sky": "#56B4E9",
@@ -25,7 +28,7 @@ OKABE_ITO: Final = {
 
 @dataclass(frozen=True, slots=True)
 class Theme:
-    """Named greys and the one accent."""
+    """Colours of a theme, also the names in `resources/look/kogao.qss`."""
 
     canvas: str
     window: str
@@ -39,21 +42,21 @@ class Theme:
 
 
 def current(app: QApplication, choice: Choice = "system") -> Theme:
-    """Return the chosen theme, or the one of the system's mode; dark where it has none."""
+    """Return the chosen theme, or the system's; dark if the system has none."""
     system = app.styleHints().colorScheme() == Qt.ColorScheme.Light
     return LIGHT if choice == "light" or (choice == "system" and system) else DARK
 
 
 def apply(app: QApplication, choice: Choice = "system") -> Theme:
-    """Dress the application; called again when the system changes its mode."""
+    """Apply a theme to the application and return the theme."""
     theme = current(app, choice)
     sheet = _sheet(theme)
-    # Each of these goes through every widget there is, four times for what is worn already.
+    # Each call below updates every widget, so skip them if nothing changes.
     if app.styleSheet() != sheet:
         app.setStyle("Fusion")
-        # There an icon takes the check mark's place and fades on the accent of the row.
+        # Icons would replace the check marks and fade on the accent colour.
         app.setAttribute(Qt.ApplicationAttribute.AA_DontShowIconsInMenus)
-        # Figures of equal width: numbers don't dance while a slider moves.
+        # Digits of equal width keep numbers still while a slider moves.
         font = app.font()
         font.setFeature(QFont.Tag("tnum"), 1)
         app.setFont(font)
@@ -89,130 +92,8 @@ def _palette(theme: Theme) -> QPalette:
 
 
 def _sheet(theme: Theme) -> str:
-    return f"""
-    QMainWindow::separator {{ background: {theme.window}; width: 3px; height: 3px; }}
-    QMainWindow::separator:vertical {{ border-left: 1px solid {theme.line}; }}
-    QMainWindow::separator:horizontal {{ border-top: 1px solid {theme.line}; }}
-    QMainWindow::separator:hover {{ background: {theme.accent}; }}
-    QToolBar {{ border: none; border-bottom: 1px solid {theme.line}; padding: 4px; spacing: 4px; }}
-    QToolBar::separator {{ background: {theme.line}; width: 1px; margin: 4px; }}
-    QToolButton, QPushButton {{
-        border: 1px solid transparent; border-radius: 4px; padding: 4px 12px;
-    }}
-    QPushButton, QToolButton[segment="true"] {{
-        background: {theme.raised}; border-color: {theme.line};
-    }}
-    QToolBar > QToolButton {{ padding: 4px 8px; }}
-    QToolButton#qt_toolbar_ext_button {{ padding: 0; border: none; }}
-    QToolButton[part] {{
-        background: {theme.raised}; border-color: {theme.line}; border-radius: 0;
-    }}
-    QToolButton[part="first"] {{
-        border-top-left-radius: 4px; border-bottom-left-radius: 4px; border-right: none;
-    }}
-    QToolButton[part="last"] {{
-        border-top-right-radius: 4px; border-bottom-right-radius: 4px; border-left: none;
-    }}
-    QToolButton[part]:checked {{ background: {theme.accent}; border-color: {theme.accent}; }}
-    QToolButton[part]:checked:focus {{ border-color: {theme.on_accent}; }}
-    QToolButton[snug="true"] {{ padding: 4px 2px; }}
-    QFileDialog QToolButton {{ padding: 0; }}
-    QDialogButtonBox {{ dialogbuttonbox-buttons-have-icons: 0; }}
-    QToolButton:hover, QPushButton:hover {{ border-color: {theme.muted}; }}
-    QToolButton:pressed, QPushButton:pressed {{ background: {theme.line}; }}
-    QToolButton:checked {{
-        background: {theme.accent}; color: {theme.on_accent}; border-color: {theme.accent};
-    }}
-    QToolButton:focus, QPushButton:focus {{ border-color: {theme.accent}; }}
-    QToolButton:checked:focus {{ border-color: {theme.on_accent}; }}
-    QToolButton:disabled {{ color: {theme.muted}; }}
-    QToolButton:checked:disabled {{
-        background: {theme.muted}; color: {theme.on_accent}; border-color: {theme.muted};
-    }}
-    QToolButton[fold="true"], QToolButton[fold="true"]:checked {{
-        background: transparent; color: {theme.text}; border: none; padding: 4px 0;
-        margin-left: -8px; font-weight: 600;
-    }}
-    QToolButton[fold="true"]:focus {{ color: {theme.accent}; text-decoration: underline; }}
-    QLabel[heading="true"] {{ color: {theme.text}; font-weight: 600; }}
-    QLabel[heading="true"]:disabled {{ color: {theme.muted}; }}
-    QLabel[muted="true"] {{ color: {theme.muted}; }}
-    QLabel[warn="true"] {{ color: {theme.warning}; }}
-    QLabel[plate="true"] {{
-        background: rgba(0, 0, 0, 170); color: white; border-radius: 3px; padding: 1px 4px;
-    }}
-    QLineEdit[value="true"] {{
-        background: transparent; border: 1px solid transparent;
-        border-bottom-color: {theme.muted};
-    }}
-    QLineEdit[value="true"]:hover {{ border-color: {theme.muted}; }}
-    QLineEdit[value="true"]:focus {{
-        background: {theme.raised}; border-color: {theme.accent};
-    }}
-    QCheckBox::indicator:unchecked, QRadioButton::indicator:unchecked {{
-        width: 12px; height: 12px; background: {theme.raised}; border: 1px solid {theme.muted};
-    }}
-    QCheckBox::indicator:unchecked {{ border-radius: 2px; }}
-    QRadioButton::indicator:unchecked {{ border-radius: 7px; }}
-    QCheckBox, QRadioButton {{ border: 1px solid transparent; border-radius: 4px; padding: 1px; }}
-    QCheckBox:focus, QRadioButton:focus {{ border-color: {theme.accent}; }}
-    QSlider {{ min-height: 20px; border: 1px solid transparent; border-radius: 4px; }}
-    QSlider:focus {{ border-color: {theme.accent}; }}
-    QSlider::groove:horizontal {{
-        height: 4px; border: 1px solid {theme.muted}; border-radius: 3px;
-    }}
-    QSlider::sub-page:horizontal {{ background: {theme.accent}; border-radius: 3px; }}
-    QSlider[signed="true"]::sub-page:horizontal {{ background: transparent; }}
-    QSlider::handle:horizontal {{
-        background: {theme.text}; width: 12px; height: 12px; margin: -4px 0; border-radius: 6px;
-    }}
-    QSlider::handle:horizontal:focus {{ background: {theme.accent}; }}
-    QSlider::sub-page:horizontal:disabled, QSlider::handle:horizontal:disabled {{
-        background: {theme.muted};
-    }}
-    QFrame[bar] {{
-        background: {theme.raised}; border: 1px solid {theme.line};
-        border-top-right-radius: 4px; border-bottom-right-radius: 4px;
-    }}
-    QFrame[bar="wrong"] {{ border-left: 4px solid {theme.warning}; }}
-    QFrame[bar="hint"] {{ border-left: 4px solid {theme.accent}; }}
-    QScrollArea {{ border: none; background: {theme.window}; }}
-    QListWidget, QUndoView {{
-        background: {theme.window}; border: 1px solid transparent; border-radius: 4px;
-    }}
-    QListWidget[framed="true"] {{
-        background: {theme.raised}; border: 1px solid {theme.line}; border-radius: 4px;
-    }}
-    QListWidget:focus, QListWidget[framed="true"]:focus, QUndoView:focus {{
-        border-color: {theme.accent};
-    }}
-    QListWidget::item {{
-        padding: 4px; border-left: 4px solid transparent;
-        border-top-right-radius: 4px; border-bottom-right-radius: 4px;
-    }}
-    QListWidget::item:selected {{
-        background: {theme.raised}; color: {theme.text}; border-left-color: {theme.accent};
-    }}
-    QTabBar {{ background: {theme.window}; qproperty-drawBase: 0; }}
-    QTabBar::tab {{
-        color: {theme.muted}; padding: 3px 11px 4px; border: 1px solid transparent;
-        border-bottom-width: 2px;
-    }}
-    QTabBar::tab:selected {{ color: {theme.text}; border-bottom-color: {theme.accent}; }}
-    QTabBar::tab:selected:focus {{ border-color: {theme.accent}; }}
-    QTabBar::tab:hover {{ color: {theme.text}; }}
-    QScrollBar {{ background: {theme.window}; }}
-    QScrollBar:vertical {{ width: 10px; }}
-    QScrollBar:horizontal {{ height: 10px; }}
-    QScrollBar::handle {{ background: {theme.muted}; border-radius: 4px; margin: 1px; }}
-    QScrollBar::handle:hover {{ background: {theme.text}; }}
-    QScrollBar::handle:vertical {{ min-height: 24px; }}
-    QScrollBar::handle:horizontal {{ min-width: 24px; }}
-    QScrollBar::add-line, QScrollBar::sub-line {{ width: 0; height: 0; }}
-    QScrollBar::add-page, QScrollBar::sub-page {{ background: transparent; }}
-    QStatusBar {{ border-top: 1px solid {theme.line}; }}
-    QStatusBar::item {{ border: none; }}
-    """
+    text = assets.path("look/kogao.qss").read_text(encoding="utf-8")
+    return Template(text).substitute(asdict(theme))
 
 
 DARK: Final = Theme(

@@ -1,10 +1,10 @@
-"""What is on screen: read by the canvas and its overlays, written by the features."""
+"""State of the display: features write the fields, the canvas and overlays read the fields."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Final, Literal
+from typing import TYPE_CHECKING, Final, Literal
 
 from kogao_core.background.lines import BentLine
 from kogao_core.base.display import Rgb8
@@ -15,18 +15,21 @@ from kogao_core.recipe.settings import DomainName
 
 from .document import Document, State
 
+if TYPE_CHECKING:
+    from .render.pictures import PicturePyramid
+
 Kind = Literal["outline", "eye", "mouth", "target", "centre", "corner", "body", "mark"]
 ToolName = Literal["points", "push", "restore", "brush", "line", "eraser"]
-# How much stronger than it is the difference is shown.
+# Factor by which the displayed difference is amplified.
 GAIN: Final = 8
-# The overlays that mark the points of faces.
+# Overlays with points of faces.
 MARKS: Final = frozenset({"landmarks", "targets", "centre"})
 CompareName = Literal["off", "wipe", "side", "difference"]
 
 
 @dataclass(frozen=True, slots=True)
 class Handle:
-    """Something to take hold of: point `index` of a kind, on one face."""
+    """A draggable or selectable point: `index` within a kind, on one face."""
 
     kind: Kind
     face: int
@@ -34,13 +37,13 @@ class Handle:
 
     @property
     def movable(self) -> bool:
-        """True when it can be dragged; the centre candidates can only be chosen."""
+        """True for draggable handles; centre candidates are only selectable."""
         return self.kind != "centre"
 
 
 @dataclass(frozen=True, slots=True)
 class VisiblePart:
-    """The part of the photo on screen: a box, in px of a pyramid level."""
+    """The visible part of the photo: a box, in px of a pyramid level."""
 
     level: int
     box: Box
@@ -48,21 +51,21 @@ class VisiblePart:
 
 @dataclass(frozen=True, eq=False)
 class RenderedFrame:
-    """One picture for the screen."""
+    """One frame for the screen."""
 
-    revision: int  # which state of the document it shows; larger is newer
-    rendering: Rendering  # in px of its own: a level of the photo, or a part of one
-    done: Applied  # what it does to the photo, px of the photo
-    # The picture and, for a whole photo, its halvings, in the screen's colours.
+    revision: int  # revision of the document's state; larger is newer
+    rendering: Rendering  # in px of a pyramid level, or of part of a level
+    done: Applied  # applied edits, px of the photo
+    # The pixels in the screen's colours; for a full frame also the coarser levels.
     levels: Sequence[Rgb8]
     to_photo: Affine  # from px of `rendering` to px of the photo
-    took_ms: float  # time from the start of the job to the finished picture
-    # What a gesture's preview shows; None for the whole photo by the recipe's own kernel.
+    took_ms: float  # time from the start of the job to the finished frame
+    # The rendered part of a preview; None for the full photo with the recipe's kernel.
     part: VisiblePart | None
 
     @property
     def whole(self) -> bool:
-        """Whether it is the whole photo."""
+        """Whether the frame covers the full photo."""
         return self.part is None
 
     @property
@@ -73,96 +76,100 @@ class RenderedFrame:
 
 @dataclass(frozen=True, slots=True)
 class Brush:
-    """The tool in hand."""
+    """The selected tool."""
 
-    tool: ToolName = "points"  # what a drag does
-    radius_px: float = 16.0  # half the width of a tool that paints, px of the photo
-    # Whether a stroke's own pixels keep every byte, by a feather beside it; a soft one only asks
-    # the fit to leave the place alone.
-    hard: bool = False
+    tool: ToolName = "points"  # effect of a drag
+    radius_px: float = 16.0  # brush radius, px of the photo
     strength: float = 0.5  # of push and restore, 0 to 1
-    falloff: float = 0.8  # the share of the radius over which they get weaker
+    falloff: float = 0.8  # fraction of the radius over which the strength fades
 
     @property
     def paints(self) -> bool:
-        """True when a drag draws a stroke instead of moving a point."""
+        """True if a drag paints a stroke instead of moving a point."""
         return self.tool != "points"
 
     @property
     def moves(self) -> bool:
-        """True when a stroke changes the displacement."""
+        """True if a stroke changes the displacement."""
         return self.tool in ("push", "restore")
 
     @property
     def protects(self) -> bool:
-        """True when a stroke changes what must not move."""
+        """True if a stroke changes the protected region."""
         return self.paints and not self.moves
 
 
 @dataclass(frozen=True, slots=True)
 class Following:
-    """What goes along with a landmark of the outline that is moved by hand."""
+    """Points that follow a dragged outline landmark."""
 
-    # Whether its neighbours follow, the less the farther they are along the outline.
+    # Whether neighbours follow; the effect falls with distance along the outline.
     soft: bool = False
-    reach: float = 4.0  # how far neighbours follow to either side, in landmark spacings
+    reach: float = 4.0  # follow range to either side, in landmark spacings
     symmetric: bool = False  # whether the landmark across the midline makes the mirrored move
 
 
 @dataclass
 class ViewState:
-    """What to draw and how."""
+    """Display settings and the newest frame."""
 
-    document: Document  # whose photo and state these are
-    frame: RenderedFrame | None = None  # the newest rendering; it may lag behind `state` by one
-    switched: set[str] = field(default_factory=set)  # names of the overlays switched on
-    # The faces whose marks are shown; None for those of all faces.
+    document: Document  # the document with photo and state
+    frame: RenderedFrame | None = None  # the newest frame; may be one state behind
+    switched: set[str] = field(default_factory=set)  # names of enabled overlays
+    # Faces with visible marks; None for all faces.
     pointed: frozenset[int] | None = None
-    # Overlays that a new user sees beside those switched on, unless all are hidden.
+    # Extra overlays for new users, unless all overlays are hidden.
     explained: frozenset[str] = frozenset()
-    original: bool = False  # true while the photo is shown as it was
-    # The point under the cursor, and the one that the arrow keys move.
+    original: bool = False  # True while the original is shown
+    # The handle under the cursor; the handle that the arrow keys move.
     hovered: Handle | None = None
     selected: Handle | None = None
-    placing: int | None = None  # the face that is being placed as a whole
-    face: int | None = None  # the face whose settings are edited; None for those of the photo
-    also: frozenset[int] = frozenset()  # further faces that are set with it
-    # How many pixels each domain of the newest whole result holds; empty for not known.
+    placing: int | None = None  # the face being placed
+    face: int | None = None  # the selected face; None: settings apply to the photo
+    also: frozenset[int] = frozenset()  # further selected faces
+    # Number of pixels in each domain of the newest full result; empty if unknown.
     counts: Mapping[DomainName, int] = field(default_factory=dict)
-    marking: bool = False  # true while a press on the photo marks a landmark
-    # Straight lines of the background and their bend, the most bent first.
+    marking: bool = False  # True while a press on the photo adds a landmark
+    # Straight lines of the background and the bend of each, most bent first.
     lines: tuple[BentLine, ...] = ()
-    # Uint8 (H, W): where people are in the photo, at a size of its own; 255 is a person.
+    # Uint8 (H, W): mask of people, at a reduced size; 255 is a person.
     people: Rgb8 | None = None
-    compare: CompareName = "off"  # how before and after are compared
-    wipe: float = 0.5  # where the divider stands, as a share of the canvas's width
-    loupe: bool = False  # whether what lies under the cursor is magnified
-    brush: Brush = field(default_factory=Brush)  # the tool in hand
-    # What goes along with a dragged landmark or target.
+    compare: CompareName = "off"  # comparison mode
+    wipe: float = 0.5  # divider position, as a fraction of the canvas width
+    # The retouched copy; replaces the original in the wipe comparison.
+    retouched: PicturePyramid | None = None
+    loupe: bool = False  # whether a magnifier is shown at the cursor
+    brush: Brush = field(default_factory=Brush)  # the selected tool
+    # Points that follow a dragged landmark or target.
     following: Following = field(default_factory=Following)
-    other_mode: bool = False  # whether the state is that of the mode that isn't at work
-    # (2,): where the mouse is, px of the photo; None when it is elsewhere.
+    other_mode: bool = False  # whether this view shows the inactive mode
+    # (2,): cursor position, px of the photo; None outside the photo.
     cursor: Array | None = None
     _turned: tuple[State, State] | None = None
 
     @property
     def visible(self) -> set[str]:
-        """Names of the overlays to draw: those switched on, without marks that step back."""
+        """Names of the overlays to draw.
+
+        A brush hides the points of faces, and so does the divider in Retouch.
+        Otherwise Retouch shows points only for the face at the cursor.
+        """
         shown = self.switched | self.explained if self.switched else set[str]()
-        return shown if self.pointed or self.pointed is None else shown - MARKS
+        quiet = self.pointed is not None and (not self.pointed or self.compare == "wipe")
+        return shown - MARKS if quiet or self.brush.paints else shown
 
     def marks(self, face: int) -> bool:
-        """Return whether the marks of a face are shown, if they are switched on."""
+        """Return whether the marks of a face are shown if the overlays are enabled."""
         return self.pointed is None or face in self.pointed
 
     @property
     def state(self) -> State:
-        """Faces and recipe, a gesture's preview included."""
+        """The document's state, including a gesture's preview, in this view's mode."""
         state = self.document.state
         if not self.other_mode:
             return state
         if self._turned is None or self._turned[0] is not state:
-            # One and the same until the document changes: it remembers its pairs.
+            # Reuse one object until the document changes: the state caches pairs.
             self._turned = state, state.in_other_mode()
         return self._turned[1]
 
@@ -173,18 +180,19 @@ class ViewState:
 
     @property
     def busy_hands(self) -> bool:
-        """True while the mouse paints, marks or places: a click then selects no face."""
+        """True while the mouse paints, marks or places; a click then selects no face."""
         return self.brush.paints or self.marking or self.placing is not None
 
     @property
     def face_in_hand(self) -> int | None:
-        """The face whose points answer: the one being placed, the selected or the only one."""
+        """The face with active handles: being placed, else selected, else the only face."""
         alone = 0 if len(self.state.faces) == 1 else None
         return next((f for f in (self.placing, self.face, alone) if f is not None), None)
 
     def answers(self, handle: Handle) -> bool:
-        """Return whether a handle can be taken: those of one face at a time, but while marking.
+        """Return whether a handle is active.
 
-        With several faces and none selected, a click means a face and never a point of one.
+        Only handles of one face are active, except while marking. With several faces and no
+        selection, a click selects a face and never a point.
         """
         return handle.face == self.face_in_hand or (self.marking and handle.movable)

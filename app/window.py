@@ -1,4 +1,4 @@
-"""The window: it arranges what features add to it and passes on what the window system says."""
+"""The main window: arranges the widgets of features and emits window events as signals."""
 
 from __future__ import annotations
 
@@ -20,8 +20,10 @@ from PySide6.QtWidgets import (
     QWidgetAction,
 )
 
-from . import actions
+from kogao_core.base.language import looked_up
+
 from .accessibility import tell_choices
+from .actions import MENUS, Names
 from .canvas.photo_canvas import PhotoCanvas
 from .canvas.viewport import OriginalView, Viewport
 from .i18n import tr
@@ -35,13 +37,13 @@ from .widgets.messages import MessageBar, StatusLine
 from .workspaces import WORKSPACES, Workspace
 
 _SIDE_PX = 296
-# The dock of the column beside the photo.
+# Name of the dock in the column next to the photo.
 _SIDE: Final = "settings"
-# What is there or not with the photos that were opened.
+# Panels that depend on the opened photos.
 _BY_PHOTO: Final = ("strip",)
 _WORD: Final = Qt.ToolButtonStyle.ToolButtonTextBesideIcon
 _ALONE: Final = Qt.ToolButtonStyle.ToolButtonIconOnly
-# Of the height from the eyes to the chin: the hair ends about so far above the eyes.
+# Height of the hair above the eyes, as a multiple of the height from eyes to chin.
 _FOREHEAD: Final = 0.8
 _MARGIN_PX: Final = 3 * GRID_PX
 
@@ -59,7 +61,8 @@ class Window(QMainWindow):
         super().__init__()
         self.setAcceptDrops(True)
         self.actions_by_name: dict[str, QAction] = {}
-        self.menus = {"panels": QMenu(tr("&Panels"), self)}
+        self.menus: dict[str, QMenu] = {}
+        self._special: list[tuple[QAction, tuple[str, ...]]] = []  # menus of some workspaces only
         self.canvas, self.bar, self.status = PhotoCanvas(view), MessageBar(), StatusLine()
         self.original = OriginalView(self.canvas)
         self.docks = Docks(self)
@@ -71,12 +74,12 @@ class Window(QMainWindow):
         self.stage = Stage(self.canvas, self.original, self.bar)
 
     def lay_out(self, panels: Mapping[str, tuple[QWidget, Dock | None]]) -> None:
-        """Put everything in its place, once all features have added their actions."""
-        menus = actions.layout(list(self.actions_by_name))
-        first = [name for names in menus.values() for name in names if name in self.actions_by_name]
-        there = (*first, *self.actions_by_name)
-        self.actions_by_name = {name: self.actions_by_name[name] for name in there}
-        self._fill_menus(menus)
+        """Lay out menus, tool bar and panels, after all features have added actions."""
+        first = [name for menu in MENUS for name in menu.names(list(self.actions_by_name))]
+        ordered = dict.fromkeys((*first, *self.actions_by_name))
+        there = self.actions_by_name
+        self.actions_by_name = {name: there[name] for name in ordered if name in there}
+        self._fill_menus()
         tell_choices()
         self._add_toolbar()
         self.setCentralWidget(self.stage)
@@ -97,7 +100,6 @@ class Window(QMainWindow):
             self.docks.add(name, dock, panel if dock.scrolls else RowArea(panel))
         for name in _BY_PHOTO:
             self.docks.offer(name, False)
-        self.menus["panels"].addActions(self.docks.toggles())
         self.setStatusBar(self.status)
         self.canvas.setFocus()
 
@@ -108,10 +110,12 @@ class Window(QMainWindow):
         self._bar.fill(workspace.tools, there)
         self.docks.arrange({_SIDE, *workspace.panels}, _BY_PHOTO, docks)
         self._show_beside()
+        for menu, names in self._special:
+            menu.setVisible(workspace.name in names)
         self.arranged.emit(workspace)
 
     def need(self, panel: str, needed: bool) -> None:
-        """Show a panel beside the photo while it is needed, whatever the workspace."""
+        """Show a panel next to the photo while needed, in any workspace."""
         (self._needed.add if needed else self._needed.discard)(panel)
         self._show_beside()
 
@@ -121,7 +125,7 @@ class Window(QMainWindow):
                 panel.setVisible(name in self._needed or name in self._workspace.panels)
 
     def dress(self, theme: Theme) -> None:
-        """Take the canvas grey of a theme."""
+        """Apply the canvas grey and the icons of a theme."""
         for view in self.findChildren(Viewport):
             view.setBackground(theme.canvas)
         for name in DRAWN.keys() & self.actions_by_name.keys():
@@ -130,26 +134,26 @@ class Window(QMainWindow):
         self._bar.dress(theme)
 
     def show_title(self, name: str, *, dirty: bool) -> None:
-        """Name the photo, with a star while there are unsaved changes."""
+        """Show the photo's name in the title, with a star for unsaved changes."""
         self.setWindowTitle(f"{name}[*] – Kogao" if name else "Kogao[*]")  # noqa: RUF001
         self.setWindowModified(dirty)
 
     def really_close(self) -> None:
-        """Close without asking again."""
+        """Close without a question."""
         self._closing = True
         self.close()
 
-    def _fill_menus(self, menus: Mapping[str, actions.Names]) -> None:
-        for title, names in menus.items():
-            if not any(names):
-                continue  # the laboratory isn't here
-            menu = self.menuBar().addMenu(title)
-            for name in names:
+    def _fill_menus(self) -> None:
+        for declared in MENUS:
+            menu = self.menuBar().addMenu(looked_up(declared.title))
+            if declared.only:
+                self._special.append((menu.menuAction(), declared.only))
+            for name in declared.names(list(self.actions_by_name)):
                 if name is None:
                     menu.addSeparator()
                 elif name in self.menus:
                     menu.addMenu(self.menus[name])
-                else:
+                elif name in self.actions_by_name:  # missing without the lab package
                     menu.addAction(self.actions_by_name[name])
 
     def _add_toolbar(self) -> None:
@@ -169,17 +173,17 @@ class Window(QMainWindow):
         return button
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Hold the original with the backslash, panning with Space."""
+        """Show the original while backslash is held; pan while Space is held."""
         if not self._hold(event, True):
             super().keyPressEvent(event)
 
     def keyReleaseEvent(self, event: QKeyEvent) -> None:
-        """Let both go."""
+        """End the original view or panning."""
         if not self._hold(event, False):
             super().keyReleaseEvent(event)
 
     def changeEvent(self, event: QEvent) -> None:
-        """Let held keys go when another window takes over."""
+        """Release held keys when another window becomes active."""
         if event.type() == QEvent.Type.ActivationChange:
             self.activated.emit(self.isActiveWindow())
             if not self.isActiveWindow():
@@ -204,20 +208,20 @@ class Window(QMainWindow):
             event.acceptProposedAction()
 
     def dropEvent(self, event: QDropEvent) -> None:
-        """Pass files and folders on."""
+        """Emit dropped files and folders."""
         event.acceptProposedAction()
         self.dropped.emit(files_in(event.mimeData()))
 
     def closeEvent(self, event: QCloseEvent) -> None:
-        """Leave the decision to whoever knows about unsaved changes."""
+        """Emit `asked_to_close`; a feature handles unsaved changes."""
         if not self._closing:
             self.asked_to_close.emit()
-        # The answer may have come at once, or it comes later and closes again.
+        # A listener may have closed at once; otherwise a later close follows.
         event.setAccepted(self._closing)
 
 
 class ToolBar(QToolBar):
-    """Tools in groups, behind what always stands first, whatever the tools are."""
+    """Tool buttons in groups, after a fixed first widget."""
 
     def __init__(self, title: str, first: QWidget) -> None:
         super().__init__(title)
@@ -229,9 +233,9 @@ class ToolBar(QToolBar):
         self.setIconSize(QSize(*SIZE) * grown)
         self.addWidget(first)
 
-    def fill(self, names: actions.Names, actions: Mapping[str, QAction]) -> None:
-        """Lay tools out in place of those that are there."""
-        # What stands first stays: it may be what was pressed.
+    def fill(self, names: Names, actions: Mapping[str, QAction]) -> None:
+        """Replace the tools after the first widget."""
+        # Keep the first widget: a click on this widget may have caused the call.
         for action in self.actions()[1:]:
             self.removeAction(action)
         self._groups = []
@@ -250,19 +254,19 @@ class ToolBar(QToolBar):
         self._give_words()
 
     def dress(self, theme: Theme) -> None:
-        """Give the way to tools that find no room its icon and its name."""
+        """Set icon and name of the button for tools that don't fit."""
         for more in self.findChildren(QToolButton, "qt_toolbar_ext_button"):
             more.setIcon(icon("more", theme))
             more.setToolTip(tr("More tools"))
             more.setAccessibleName(tr("More tools"))
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Show as many words as there is room for."""
+        """Show as many button texts as fit."""
         super().resizeEvent(event)
         self._give_words()
 
     def _give_words(self) -> None:
-        """Show all words, then take them away by the group, from the last one, until all fits."""
+        """Show all texts, then hide texts group by group from the last, until the bar fits."""
         for group in self._groups:
             self._style(group, _WORD)
         for group in reversed(self._groups):
@@ -273,13 +277,13 @@ class ToolBar(QToolBar):
     def _style(self, group: list[QToolButton], style: Qt.ToolButtonStyle) -> None:
         for button in group:
             button.setToolButtonStyle(style)
-        # Buttons that aren't shown yet tell it nothing of their size.
+        # Buttons that aren't visible yet don't update the layout's size hint.
         if (layout := self.layout()) is not None:
             layout.invalidate()
 
 
 class Stage(QWidget):
-    """Holds the views of the photo side by side, and lays messages where they hide no face."""
+    """Contains the views side by side, and overlays messages without hiding faces."""
 
     def __init__(self, canvas: PhotoCanvas, original: OriginalView, bar: MessageBar) -> None:
         super().__init__()
@@ -300,15 +304,15 @@ class Stage(QWidget):
         canvas.view_changed.connect(self.place_bar)
 
     def add_view(self, view: Viewport) -> None:
-        """Put a view of the photo to the right of the others."""
+        """Add a view of the photo to the right of the others."""
         self._views.append(view)
-        # Equal shares: the same zoom shows the same piece of the photo in all of them.
+        # Equal widths: at the same zoom all views show the same part of the photo.
         self._row.addWidget(view, 1)
-        # Whenever it comes, what is said lies over it.
+        # Messages stay on top of a view that is added later.
         view.lower()
 
     def show_below(self, widget: QWidget) -> None:
-        """Lay a widget over the lower edge of the views; messages leave it in sight."""
+        """Overlay a widget on the lower edge of the views; messages don't cover the widget."""
         self._below.append(widget)
         edge = QVBoxLayout()
         edge.setContentsMargins(_MARGIN_PX, 0, _MARGIN_PX, _MARGIN_PX)
@@ -317,11 +321,11 @@ class Stage(QWidget):
         self._bar.raise_()
 
     def show_in_middle(self, widget: QWidget) -> None:
-        """Lay a widget over the middle of the views."""
+        """Overlay a widget on the middle of the views."""
         self._grid.addWidget(widget, 0, 0, Qt.AlignmentFlag.AlignCenter)
 
     def place_bar(self) -> None:
-        """Lay the message where it hides no head, as far as there is room beside them."""
+        """Move the message to the position that hides the least of all heads."""
         if self._bar.isHidden():
             self._place = None
             return
@@ -334,12 +338,12 @@ class Stage(QWidget):
         self._bar.setGeometry(self._place.toRect())
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Find the message another place."""
+        """Place the message again."""
         super().resizeEvent(event)
         self.place_bar()
 
     def _heads(self) -> Iterator[QRectF]:
-        """Yield where heads are seen, px of the stage."""
+        """Yield the bounding boxes of heads, px of the stage."""
         for seen in (view for view in self._views if view.isVisible()):
             for face in self._view.state.faces:
                 left, top, width, height = face.box
@@ -354,7 +358,7 @@ class Stage(QWidget):
 def clear_place(
     size: QSizeF, area: QRectF, kept: Sequence[QRectF], now: QRectF | None = None
 ) -> QRectF:
-    """Return the place of `size` in `area` that covers least of what is to be `kept` in sight."""
+    """Return the position for `size` in `area` that covers the least of `kept`; prefer `now`."""
     places = list(_places(size, area))
     if now is not None and now in places:
         places.insert(0, now)

@@ -1,4 +1,4 @@
-"""Work off the GUI thread: every lane runs one job at a time and keeps only the newest request."""
+"""Background jobs: each lane runs one job at a time and keeps only the newest request."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ Job = Callable[[], Any]
 class Lane(QObject):
     """A queue of length one.
 
-    A request that arrives while a job runs replaces the one that waits. The next job starts only
-    after the listeners of `done` have returned, so a job may write where the last result but one
-    was read from.
+    A request that arrives while a job runs replaces the waiting request. The next job starts
+    only after the listeners of `done` have returned. So a job may overwrite the buffer of the
+    last result but one.
     """
 
     done = Signal(object)
@@ -38,16 +38,16 @@ class Lane(QObject):
 
     @property
     def busy(self) -> bool:
-        """True while a job runs or waits, or listeners take its result."""
+        """True while a job runs or waits, or a result is delivered."""
         return self._running or self._waiting is not None
 
     def submit(self, job: Job) -> None:
-        """Run `job` next, in place of any that still waits."""
+        """Run `job` next; replace a waiting job."""
         self._waiting = job
         self._start_next()
 
     def drop(self) -> None:
-        """Forget the waiting job, and the result of the running one."""
+        """Discard the waiting job and the result of the running job."""
         self._generation += 1
         self._waiting = None
 
@@ -63,7 +63,7 @@ class Lane(QObject):
         result, error = None, None
         try:
             result = job()
-        # An exception that leaves a pool thread would end the program; it goes to `failed` instead.
+        # An exception in a pool thread would end the program. Pass exceptions to `failed` instead.
         except Exception as problem:
             error = problem
         self._returned.emit(generation, result, error)

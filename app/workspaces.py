@@ -1,4 +1,4 @@
-"""Three ways to work in one window: what each of them shows, declared once."""
+"""The three workspaces and their panels, overlays and tools."""
 
 from __future__ import annotations
 
@@ -10,22 +10,22 @@ from kogao_core.base.language import Text
 
 @dataclass(frozen=True, slots=True)
 class Workspace:
-    """One way to work; menu, keys, ``--workspace``, settings and their tests follow from it."""
+    """A workspace; menu, shortcuts, ``--workspace`` and settings use this definition."""
 
-    name: str  # by which settings and the command line know it
-    # What it is called, its shortcut, and what it is for.
+    name: str  # identifier in settings and on the command line
+    # Visible name, shortcut and purpose.
     title: str
     key: str
     help: str
-    panels: tuple[str, ...]  # features whose panels stand there, by their `Feature.name`
-    overlays: tuple[str, ...]  # those that are on at first
-    # The toolbar, behind the switch between workspaces, the most important first: where room is
-    # short the last ones go behind ».
+    panels: tuple[str, ...]  # features with a visible panel, by `Feature.name`
+    overlays: tuple[str, ...]  # overlays enabled at first
+    # Tools after the workspace switch, most important first. The last tools move to the » menu if
+    # space is short.
     tools: tuple[str | None, ...]
-    # Whether panels use everyday words and fold away what a retoucher rarely sets, instead of the
-    # paper's terms and figures.
+    # Whether panels use everyday words and fold advanced settings, instead of the paper's terms
+    # and units.
     plain: bool = False
-    quiet: bool = False  # whether the marks of faces step back while nobody points at them
+    quiet: bool = False  # whether marks hide until the cursor is over a face
     unfolded: tuple[str, ...] = ()  # groups of the panels that are open at first
 
 
@@ -35,7 +35,7 @@ RETOUCH: Final = Workspace(
     key="Alt+1",
     help=Text("The photo, how much smaller its faces get, and a saved copy"),
     panels=("recipe", "faces"),
-    overlays=("landmarks", "targets", "folds", "protection"),
+    overlays=("targets", "folds", "protection"),
     tools=(
         *("open", "save", None),
         *("undo", "redo", None),
@@ -48,9 +48,9 @@ RETOUCH: Final = Workspace(
 )
 COMPARE: Final = Workspace(
     name="compare",
-    title=Text("Hand or machine"),
+    title=Text("Manual vs auto"),
     key="Alt+2",
-    help=Text("Points set by hand beside those found, against the clock"),
+    help=Text("Landmarks set by hand, timed, next to automatic landmarks"),
     panels=("recipe", "both"),
     overlays=("landmarks", "targets", "folds", "protection"),
     tools=(
@@ -76,5 +76,5 @@ INSPECT: Final = Workspace(
         *("fit", "actual"),
     ),
 )
-# The first one is where a new user begins.
+# New users start in the first workspace.
 WORKSPACES: Final = {one.name: one for one in (RETOUCH, COMPARE, INSPECT)}

@@ -1,77 +1,147 @@
-"""Write `docs/command-line.md` from the program's own commands.
+"""Write `docs/command-line.md` from the commands of the program.
 
-``python docs/command_line.py`` after an option has changed; a test compares the two.
+Run ``python docs/command_line.py`` after a change of an option. A test compares the page.
 """
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Final
 
 import click
 
+from kogao_core.cli import words
 from kogao_core.cli.commands import EPILOG, PROGRAM, program
-from kogao_core.cli.words import Group
 
 PAGE: Final = Path(__file__).with_name("command-line.md")
-_HEAD: Final = """# The command line
+_SHARED: Final = 3
+"""Options of at least so many commands are listed once, in a section of their own."""
+_HEAD: Final = """# Command line
 
 [日本語](ja/command-line.md)
 
-Made by `python docs/command_line.py` from what `kogao-cli COMMAND --help` knows; defaults are in
-brackets. The editor's own options are in [editor.md](editor.md).
+`kogao-cli` does the same work as the editor, without a window. This page lists all options;
+`python docs/command_line.py` writes it from the program. Defaults are in brackets. N is a number.
 
 ```sh
-kogao-cli warp portrait.jpg -o four.jpg      # 4 %, centre 2, as the paper found most natural
-kogao-cli warp portrait.jpg -o six.jpg --percent 6 --center 3 --face largest --save-project
-kogao-cli warp big.jpg -o big-small.jpg --project portrait.jpg.kogao.json    # its large original
-kogao-cli batch photos/ 'more/*.jpg' -o small/ --jobs 4     # again: goes on where it stopped
-kogao-cli detect portrait.jpg --json -       # the 27 landmarks of every face
-kogao-cli landmarks export portrait.jpg --format tem -o points/    # for WebMorph
-kogao-cli experiment timing portrait.jpg -o report/                # table 2
-kogao-cli experiment study make portrait.jpg -o study/             # pictures for people to rate
-kogao-cli doctor                             # what is missing, and the command that mends it
-kogao-cli --language ja warp --help          # in another language than the system's
+kogao-cli warp portrait.jpg -o six.jpg                      # amount 6 %
+kogao-cli warp portrait.jpg -o four.jpg --amount 4 --face largest --save-project
+kogao-cli warp big.jpg -o big-small.jpg --project portrait.jpg.kogao.json
+kogao-cli warp - -o - < portrait.jpg > piped.jpg
+kogao-cli batch photos/ 'more/*.jpg' -o small/ --jobs 4     # run again to resume
+kogao-cli detect portrait.jpg --json -                      # 27 landmarks per face
+kogao-cli landmarks export portrait.jpg --format tem -o points/
+kogao-cli experiment timing portrait.jpg -o report/         # Table 2
+kogao-cli experiment study make portrait.jpg -o study/      # pictures for a survey
+kogao-cli doctor                                            # check the installation
+kogao-cli --language ja warp --help
 ```
 
-![The four centre candidates](pictures/figure-centers.jpg)
+## Output
 
-*`--center 1` to `4`; each landmark's target lies on its line to the centre.*
+`warp` prints one line per photo: output file, faces, change, unchanged share of a JPEG.
 
-D is the distance between a landmark and the centre that it moves towards. Above 6 % of it the
-paper's raters saw that something had been done. HEIC and raw files are read where their libraries
-are installed (`pip install '.[heic,raw]'`); the rivals of `experiment methods` come with
-`'.[experiments]'`.
+```text
+six.jpg: 1 face, 6 % smaller; 72.8 % of the JPEG unchanged
+```
 
-`kogao-cli` never overwrites a file without `--force`. It ends with one of these codes; errors are
-one line on stderr, and nothing half-written is left behind.
+*Amount* is the distance that landmarks move, in % of their distance to the centre of the face.
+*Reshaped* means that other settings changed the face, too. Warnings and errors go to stderr. `-q`
+prints only these; `-v` adds measurements and timings; `--json` prints everything for programs.
+
+Above 6 %, people in a survey noticed the change. `kogao-cli` overwrites no file without `--force`.
+
+## Pipes
+
+`warp -` reads the photo from standard input. `-o -` writes to standard output in the format of the
+photo (JPEG for HEIC and raw) and prints the line on stderr.
+
+## Completion
+
+Add one line to the configuration of your shell:
+
+```text
+eval "$(_KOGAO_CLI_COMPLETE=bash_source kogao-cli)"         ~/.bashrc
+eval "$(_KOGAO_CLI_COMPLETE=zsh_source kogao-cli)"          ~/.zshrc
+_KOGAO_CLI_COMPLETE=fish_source kogao-cli | source          ~/.config/fish/config.fish
+```
+
+For the editor, write `_KOGAO_COMPLETE` and `kogao`.
+
+## Exit codes
 """
 
 
 def text() -> str:
     """Return the page."""
     codes = EPILOG.partition("Exit codes:\n")[2].partition("\n\n")[0]
-    parts = [_HEAD, f"```\n{codes}\n```\n"]
-    return "\n".join([*parts, *_sections(program, click.Context(program, info_name=PROGRAM))])
+    root = click.Context(program, info_name=PROGRAM)
+    found = list(_commands(program, root))
+    uses = Counter(row for command, context in found for row in _rows(command, context))
+    shared = [row for row, count in uses.items() if count >= _SHARED]
+    parts = [
+        _HEAD,
+        f"```text\n{codes}\n```\n",
+        "## Options of several commands\n",
+        "Commands take the options that `kogao-cli COMMAND --help` lists.\n",
+        _table(shared),
+    ]
+    pair = [context for context in found if context[0].name in ("warp", "batch")]
+    both = [row for row, count in uses.items() if count == 2 and _in_all(row, pair)]
+    parts += ["## Options of `warp` and `batch`\n", _grouped(both, *pair[0])]
+    known = {*shared, *both}
+    for command, context in found:
+        parts.append(f"## `{_usage(command, context)}`\n")
+        parts.append(" ".join((command.help or "").partition("\n\n")[0].split()) + "\n")
+        own = [row for row in _rows(command, context) if row not in known]
+        if own:
+            parts.append(_table(own))
+    return "\n".join(parts)
 
 
-def _sections(command: click.Command, context: click.Context) -> Iterator[str]:
-    """Yield a section for each command; groups only lead to theirs."""
-    if isinstance(command, Group):
+def _commands(
+    command: click.Command, context: click.Context
+) -> Iterator[tuple[words.Command, click.Context]]:
+    """Yield each command that is no group, with its context."""
+    if isinstance(command, words.Group):
         for name, inner in command.every.items():
-            yield from _sections(inner, click.Context(inner, context, info_name=name))
-        return
+            yield from _commands(inner, click.Context(inner, context, info_name=name))
+    elif isinstance(command, words.Command):
+        yield command, context
+
+
+def _usage(command: click.Command, context: click.Context) -> str:
     pieces = [piece for piece in command.collect_usage_pieces(context) if piece != "[OPTIONS]"]
-    usage = " ".join([context.command_path, *pieces])
-    lead = " ".join((command.help or "").partition("\n\n")[0].split())
-    options = [param for param in command.params if isinstance(param, click.Option)]
-    rows = ["| option | meaning |", "|---|---|", *(_row(option, context) for option in options)]
-    table = "\n".join(rows) + "\n" if options else ""
-    yield f"## `{usage}`\n\n{lead}\n" + (f"\n{table}" if table else "")
+    return " ".join([context.command_path, *pieces])
 
 
-def _row(option: click.Option, context: click.Context) -> str:
+def _rows(command: words.Command, context: click.Context) -> list[str]:
+    """Return the rows of all options but ``--help``, in the order of the help."""
+    found = [one for options in command.sections(context).values() for one in options]
+    return [_row(one, context) for one in found if isinstance(one, words.Option)]
+
+
+def _grouped(rows: list[str], command: words.Command, context: click.Context) -> str:
+    """Return tables of some rows below the headings of a command's help."""
+    parts = []
+    for section, options in command.sections(context).items():
+        inside = [row for one in options if (row := _row(one, context)) in rows]
+        if inside:
+            parts += [f"### {section}\n", _table(inside)]
+    return "\n".join(parts)
+
+
+def _in_all(row: str, commands: list[tuple[words.Command, click.Context]]) -> bool:
+    return all(row in _rows(command, context) for command, context in commands)
+
+
+def _table(rows: list[str]) -> str:
+    return "\n".join(["| option | meaning |", "|---|---|", *rows]) + "\n"
+
+
+def _row(option: click.Parameter, context: click.Context) -> str:
     declared, meaning = option.get_help_record(context) or ("", "")
     declared, meaning = (" ".join(cell.replace("|", r"\|").split()) for cell in (declared, meaning))
     return f"| `{declared}` | {meaning} |"

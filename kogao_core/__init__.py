@@ -30,11 +30,15 @@ if TYPE_CHECKING:
     from kogao_core.photo.reading import read
     from kogao_core.photo.writing import write
     from kogao_core.pipeline import Rendering, render
+    from kogao_core.projects.evidence import Evidence
+    from kogao_core.projects.evidence import load as load_evidence
     from kogao_core.projects.project import Project
     from kogao_core.projects.project import load as load_project
     from kogao_core.projects.sidecar import apply as apply_project
     from kogao_core.recipe.recipe import PAPER, Recipe
     from kogao_core.warp.brush import Brushwork
+    from kogao_core.warp.field import Field, shown_at
+    from kogao_core.warp.measures import FaceMeasures, measures
     from kogao_core.warp.protection import Protection
 
 __version__ = "0.1.0"
@@ -43,7 +47,10 @@ __all__ = [
     "BadFile",
     "Brushwork",
     "CannotWrite",
+    "Evidence",
     "Face",
+    "FaceMeasures",
+    "Field",
     "Photo",
     "Project",
     "Protection",
@@ -53,10 +60,13 @@ __all__ = [
     "accompanied",
     "apply_project",
     "find",
+    "load_evidence",
     "load_project",
+    "measures",
     "read",
     "render",
     "sample",
+    "shown_at",
     "source",
     "template_face",
     "write",
@@ -77,8 +87,11 @@ _HOMES = {
     "photo.reading": {"read": "read"},
     "photo.writing": {"write": "write"},
     "pipeline": {"Rendering": "Rendering", "render": "render"},
+    "projects.evidence": {"Evidence": "Evidence", "load_evidence": "load"},
     "projects.project": {"Project": "Project", "load_project": "load"},
     "warp.brush": {"Brushwork": "Brushwork"},
+    "warp.field": {"Field": "Field", "shown_at": "shown_at"},
+    "warp.measures": {"FaceMeasures": "FaceMeasures", "measures": "measures"},
     "warp.protection": {"Protection": "Protection"},
     "recipe.recipe": {"PAPER": "PAPER", "Recipe": "Recipe"},
     "projects.sidecar": {"apply_project": "apply"},

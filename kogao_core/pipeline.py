@@ -1,8 +1,9 @@
-"""The paper end to end: targets, lattice, domain, warp. One pure function serves everything."""
+"""Render a warped photo: targets, lattice, guard, background, brush, domain, warp."""
 
 from __future__ import annotations
 
 import dataclasses
+import os
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -11,13 +12,17 @@ from functools import cached_property
 from itertools import repeat
 from typing import Final
 
+import numpy as np
+
 from kogao_core.background.holding import NOTHING_HELD, Held, hold
 from kogao_core.base.display import preview
-from kogao_core.base.geometry import Box, Image
+from kogao_core.base.geometry import Box, Image, check_image
 from kogao_core.base.language import Text
 from kogao_core.base.threads import one_blas_thread
 from kogao_core.faces.face import Face
 from kogao_core.faces.targets import Pairs, aim
+from kogao_core.projects import evidence
+from kogao_core.projects.evidence import Evidence
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.recipe.settings import DomainName
 from kogao_core.warp import domain as domains
@@ -27,15 +32,15 @@ from kogao_core.warp.domain import pixel_counts
 from kogao_core.warp.field import Field, Residual, residual
 from kogao_core.warp.fit import problems_of, solve
 from kogao_core.warp.frame import cut_note, slid
-from kogao_core.warp.guard import hold_back
+from kogao_core.warp.guard import Limit, limited
 from kogao_core.warp.lens import Heads
 from kogao_core.warp.limits import check_corners, check_strokes
-from kogao_core.warp.measures import achieved_percent
+from kogao_core.warp.measures import achieved_percent, protected_shares
 from kogao_core.warp.one_to_one import OneToOne, check_one_to_one
-from kogao_core.warp.protection import NOTHING, Protection, falloff_of
+from kogao_core.warp.protection import NOTHING, Protection
 from kogao_core.warp.surround import surrounds_of
 
-# The stages in their order, and what people call them; every clock in the program reads these.
+# The stages in order, with visible names; all time measurements use these keys.
 STAGES: Final = {
     "targets": Text("targets"),
     "lattice": Text("lattice"),
@@ -67,33 +72,33 @@ class Stopwatch:
 
 @dataclass(frozen=True, eq=False)
 class Rendering:
-    """A warped photo with everything that led to it.
+    """A warped photo and all intermediate results.
 
     Parameters
     ----------
     pixels : array
-        The result, same depth as the photo, and the same shape unless it was to be reduced. With a
+        The result: the photo's depth and, unless reduced, the photo's shape. With a
         `Canvas`, its buffer.
     pairs : tuple of Pairs
         Landmarks, targets and centre of each face.
     field : Field
         The backward displacement.
-    shares : tuple of float
-        How much of each face's displacement the guard let through; below 1 it would have folded.
+    limits : tuple of Limit
+        For each face, the share that the guard keeps and the position of the largest reduction.
     unheld : Field
-        The same before lines and neighbours were held.
+        The displacement before lines and neighbours were held.
     domain : Domain
-        The pixels worked on.
+        The processed pixels.
     changed : list of Box
-        Where `pixels` may differ from before this rendering.
+        Regions where `pixels` may differ from the pixels before this rendering.
     recipe : Recipe
-        The choices.
+        The settings.
     note : str
-        What can't be done right at the photo's edge, in a sentence; empty where nothing is cut.
+        A sentence on moves reduced at the photo's edge; empty if there are none.
     timings_ms : dict
         Time by stage.
     brush_shares : tuple of float
-        How much of each stroke of the brush the guard let through; below 1 it would have folded.
+        Share of each brush stroke that the guard kept, 0 to 1; the full stroke would have folded.
 
     Examples
     --------
@@ -112,7 +117,7 @@ class Rendering:
     pixels: Image
     pairs: tuple[Pairs, ...]
     field: Field
-    shares: tuple[float, ...]
+    limits: tuple[Limit, ...]
     unheld: Field
     domain: domains.Domain
     changed: list[Box]
@@ -121,18 +126,39 @@ class Rendering:
     timings_ms: dict[str, float] = dataclasses.field(default_factory=dict)
     brush_shares: tuple[float, ...] = ()
 
+    @property
+    def shares(self) -> tuple[float, ...]:
+        """The smallest share of each face's displacement that the guard keeps, 0 to 1."""
+        return tuple(limit.share for limit in self.limits)
+
+    @property
+    def limited_points(self) -> tuple[int, ...]:
+        """For each face, the landmark nearest to the guard's largest reduction, from 1."""
+        places = (limit.place_px or (0.0, 0.0) for limit in self.limits)
+        return tuple(
+            int(np.hypot(*(pair.target_px - place).T).argmin()) + 1
+            for pair, place in zip(self.pairs, places, strict=True)
+        )
+
     @cached_property
     def one_to_one(self) -> OneToOne:
-        """Smallest det J of the samples, and folded cells, measured on first use."""
+        """Smallest sampled det J and folded cells, measured on first use."""
         with one_blas_thread():
             return check_one_to_one(self.field)
 
     @cached_property
     def residual(self) -> Residual:
-        """How far the field at the targets is from what they ask for, strokes aside."""
+        """Distance from the requested displacement, px, without brush and protection."""
         own = self.field.lattices[: len(self.pairs)]
+        fitted = dataclasses.replace(self.field, lattices=own, protection=NOTHING)
         with one_blas_thread():
-            return residual(dataclasses.replace(self.field, lattices=own), self.pairs)
+            return residual(fitted, self.pairs)
+
+    @cached_property
+    def protected_shares(self) -> tuple[tuple[float, ...], ...]:
+        """The share of each landmark's move that protection keeps, 0 to 1, for each face."""
+        with one_blas_thread():
+            return protected_shares(self.field, self.pairs)
 
     def warped(self, picture: Image) -> Image:
         """Warp another picture of the whole photo by the same field, such as a gain map for HDR.
@@ -140,12 +166,12 @@ class Rendering:
         Parameters
         ----------
         picture : array of shape (h, w) or (h, w, C)
-            As `render` takes them, of any size, upright.
+            A picture of any size, upright; depth and channels as in `render`.
 
         Returns
         -------
         array
-            Of its shape and depth, resampled once; where nothing moves it has the same bytes.
+            The warped picture, same shape and depth, resampled once; unmoved pixels are unchanged.
 
         Examples
         --------
@@ -162,12 +188,12 @@ class Rendering:
 
     @property
     def threshold_px(self) -> float:
-        """The T that this went by: below the recipe's where its fade could have folded."""
+        """The threshold T in use, px: less than the recipe's if the fade could have folded."""
         return domains.threshold_of(self.recipe, self.field)
 
     @cached_property
     def achieved(self) -> tuple[float, ...]:
-        """How far the landmarks of each face come towards its centre, % of D (`measures`)."""
+        """How far each face's landmarks move towards the face's centre, % of D (`measures`)."""
         with one_blas_thread():
             return achieved_percent(self.field, self.pairs)
 
@@ -177,9 +203,67 @@ class Rendering:
         with one_blas_thread():
             return pixel_counts(self.field, self.domain.image, self.threshold_px)
 
+    def evidence(self, photo_sha256: str = "") -> Evidence:
+        """Collect points, lattices, displacement, det J, masks, recipe and versions.
+
+        Parameters
+        ----------
+        photo_sha256 : str
+            SHA-256 of the photo's file, to be stored.
+
+        Returns
+        -------
+        Evidence
+            Arrays of the photo's size, 13 bytes per pixel.
+
+        Examples
+        --------
+        >>> import kogao_core as kogao
+        >>> photo = kogao.read(kogao.sample())
+        >>> face = kogao.template_face((450, 480), 400)
+        >>> evidence = kogao.render(photo.pixels, [face], kogao.Recipe(percent=5)).evidence()
+        >>> evidence.points_px.shape, evidence.centers_px.shape
+        ((21, 2), (1, 2))
+        """
+        with one_blas_thread():
+            image, shown = self.domain.image, (self.threshold_px, self.pixels, photo_sha256)
+            return evidence.gathered(self.field, self.pairs, image, self.recipe, *shown)
+
+    def save_evidence(self, path: str | os.PathLike[str], photo_sha256: str = "") -> None:
+        """Write the intermediate results to an ``.npz`` file; `load_evidence` reads the file.
+
+        Parameters
+        ----------
+        path : str or path
+            The file; an existing file is replaced.
+        photo_sha256 : str
+            SHA-256 of the photo's file, to be stored.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> import kogao_core as kogao
+        >>> photo = kogao.read(kogao.sample())
+        >>> face = kogao.template_face((450, 480), 400)
+        >>> kogao.render(photo.pixels, [face], kogao.Recipe(percent=5)).save_evidence("five.npz")
+        >>> np.load("five.npz")["displacement_px"].shape
+        (900, 900, 2)
+        """
+        evidence.save(self.evidence(photo_sha256), path)
+
     def _repr_png_(self) -> bytes:
-        """Return the result as a notebook shows it."""
+        """Return the result as a PNG for notebooks."""
         return preview(self.pixels)
+
+
+def _check_types(photo: object, faces: object, recipe: object, protection: object) -> None:
+    check_image(photo)
+    if not isinstance(faces, Sequence) or not all(isinstance(face, Face) for face in faces):
+        raise TypeError("faces must be a sequence of Face, such as [face]")
+    for value, kind in ((recipe, Recipe), (protection, Protection)):
+        if not isinstance(value, kind):
+            name, given = kind.__name__, type(value).__name__
+            raise TypeError(f"expected a {name} such as kogao.{name}(), got {given}")
 
 
 def render(
@@ -202,46 +286,48 @@ def render(
     photo : array of shape (H, W) or (H, W, C)
         uint8, uint16 or float32, 1 to 4 channels, upright; not written to.
     faces : sequence of Face
-        Which faces to make smaller, in px of `photo`.
+        The faces to make smaller, in px of `photo`.
     recipe : Recipe
-        Every choice of the user; a face's own (`Face.recipe`) come before it.
+        The settings; a face's own settings (`Face.recipe`) take precedence.
     protection : Protection
-        Places that must not move.
+        Regions that must not move.
     held : Held
-        Lines that stay straight and neighbours who stay put where they can, unless the recipe lets
-        them go; `background.held` finds them.
+        Lines to keep straight and neighbours to keep still where possible; ignored without
+        `Recipe.hold_background`. `background.held` finds both.
     brushwork : Brushwork
-        Strokes of push and restore over what all else makes of the photo.
+        Push and restore strokes, applied after all other displacements.
     canvas : Canvas, optional
-        A buffer over the same photo to work in place instead of on a fresh copy; the result is
-        the same to the bit.
+        A buffer over the same photo, warped in place instead of a fresh copy. The result is
+        identical.
     threads : int, optional
-        Threads that resample; as many as there are processors, up to 4, when absent.
+        Number of resampling threads; by default as many as processors, up to 4.
     whole : Box, optional
-        The rectangle of the whole photo, px of `photo`, where that is a part of one: a head that
-        follows its face stops at the photo's edge.
+        The rectangle of the complete photo, in px of `photo`, if `photo` is a crop. A head that
+        follows the face stops at the photo's edge.
     longest_px : int
-        Reduce the result to this longer side, in the same resampling; 0, or more than the photo
-        has, leaves its size. Nothing of `canvas` is used then.
+        Length of the result's longer side, px; reduced in the same resampling step. 0, or more
+        than the photo's longer side: keep the size. A reduction ignores `canvas`.
 
     Returns
     -------
     Rendering
-        At 0 % its pixels are the photo's bytes.
+        At 0 % the pixels equal the photo's pixels.
 
     Raises
     ------
+    TypeError
+        If the photo is not an array, a face not a `Face` or the recipe not a `Recipe`.
     ValueError
         If the photo's depth or shape can't be warped, or the canvas is over another photo.
     OutOfBounds
-        If faces, lattice, protection or strokes together ask for more than `limits` allows.
+        If faces, lattice, protection or strokes together exceed `limits`.
 
     Examples
     --------
     >>> import numpy as np
     >>> import kogao_core as kogao
     >>> grey = np.random.default_rng(1).integers(0, 256, (360, 480), np.uint8)
-    >>> face = kogao.template_face((240, 180), 200)
+    >>> face = kogao.template_face((240, 180), 120)
     >>> rendering = kogao.render(grey, [face], kogao.Recipe(percent=6))
     >>> rendering.pixels.shape, bool((rendering.pixels == grey).all())
     ((360, 480), False)
@@ -250,6 +336,7 @@ def render(
     >>> kogao.render(grey, [face], kogao.Recipe(percent=0)).pixels.tobytes() == grey.tobytes()
     True
     """
+    _check_types(photo, faces, recipe, protection)
     if canvas is not None and canvas.source is not photo:
         raise ValueError("this canvas lies over another photo")
     check_corners(protection)
@@ -260,20 +347,22 @@ def render(
             edges = whole or Box.of(photo)
             heads = Heads.of(faces, recipe, edges)
             seen = heads.faces or faces
-            asked = tuple(aim(*both) for both in zip(faces, repeat(recipe), seen))
-            pairs = tuple(slid(pair, edges) for pair in asked) if recipe.guard else asked
             recipes = [recipe.of_face(face.recipe) for face in faces]
+            asked = tuple(map(aim, faces, recipes, seen, repeat(edges)))
+            pairs = tuple(slid(pair, edges) for pair in asked) if recipe.guard else asked
             beside = held.neighbours if recipe.hold_background else ()
             around = [pair.started for pair in pairs]
-            alone = surrounds_of(seen, around, recipes, edges, protection, beside)
-            surrounds = heads.around(alone, protection, beside)
+            alone = surrounds_of(seen, around, recipes, edges, beside)
+            surrounds = heads.around(alone, beside)
         with watch.lap("lattice"):
             anchors = [face.anchor for face in faces]
             inside = edges if recipe.guard else None
-            problems = problems_of(pairs, anchors, recipes, protection, surrounds, inside)
-            field = Field(solve(problems, recipes), domains.fade_of(recipe), falloff_of(protection))
+            problems = problems_of(pairs, anchors, recipes, surrounds, inside)
+            field = Field(solve(problems, recipes), domains.fade_of(recipe), protection)
         with watch.lap("guard"):
-            field, shares = hold_back(field) if recipe.guard else (field, (1.0,) * len(faces))
+            field, limits = (
+                limited(field, edges) if recipe.guard else (field, (Limit(),) * len(faces))
+            )
         with watch.lap("background"):
             unheld = field
             if recipe.hold_background:
@@ -281,9 +370,7 @@ def render(
         brush_shares: tuple[float, ...] = ()
         with watch.lap("brush"):
             if brushwork.strokes:
-                field, brush_shares = brushed(
-                    field, brushwork, protection, edges, guarded=recipe.guard
-                )
+                field, brush_shares = brushed(field, brushwork, edges, guarded=recipe.guard)
         with watch.lap("domain"):
             area = domains.reduce(field, Box.of(photo), recipe.domain)
         size = size_of(Box.of(photo), longest_px)
@@ -298,8 +385,8 @@ def render(
                 changed = canvas.warp(field, area, recipe.interpolation, threads)
             pixels = canvas.pixels
     return Rendering(
-        *(pixels, pairs, field, shares, unheld, area, changed, recipe),
-        cut_note(pairs, asked),
+        *(pixels, pairs, field, limits, unheld, area, changed, recipe),
+        cut_note(pairs, asked, [one.percent for one in recipes]),
         watch.laps_ms,
         brush_shares,
     )

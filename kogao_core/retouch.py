@@ -1,4 +1,4 @@
-"""One way through the work, for command, batch and editor: hold, render, disclose, sign, write."""
+"""The complete work on one photo for command line, batch and editor: hold, render and write."""
 
 from __future__ import annotations
 
@@ -9,23 +9,24 @@ from pathlib import Path
 
 from kogao_core.background.find import BackgroundFinder, held_of
 from kogao_core.base.geometry import Image
-from kogao_core.base.originals import Originals
+from kogao_core.faces import identity
 from kogao_core.photo import Photo, accompanied, write, write_in_place
 from kogao_core.photo.disclosure.disclosing import Disclosure, disclose, signing, undisclosed
 from kogao_core.photo.export import AS_IT_IS, Export
 from kogao_core.photo.formats.jpeg import JPEG
 from kogao_core.photo.model import is_same
 from kogao_core.photo.optics import optics_of
+from kogao_core.photo.originals import Originals
 from kogao_core.photo.writing import Sign
 from kogao_core.pipeline import Rendering, render
 from kogao_core.projects.sidecar import Applied
 
 Write = Callable[[Photo, Image, Sign | None], str]
-"""Writes a photo's new pixels and returns what is worth knowing of the file."""
+"""A function that writes a photo's new pixels and returns a note on the file."""
 
 
 def to_file(path: Path, *, force: bool, export: Export = AS_IT_IS) -> Write:
-    """Return what writes a file; its folder is made by whoever calls."""
+    """Return a writer for `path`. The caller must create the folder."""
 
     def writes(photo: Photo, pixels: Image, sign: Sign | None) -> str:
         return write(photo, pixels, path, force=force, sign=sign, quality=export.coding)
@@ -34,22 +35,21 @@ def to_file(path: Path, *, force: bool, export: Export = AS_IT_IS) -> Write:
 
 
 def over_itself(originals: Originals | None) -> Write:
-    """Return what writes over a photo's own file, which is kept in a store before, if any."""
+    """Return a writer that replaces the photo's file; `originals` first stores the original."""
     return lambda photo, pixels, sign: write_in_place(photo, pixels, originals, sign)
 
 
 @dataclass(frozen=True, eq=False)
 class Retouched:
-    """What became of a photo: `written` is what is worth knowing of the file.
+    """Result of `retouch`. `rendering` is None if the caller passed the pixels.
 
-    `rendering` is None where the pixels were there already; `undisclosed` says what a result that
-    equals the photo doesn't tell, `lens` why the lens' stretch stays that was to go.
+    `written`: note on the written file. `notes`: warnings, such as a missing focal length, an edit
+    record that an unchanged photo does not get, or the form of an identity document.
     """
 
     rendering: Rendering | None
     written: str
-    undisclosed: str
-    lens: str
+    notes: tuple[str, ...]
 
 
 def retouch(
@@ -64,9 +64,10 @@ def retouch(
     threads: int | None = None,
     export: Export = AS_IT_IS,
 ) -> Retouched:
-    """Do to a photo what is done to it: hold its background, render, disclose, sign and write.
+    """Apply edits to a photo: keep the background straight, render, disclose, sign and write.
 
-    `drawn` is the result in full size, where it is there already; `to` writes as `export` says.
+    `drawn` is an existing result of full size; `look` receives a new rendering. `to` writes the
+    file in the format of `export`.
 
     Raises CannotWrite, RefusedOutput.
     """
@@ -94,4 +95,5 @@ def retouch(
     if rendering is not None and goes_along:
         told = accompanied(told, rendering.warped, film=disclosure.film)
     written = to(told, pixels, signing(disclosure, done.what))
-    return Retouched(rendering, written, left_out, left)
+    form = identity.note(photo.pixels, done.faces) if is_changed else ""
+    return Retouched(rendering, written, tuple(filter(None, (left, left_out, form))))

@@ -1,20 +1,21 @@
-"""Write where the project is found into everything that tells it, once it is found somewhere.
+"""Fill in the project's addresses in all metadata files before a release.
 
 ``python -m resources.addresses SOURCE SITE DATE`` with the addresses of the repository and of the
-built site (docs/site), and the day of the release. Again, for the next release or another address.
+built site (docs/site), and the day of the release. Run again for each release or new address.
 """
 
 from __future__ import annotations
 
 import re
 import sys
-import tomllib
 from datetime import date
 from pathlib import Path
 from xml.sax.saxutils import escape
 
+import kogao_core
+
 ROOT = Path(__file__).resolve().parents[1]
-SHOWN = ("window", "inspect", "compare")  # of docs/pictures, as the site lays them out
+SHOWN = ("window", "inspect", "compare")  # of docs/pictures, in the order of the site
 
 
 def write(root: Path, source: str, site: str, released: date) -> None:
@@ -22,7 +23,6 @@ def write(root: Path, source: str, site: str, released: date) -> None:
     source, site = source.rstrip("/"), site.rstrip("/")
     project = root / "pyproject.toml"
     text = project.read_text(encoding="utf-8")
-    version = tomllib.loads(text)["project"]["version"]
     urls = {
         "Homepage": f"{site}/",
         "Source": source,
@@ -37,7 +37,7 @@ def write(root: Path, source: str, site: str, released: date) -> None:
     told = metadata.read_text(encoding="utf-8")
     told = re.sub(r"  <url .*\n|  <screenshots>\n(?:.*\n)*?  </screenshots>\n", "", told)
     told = re.sub(r"  <releases>\n(?:.*\n)*?  </releases>\n", "", told)
-    added = _urls(urls, source) + _screenshots(site) + _releases(version, released)
+    added = _urls(urls, source) + _screenshots(site) + _releases(kogao_core.__version__, released)
     metadata.write_text(told.replace("</component>", f"{added}</component>"), encoding="utf-8")
 
 

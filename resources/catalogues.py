@@ -1,8 +1,8 @@
-"""Gather the programs' words and merge them into the catalogues; compile those.
+"""Extract translatable texts, merge them into the catalogues and compile the catalogues.
 
-``python -m resources.catalogues [LANGUAGE ...]``, run where ARCHITECTURE.md lies, brings every
-catalogue in `resources/translations` up to date, begins those of the languages named, and says how
-much is translated. It needs Babel (`pip install -e '.[dev]'`), as building a wheel does.
+``python -m resources.catalogues [LANGUAGE ...]``, run in the folder of ARCHITECTURE.md, updates
+every catalogue in `resources/translations`, creates catalogues for the named languages and prints
+the translated share. Babel is required (`pip install -e '.[dev]'`), as for building a wheel.
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ ROOT: Final = Path(__file__).resolve().parents[1]
 FOLDER: Final = ROOT / "resources" / "translations"
 _DOMAIN: Final = "kogao"
 _SOURCES: Final = ("app", "kogao_core")
-_MACHINERY: Final = "kogao_core/base/language.py"  # it is handed the words
+_MACHINERY: Final = "kogao_core/base/language.py"  # not scanned: texts are passed as variables
 _COMMENT: Final = "# Translators:"
 _WIDTH: Final = 100
-# What click and argparse say to people who call our programs; they ask for it in our catalogue.
+# Texts of click and argparse shown by the programs; looked up in this catalogue.
 LIBRARIES: Final[dict[str, tuple[str | tuple[str, str], ...]]] = {
     "click": (
         "Usage:",
@@ -70,30 +70,32 @@ LIBRARIES: Final[dict[str, tuple[str | tuple[str, str], ...]]] = {
     ),
 }
 _CONTEXT: Final = "in_context"
-# Which arguments of a call are words: a text, one and many, or what a text means and the text.
+# Which arguments of a call are texts: one text, singular and plural, or context and text.
 _CALLS: Final = {
     **dict.fromkeys(("tr", "Text"), slice(1)),
     **dict.fromkeys(("tr_count", "counted"), slice(1, 3)),
     _CONTEXT: slice(2),
 }
-_OPTION: Final = "option"  # of the command line: what its help says is words, too
+# Which arguments of the editor's actions, menus and form fields are texts.
+_ACTION: Final = {"Item": slice(1, 4, 2), "Menu": slice(1), "FormField": slice(1, 3)}
+_OPTION: Final = "option"  # command-line options: the help is a text, too
 
 
 class Words(NamedTuple):
-    """Something to be translated."""
+    """A translatable text."""
 
-    line: int  # where it stands
-    texts: tuple[str, ...]  # one, or the sentences for one and for many
-    context: str | None  # what a text means that alone could mean several things
-    comment: str  # what the code says to translators in the lines above: ``# Translators: ...``
+    line: int  # line in the module
+    texts: tuple[str, ...]  # one text, or singular and plural
+    context: str | None  # meaning of an ambiguous text
+    comment: str  # note to translators in the lines above: ``# Translators: ...``
 
 
 class NotALiteral(ValueError):
-    """Words are put together where they should stand as they are; no catalogue could have them."""
+    """A translatable text is not a literal, so the catalogues can't contain the text."""
 
 
 def gathered() -> Catalog:
-    """Return the words of both programs, by the files or libraries that they stand in."""
+    """Return the texts of both programs, with their files or libraries."""
     catalog = Catalog(project="Kogao")
     for folder in _SOURCES:
         for path in sorted((ROOT / folder).rglob("*.py")):
@@ -115,7 +117,7 @@ def gathered() -> Catalog:
 
 
 def words(source: str, place: str) -> Iterator[Words]:
-    """Yield the words of a module, and what the docstrings of its commands say.
+    """Yield the texts of a module, including the docstrings of its commands.
 
     Raises NotALiteral.
     """
@@ -130,18 +132,23 @@ def words(source: str, place: str) -> Iterator[Words]:
             texts = [_literal(one, place) for one in node.args[_CALLS[name]]]
             context = texts.pop(0) if name == _CONTEXT else None
             yield Words(node.lineno, tuple(texts), context, _comment(lines, node.lineno))
+        elif isinstance(node, ast.Call) and (at := _ACTION.get(_name(node.func))):
+            shown = [one.value for one in node.keywords if one.arg in ("unit", "lowest")]
+            said = [one for one in (*node.args[at], *shown) if not _is_marked(one)]
+            said = [one for one in said if not isinstance(one, ast.Constant) or one.value]
+            yield from (Words(one.lineno, (_literal(one, place),), None, "") for one in said)
         elif isinstance(node, ast.FunctionDef) and _is_command(node):
             yield Words(node.lineno, (ast.get_docstring(node) or "",), None, "")
 
 
 def merge(path: Path, template: Catalog) -> Catalog:
-    """Bring a catalogue up to date, or begin it; what nobody says any more goes.
+    """Update or create a catalogue and remove unused texts.
 
-    Result: as it was written.
+    Result: the written catalogue.
     """
     catalog = read(path) if path.exists() else _begun(path.stem)
     began = catalog.creation_date
-    # What only looks like another text is another: a guess would have to be found and mended.
+    # No fuzzy matching: each guess would have to be found and corrected.
     catalog.update(template, no_fuzzy_matching=True)
     catalog.obsolete.clear()
     catalog.creation_date = began
@@ -157,7 +164,7 @@ def read(path: Path) -> Catalog:
 
 
 def compile_all(folder: Path = FOLDER) -> list[Path]:
-    """Compile every catalogue to where the programs look for it; return the files."""
+    """Compile every catalogue to the programs' folder; return the files."""
     made = []
     for path in sorted(folder.glob("*.po")):
         target = folder / path.stem / "LC_MESSAGES" / f"{_DOMAIN}.mo"
@@ -174,7 +181,7 @@ def _begun(language: str) -> Catalog:
 
 
 def _write(file: IO[bytes], catalog: Catalog) -> None:
-    # Lines move with every change to the code; files say enough, and two people meet less often.
+    # Omit line numbers, which change often and cause merge conflicts.
     write_po(file, catalog, width=_WIDTH, include_lineno=False, sort_by_file=True)
 
 
@@ -185,7 +192,7 @@ def _name(function: ast.expr) -> str:
 
 
 def _is_marked(node: ast.expr) -> bool:
-    """Tell whether words were marked, or are to be marked, where they are made."""
+    """Return True if the texts are marked as translatable elsewhere."""
     if isinstance(node, ast.Call):
         return _name(node.func) != "format"
     return isinstance(node, ast.Name | ast.Attribute | ast.Subscript | ast.Lambda)
@@ -214,7 +221,7 @@ def _is_command(node: ast.FunctionDef) -> bool:
 
 
 def main(names: list[str]) -> None:
-    """Bring the catalogues up to date and say how far each is."""
+    """Update the catalogues and print the translated share of each."""
     template = gathered()
     paths = {*FOLDER.glob("*.po"), *(FOLDER / f"{name}.po" for name in names)}
     for path in sorted(paths):

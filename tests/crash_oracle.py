@@ -34,13 +34,13 @@ class Disk:
     def through(self, kind: str, call: Callable) -> Callable:
         """Return `call` as this disk does it."""
 
-        def slowly(*args):
+        def slowly(*args, **named):
             if self.mode[kind] == "slow":
                 self.open.wait(_SLOW_S)
             if self.mode[kind] in ("full", "dead"):
                 self.failed[kind] += 1
                 raise OSError(28, "No space left on device")
-            return call(*args)
+            return call(*args, **named)
 
         return slowly
 
@@ -55,8 +55,8 @@ def through(disks: list[Disk]) -> Iterator[None]:
     real = [getattr(module, name) for module, name, _ in places]
     for (module, name, kind), call in zip(places, real, strict=True):
 
-        def led(*args, kind=kind, call=call):
-            return disks[-1].through(kind, call)(*args)
+        def led(*args, kind=kind, call=call, **named):
+            return disks[-1].through(kind, call)(*args, **named)
 
         setattr(module, name, led)
     try:

@@ -65,10 +65,13 @@ class Interleaving:
         self._asked: dict[str, Path] = {}
         # What was last made of each photo that was left, by its name.
         self._left: dict[str, Sign] = {}
+        # Work that one undo must bring back after a sync, and former names, by photo.
+        self._synced: dict[str, Sign] = {}
+        self._former: dict[str, set[str]] = {}
         self._saved: set[Path] = set()
         self._disks: list[Disk] = []
         self._homes = self._copies = 0
-        self._gesture = self._afresh = False
+        self._gesture = False
         self.counts: Counter[str] = Counter()
         self.kept_s: list[float] = []
         self._problem = ""
@@ -250,7 +253,7 @@ class Interleaving:
                     books.owed.remove((books.name, work))
                     break
             self.counts["restored"] += 1
-        elif not self._afresh:
+        else:
             last = self._left.get(books.name)
             # In a state without faces they are sought again.
             found_again = last is not None and last[1] is None
@@ -258,8 +261,13 @@ class Interleaving:
             if last is not None and not (same or found_again):
                 raise Lost(f"{last} of {books.name} isn't there when it is opened again")
             self.counts["reopened"] += last is not None
-        books.afresh = self._afresh or self._restored or self._newest() is None
-        self._afresh = False
+            synced = self._synced.pop(books.name, None)
+            if synced is not None and last is not None:
+                undone = steps.states[steps.index - 1] if steps.index else None
+                if undone is None or sign_of(undone) != synced:
+                    raise Lost(f"undo of a sync doesn't bring {synced} of {books.name} back")
+                self.counts["undone sync"] += 1
+        books.afresh = self._restored or self._newest() is None
         self._known |= {sign_of(state) for state in books.states}
 
     def _push(self) -> None:
@@ -284,7 +292,7 @@ class Interleaving:
         """Tell whether opening the photo brings the work at hand."""
         newest, (percent, point, strokes) = self._newest(), self._books.work
         held = None if newest is None else sign_in(newest)
-        if held is None or held[0] != self._books.name:
+        if held is None or held[0] not in self._called(self._books.name):
             return False
         # In what was kept while faces were still sought they are found again, as they were.
         again = point == sign_of(self._books.states[0])[1] and held[1] == (percent, None, strokes)
@@ -337,6 +345,7 @@ class Interleaving:
                 *((self._undo, 4), (self._redo, 3), (self._look, 1), (self._press_bar, 3)),
                 *((self._save_copy, 3), (self._save_project, 2), (self._open_another, 3)),
                 *((self._move_along, 3), (self._close, 2), (self._crash, 3)),
+                *((self._sync, 3), (self._rename, 2), (self._reset, 1)),
                 strict=True,
             )
             act = acts[self._rng.choice(len(acts), p=np.divide(shares, sum(shares)))]
@@ -427,6 +436,66 @@ class Interleaving:
             self._until(lambda: bool(strip.film.count()))
         strip.film.step(int(self._rng.choice([-1, 1])))
 
+    def _others(self) -> list[Path]:
+        """Photos that aren't open and of which no crash has left unsaved work."""
+        owed = {name for name, _ in self._books.owed}
+        return [one for one in self._photos if one.name not in {self._books.name, *owed}]
+
+    def _sync(self) -> None:
+        """Sync the settings to the other photos on the strip."""
+        editor, others = self._editor, self._others()
+        film = editor.strip.film
+        if not film.count() or not others or editor.files.busy:
+            return
+        editor.document.commit()
+        self._push()
+        for row in range(film.count()):
+            film.item(row).setSelected(film.path(row) in others)
+        percent = editor.document.state.recipe.percent
+        editor.sync.start()
+        self._until(lambda: not editor.sync.busy)
+        for path in others:
+            before, newest = self._left.get(path.name), kept(path, self._storage.edits)
+            held = None if newest is None else sign_in(newest)
+            if held is None or held[0] not in self._called(path.name):
+                continue  # the strip doesn't show this photo, or its faces aren't found yet
+            if before is not None and held[1] not in (before, (round(percent, 4), *before[1:])):
+                raise Lost(f"sync made {held[1]} of {before} of {path.name}")
+            if before is not None and held[1] != before:
+                self._synced[path.name] = before
+            self._left[path.name] = held[1]
+
+    def _called(self, name: str) -> set[str]:
+        """Return the present and the former names of a photo."""
+        return {name, *self._former.get(name, ())}
+
+    def _rename(self) -> None:
+        """Rename a photo that isn't open; its edits keep their old name."""
+        others = [one for one in self._others() if one.name not in self._waited_for()]
+        if not others or self._editor.saver.busy or self._editor.files.busy:
+            return
+        old = self._one_of(others)
+        self._copies += 1
+        new = old.with_name(f"renamed{self._copies}.png")
+        old.rename(new)
+        self._photos[self._photos.index(old)] = new
+        self._former[new.name] = self._called(old.name)
+        for books in (self._left, self._synced):
+            if old.name in books:
+                books[new.name] = books.pop(old.name)
+
+    def _waited_for(self) -> set[str]:
+        """Names of photos in recovery files."""
+        return {held[0] for held in self._kept() if held is not None}
+
+    def _reset(self) -> None:
+        editor = self._editor
+        editor.document.commit()
+        self._push()
+        editor.projects.reset()
+        self._until(lambda: not editor.projects.busy)
+        self._push()
+
     def _open(self, path: Path) -> None:
         self._editor.files.open(path)
         if not self._books.name:
@@ -449,7 +518,6 @@ class Interleaving:
         self.log.append(f"  {button.text()}")
         if button.text() == "Take theirs":
             self._books.discarded = self._books.work
-        self._afresh |= button.text() == "Start afresh"
         QTest.mouseClick(button, Qt.MouseButton.LeftButton)
 
     def _answer(self, dialog: QDialog) -> None:

@@ -311,6 +311,10 @@ CASES = [
          kinds.SECOND_PROFILE, name="an incomplete colour profile"),
     Case("two packets", ".jpg", jpeg(files.segment(0xE1, XMP_HEAD + packet()), xmp=MARK),
          kinds.SECOND_XMP),
+    Case("XMP in Photoshop's resources", ".jpg", jpeg(files.segment(
+        0xED, b"Photoshop 3.0\x008BIM\x04\x24\0\0\0\0\0\x14" + MARK)), kinds.PHOTOSHOP_XMP),
+    Case("two EXIF blocks", ".jpg", jpeg(files.segment(0xE1, b"Exif\0\0II*\0\x08" + bytes(9)),
+         files.segment(0xE1, b"Exif\0\0II*\0" + MARK)), kinds.SECOND_EXIF),
     Case("extended XMP", ".jpg", _extended(MARK), kinds.XMP_EXTENSION, (MARK, b"HasExtendedXMP")),
     Case("comment", ".jpg", jpeg(files.segment(0xFE, MARK)), kinds.COMMENTS),
     Case("comment between scans", ".jpg", between_scans(files.segment(0xFE, MARK)),

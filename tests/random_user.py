@@ -115,7 +115,6 @@ class RandomUser:
         if len(self._state.protection.strokes) > _MOST_STROKES:
             protecting.clear()
         protecting.take(("brush", "line")[self._rng.integers(2)])
-        protecting.set_hard(bool(self._rng.random() < 0.5))
         self._stroke()
         protecting.take("points")
 

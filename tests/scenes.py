@@ -19,7 +19,7 @@ from kogao_core.warp.fit import fit
 from kogao_core.warp.frame import edges_px
 
 # The face alone moves, as in the paper, by the retoucher's fit.
-ALONE = Recipe(head_follows=0.0, keep_features=False)
+ALONE = Recipe(scope="face")
 
 
 def oval_face(

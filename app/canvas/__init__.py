@@ -1,1 +1,1 @@
-"""The picture and what lies over it, with the mouse and the keys that work on it."""
+"""The canvas: photo, overlays, and mouse and key input."""

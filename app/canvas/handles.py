@@ -1,4 +1,4 @@
-"""The points of a face that can be taken hold of, their names, and what moving one means."""
+"""Handles: the draggable points of a face, their names, and the effect of a drag."""
 
 from __future__ import annotations
 
@@ -20,25 +20,25 @@ from ..i18n import tr
 from ..view_state import Following, Handle, Kind
 
 MOVABLE: Final[frozenset[Kind]] = frozenset({"outline", "eye", "mouth", "target"})
-# Of these there is one for each place of the outline, whose neighbours may follow.
+# Kinds with one handle per outline point; neighbours may follow.
 ON_OUTLINE: Final[frozenset[Kind]] = frozenset({"outline", "target"})
 _ALONE: Final = Following()
 _LEAST_TURN_PX: Final = 1e-3
-# The hairline lies about as far above the eyes as the mouth lies below them.
+# Height of the hairline above the eyes, as a multiple of the distance from mouth to eyes.
 _FOREHEAD: Final = 1.0
-# Landmarks that are closer on screen have marks that touch, and none could be aimed at.
+# Least landmark spacing on screen, px. Marks of closer landmarks would overlap.
 _ROOM_PX: Final = 8.0
 
 
 def handles(
     state: State, kinds: AbstractSet[Kind], placing: int | None = None
 ) -> Iterator[tuple[Handle, Array]]:
-    """Yield the handles of all active faces with their positions, px; the first ones lie on top."""
+    """Yield handles of active faces with positions, px, topmost first."""
     if placing is not None:
         yield from _numbered(state, "corner", placing)
     shown = [kind for kind in _POINTS if kind in kinds]
     if state.mode == "manual":
-        # A target marked with a mere click lies on its landmark and must be drawn out of it.
+        # A target marked by a click is on its landmark, so the target must be on top to be dragged.
         shown.sort(key=lambda kind: kind != "target")
     for face in range(len(state.faces)):
         if face not in state.off:
@@ -52,27 +52,27 @@ def _numbered(state: State, kind: Kind, face: int) -> Iterator[tuple[Handle, Arr
 
 
 def apart(face: Face, zoom: float) -> bool:
-    """Return whether a face's points can be told apart at so many screen px per photo px.
+    """Return whether the points of a face are distinguishable at `zoom` (screen px per photo px).
 
-    Where they can't, nothing but the face's outline is shown, and none can be taken hold of.
+    Otherwise only the outline is drawn, and no point can be grabbed.
     """
     return face.anchor.spacing_px * zoom >= _ROOM_PX
 
 
 def exists(state: State, handle: Handle) -> bool:
-    """Return whether a face, and a point of its outline, is still there."""
+    """Return whether the face, and for outline handles the point, still exists."""
     if handle.face >= len(state.faces):
         return False
     return handle.kind not in ON_OUTLINE or handle.index < len(state.faces[handle.face].outline)
 
 
 def position(state: State, handle: Handle) -> Array:
-    """Return where a handle lies, px of the photo."""
+    """Return the position of a handle, px of the photo."""
     return np.asarray(points(state, handle.kind, handle.face)[handle.index])
 
 
 def points(state: State, kind: Kind, face: int) -> Array:
-    """Return where the points of a kind lie on a face, px of the photo, shape (N, 2)."""
+    """Return the points of a kind, px of the photo, shape (N, 2)."""
     return _POINTS[kind](state, face)
 
 
@@ -83,9 +83,9 @@ def moved(
     to: npt.ArrayLike,
     following: Following = _ALONE,
 ) -> State:
-    """Return the state with a handle dragged from `start`, where it lay in `state`, to `to`, px.
+    """Return the state with a handle dragged from `start` (position in `state`) to `to`, px.
 
-    Landmarks of the outline take their neighbours along, targets theirs; nothing else does.
+    Neighbours follow outline landmarks and targets only.
     """
     face = state.faces[handle.face]
     far, symmetric = reach_px(face, following), following.symmetric
@@ -111,7 +111,7 @@ def moved(
 
 
 def reach_px(face: Face, following: Following) -> float:
-    """Return how far along the outline neighbours follow, px of the photo; 0 for not at all."""
+    """Return the follow range along the outline, px of the photo; 0 without soft following."""
     return following.reach * face.anchor.spacing_px if following.soft else 0.0
 
 
@@ -123,7 +123,7 @@ def corners(face: Face) -> Array:
     return np.array([(x0, y0), (x1, y0), (x1, y1), (x0, y1)])
 
 
-# Where the points of a kind lie on a face, px of the photo, shape (N, 2).
+# Functions that return the points of a kind, px of the photo, shape (N, 2).
 _POINTS: Final[dict[Kind, Callable[[State, int], Array]]] = {
     "outline": lambda state, face: state.faces[face].outline,
     "eye": lambda state, face: state.faces[face].eyes,
@@ -136,7 +136,7 @@ _POINTS: Final[dict[Kind, Callable[[State, int], Array]]] = {
 
 
 def name(handle: Handle, count: int) -> str:
-    """Return what the point under the cursor is called; `count` outline points there are."""
+    """Return the name of a handle. `count` is the number of outline points."""
     number = handle.index + 1
     eyes = (
         tr("left eye, outer corner"),
@@ -164,13 +164,13 @@ def name(handle: Handle, count: int) -> str:
 
 
 def index_of(face: Face, handle: Handle) -> int:
-    """Return which of the face's points a landmark is: outline, eyes and mouth in turn."""
+    """Return the index of a landmark in `face.points`: outline, eyes, mouth."""
     first = {"outline": 0, "eye": len(face.outline), "mouth": len(face.outline) + 4}
     return first[handle.kind] + handle.index
 
 
 def confidence(face: Face, handle: Handle) -> float | None:
-    """Return how sure the landmark is, 0 to 1; None where nobody says or it is no landmark."""
+    """Return the confidence of a landmark, 0 to 1; None if unknown or no landmark."""
     if face.confidence is None or handle.kind not in ("outline", "eye", "mouth"):
         return None
     return float(face.confidence[index_of(face, handle)])
@@ -189,7 +189,7 @@ def _part(index: int, count: int) -> str:
 
 
 def _turn(pivot: Array, start: npt.ArrayLike, to: npt.ArrayLike) -> Affine:
-    """Return the turn and scaling about `pivot` that carries `start` to `to`."""
+    """Return the rotation and scaling about `pivot` that maps `start` to `to`."""
     before, after = np.asarray(start) - pivot, np.asarray(to) - pivot
     length = max(_LEAST_TURN_PX, float(np.linalg.norm(before)))
     scale = max(_LEAST_TURN_PX, float(np.linalg.norm(after))) / length
@@ -199,7 +199,7 @@ def _turn(pivot: Array, start: npt.ArrayLike, to: npt.ArrayLike) -> Affine:
 
 
 def face_at(faces: Sequence[Face], at: Array, margin_px: float) -> int | None:
-    """Return the face that a point lies deepest in, by the face's own measure. `at` (2,) px."""
+    """Return the face with the greatest depth at a point, in landmark spacings. `at` (2,) px."""
     found, deepest = None, -np.inf
     for index, face in enumerate(faces):
         x, y = at.tolist()
@@ -211,7 +211,7 @@ def face_at(faces: Sequence[Face], at: Array, margin_px: float) -> int | None:
 
 
 def _rim(face: Face) -> Array:
-    """Return the hull of the landmarks and the forehead, which the outline leaves out."""
+    """Return the hull of landmarks and estimated hairline; the outline excludes the forehead."""
     up = face.eye_center - face.mouth_center
     hairline = face.eyes[[0, 3]] + _FOREHEAD * up
     points = np.concatenate([face.points, hairline]).astype(np.float32)

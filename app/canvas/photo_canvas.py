@@ -1,4 +1,4 @@
-"""Taking hold of points on the canvas: it knows where handles are, not what moving one means."""
+"""Mouse, pen and key events on the canvas, emitted as signals for handles, strokes and clicks."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ from .handles import ON_OUTLINE, apart, corners, face_at, handles
 from .overlays import glyphs
 from .overlays.listed import kinds
 from .overlays.overlay import Place, affine
-from .overlays.unlisted import KNOB_PX, badges
+from .overlays.unlisted import badges
 from .spoken import Parts
 from .viewport import Viewport, notches
 
 GRAB_RADIUS_PX: Final = 12.0
-# A landmark is near a place up to so many landmark spacings away.
+# Maximum distance from a landmark for Ctrl+click, in landmark spacings.
 NEAR: Final = 3.0
 _MARK_PX: Final = 5.0
 _ARROWS: Final = {
@@ -86,14 +86,14 @@ class PhotoCanvas(Viewport):
         self._space = self._ringed = False
         self._dragged: Handle | None = None
         self._painting = self._wiping = False
-        # Where the button went down on no handle: a click, until the cursor goes far from there.
+        # Position of a press beside all handles: a click, until dragged beyond the drag distance.
         self._clicked: QPointF | None = None
         self._doubled = False
         self._pointer: QPointF | None = None
-        self.pressure = 1.0  # of a pen on the photo, 0 to 1
+        self.pressure = 1.0  # pen pressure, 0 to 1
 
     def let_go(self) -> None:
-        """Forget what is in hand, as Escape does; the button may still be down."""
+        """Cancel the current drag, stroke or click. The button may still be down."""
         self._dragged, self._painting, self._clicked = None, False, None
 
     def set_space_down(self, down: bool) -> None:
@@ -102,15 +102,15 @@ class PhotoCanvas(Viewport):
         self._point_at(None)
 
     def take_tool(self) -> None:
-        """Show the cursor of the tool in hand; keys begin in the middle of the view."""
+        """Show the cursor of the selected tool. Keyboard pointing starts at the centre."""
         self._pointer = None
         self._point_at(None)
 
     def handle_at(self, at: QPointF) -> Handle | None:
         """Return the nearest handle within reach of a point of the viewport.
 
-        In another face than the selected one, those of the selected one answer only on their marks.
-        A face so small that its points aren't shown has none.
+        Inside an unselected face, handles of the selected face react only on their marks.
+        A face without visible points has no handles.
         """
         view = self.shown
         if view.original or view.brush.paints:
@@ -126,7 +126,7 @@ class PhotoCanvas(Viewport):
         return nearest or self._body_at(at)
 
     def shows_points(self, face: int) -> bool:
-        """Return whether a face is large enough on screen for its points to be shown."""
+        """Return whether the points of a face are shown at the current zoom."""
         return apart(self.shown.state.faces[face], 1.0 / self._in_photo(1.0))
 
     def _shows(self, handle: Handle) -> bool:
@@ -134,7 +134,7 @@ class PhotoCanvas(Viewport):
         return handle.kind == "corner" or marked
 
     def outline_near(self, at: QPointF) -> Handle | None:
-        """Return the landmark of the outline nearest to a point of the viewport, if it is near."""
+        """Return the outline landmark within `NEAR` spacings of a viewport point, or None."""
         view, here = self.shown, self.to_photo(at)
         if view.original or view.busy_hands:
             return None
@@ -147,7 +147,7 @@ class PhotoCanvas(Viewport):
         return nearest
 
     def face_at(self, at: QPointF) -> int | None:
-        """Return the face that a click on a point of the viewport selects: on number or skin."""
+        """Return the face at a point of the viewport, by number badge or skin; None for others."""
         view, area = self.shown, self.viewport().rect().toRectF()
         if len(view.state.faces) < 2 or view.busy_hands:
             return None
@@ -158,7 +158,7 @@ class PhotoCanvas(Viewport):
         return face_at(view.state.faces, self.to_photo(at), self._in_photo(_MARK_PX))
 
     def line_at(self, at: QPointF) -> BentLine | None:
-        """Return the nearest line under a point of the viewport that a click lets go or holds."""
+        """Return the nearest clickable line at a point of the viewport, or None."""
         view = self.shown
         if view.original or view.busy_hands or "straight" not in view.visible:
             return None
@@ -173,13 +173,12 @@ class PhotoCanvas(Viewport):
     def _in_photo(self, screen_px: float) -> float:
         return screen_px * float(self.devicePixelRatioF()) / self.zoom
 
-    def on_knob(self, at: QPointF) -> bool:
-        """Return whether a point of the viewport lies on the divider's knob."""
+    def on_divider(self, at: QPointF) -> bool:
+        """Return whether a point of the viewport is within reach of the divider."""
         if self.shown.compare != "wipe":
             return False
-        area = self.viewport().rect().toRectF()
-        away = at - QPointF(round(self.shown.wipe * area.width()), area.center().y())
-        return float(np.hypot(away.x(), away.y())) <= KNOB_PX
+        away_px: float = abs(at.x() - self.shown.wipe * self.viewport().width())
+        return away_px <= GRAB_RADIUS_PX
 
     def _body_at(self, at: QPointF) -> Handle | None:
         placing = self.shown.placing
@@ -190,7 +189,7 @@ class PhotoCanvas(Viewport):
         return Handle("body", placing, 0) if ((low <= here) & (here <= high)).all() else None
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Take hold of a handle, or of the photo."""
+        """Grab a handle, start a stroke, or start to pan."""
         self._ring(False)
         self.setFocus(Qt.FocusReason.MouseFocusReason)
         at = event.position()
@@ -198,9 +197,9 @@ class PhotoCanvas(Viewport):
         takes = left and not self._space
         control = event.modifiers() & Qt.KeyboardModifier.ControlModifier
         if event.buttons() == event.button():
-            # A pen or a finger comes without a move, and marks come with what points at a face.
+            # Pens and fingers send no move events first, and marks appear only under the pointer.
             self._look_at(at)
-        if takes and self.on_knob(at):
+        if takes and self.on_divider(at):
             self._wiping = True
         elif takes and control and not self.shown.busy_hands:
             self._dragged = self.outline_near(at)
@@ -212,18 +211,18 @@ class PhotoCanvas(Viewport):
         event.accept()
 
     def tabletEvent(self, event: QTabletEvent) -> None:
-        """Note how hard a pen presses; Qt sends what it does as the mouse's, too."""
+        """Store the pen pressure. Qt also sends the pen event as a mouse event."""
         lifted = event.type() == QEvent.Type.TabletRelease
         self.pressure = 1.0 if lifted else min(max(event.pressure(), 0.0), 1.0)
         event.ignore()
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
-        """Take hold as with one click; let go without a drag, it shows 1:1, or all again."""
+        """Handle a press; on release without a drag, toggle between 1:1 and fit."""
         self.mousePressEvent(event)
         self._doubled = self._clicked is not None
 
     def _set_down(self, at: QPointF) -> bool:
-        """Begin a stroke, or take hold of a handle; return whether there was one."""
+        """Start a stroke or grab a handle; return whether a drag or a stroke is active."""
         handle = self.handle_at(at)
         if self.shown.brush.paints:
             self._painting = True
@@ -234,7 +233,7 @@ class PhotoCanvas(Viewport):
         return self._in_hand
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        """Move what is held, or say what lies under the cursor."""
+        """Continue the current drag, stroke or pan, or update the hovered handle."""
         self._pointer = at = event.position()
         if self._wiping:
             self.wiped.emit(at.x() / self.viewport().width())
@@ -250,9 +249,9 @@ class PhotoCanvas(Viewport):
         event.accept()
 
     def _look_at(self, at: QPointF) -> None:
-        handle = None if self._space or self.on_knob(at) else self.handle_at(at)
+        handle = None if self._space or self.on_divider(at) else self.handle_at(at)
         self._point_at(handle)
-        if self.on_knob(at):
+        if self.on_divider(at):
             self.viewport().setCursor(Qt.CursorShape.SplitHCursor)
         elif handle is None and self._answers_a_click(at):
             self.viewport().setCursor(Qt.CursorShape.PointingHandCursor)
@@ -279,7 +278,7 @@ class PhotoCanvas(Viewport):
             self.dragged.emit(x, y)
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
-        """Let go, or select the face that was clicked."""
+        """End the drag, or handle a click on a line or face."""
         self._wiping = False
         if self._clicked is not None and self._doubled:
             if abs(self.zoom - 1.0) < _SAME_ZOOM:
@@ -298,7 +297,7 @@ class PhotoCanvas(Viewport):
         event.accept()
 
     def contextMenuEvent(self, event: QContextMenuEvent) -> None:
-        """Ask for the menu of the face under the cursor; by key, of the selected one."""
+        """Request the menu of the face under the cursor, or by keyboard of the selected face."""
         by_key = event.reason() == QContextMenuEvent.Reason.Keyboard
         face = self.shown.face if by_key else self.face_at(event.pos().toPointF())
         if face is not None and not self._in_hand and not self.panning:
@@ -316,7 +315,7 @@ class PhotoCanvas(Viewport):
             self.stroke_ended.emit()
 
     def wheelEvent(self, event: QWheelEvent) -> None:
-        """Zoom; while a point is in hand that others follow, change how far they do."""
+        """Zoom; during an outline drag with soft following, change the follow range."""
         follows = self.shown.following.soft
         if follows and self._dragged is not None and self._dragged.kind in ON_OUTLINE:
             self.widened.emit(notches(event))
@@ -325,12 +324,12 @@ class PhotoCanvas(Viewport):
             super().wheelEvent(event)
 
     def leaveEvent(self, event: QEvent) -> None:
-        """Name no point any more."""
+        """Clear the hovered handle."""
         super().leaveEvent(event)
         self.hovered.emit(None, -1.0, -1.0)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Nudge the selected point with the arrow keys, or point with the tool in hand."""
+        """Nudge the selected point with the arrow keys, or move the tool by keyboard."""
         key, step = Qt.Key(event.key()), _ARROWS.get(Qt.Key(event.key()))
         shift = event.modifiers() & Qt.KeyboardModifier.ShiftModifier
         times = _MANY_STEPS if shift else 1
@@ -361,7 +360,7 @@ class PhotoCanvas(Viewport):
             self._set_down(at)
 
     def keyReleaseEvent(self, event: QKeyEvent) -> None:
-        """End a nudge when its key is let go."""
+        """End a nudge when the arrow key is released."""
         nudges = Qt.Key(event.key()) in _ARROWS and not self._in_hand
         if nudges and not event.isAutoRepeat():
             self.nudge_ended.emit()
@@ -369,13 +368,13 @@ class PhotoCanvas(Viewport):
             event.ignore()
 
     def focusInEvent(self, event: QFocusEvent) -> None:
-        """Tell that the keys are for the canvas now, and show it to those who come by Tab."""
+        """Emit `entered`; show a focus ring after Tab."""
         super().focusInEvent(event)
         self._ring(event.reason() in _BY_TAB)
         self.entered.emit()
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Draw a ring round the photo of those who go by keys."""
+        """Draw the focus ring."""
         super().paintEvent(event)
         if self._ringed:
             painter, area = QPainter(self.viewport()), self.viewport().rect()
@@ -389,7 +388,7 @@ class PhotoCanvas(Viewport):
             self.viewport().update()
 
     def focusOutEvent(self, event: QFocusEvent) -> None:
-        """End a nudge whose key is let go elsewhere."""
+        """End a nudge: the key release may reach another widget."""
         super().focusOutEvent(event)
         self._ring(False)
         self.nudge_ended.emit()

@@ -1,6 +1,6 @@
-"""The photo on the canvas: before, after, or both, as the view state says.
+"""The photo on the canvas: original, result or comparison, per `ViewState`.
 
-Where something shows through a photo, a checkerboard of screen px does.
+A checkerboard with squares in screen px shows transparency.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from ..render.pictures import PicturePyramid, qt_image
 from ..view_state import GAIN, RenderedFrame, ViewState
 from .overlays.overlay import viewport_of
 
-# Larger than this, a picture's pixels are shown as squares.
+# Device px per photo px above which pixels are drawn as squares, without smoothing.
 _SQUARES_FROM: Final = 3.0
 _COLOURS: Final = 3
 _SQUARE_PX: Final = 8
@@ -31,13 +31,13 @@ _EPSILON: Final = 1e-3  # px; far below what can be seen, far above rounding
 
 
 class PhotoItem(pg.GraphicsObject):
-    """Shows the original, the newest result, or how they compare."""
+    """Draws the original, the newest result, or a comparison."""
 
     def __init__(self, view: ViewState) -> None:
         super().__init__()
         self._view = view
         self.pyramid: PicturePyramid | None = None
-        # The newest result: a whole one, and a gesture's preview over it.
+        # The newest full result, and a gesture's preview on top.
         self._full: RenderedFrame | None = None
         self._preview: RenderedFrame | None = None
 
@@ -48,14 +48,14 @@ class PhotoItem(pg.GraphicsObject):
         self.update()
 
     def show_full(self, frame: RenderedFrame) -> None:
-        """Show a whole result, unless a newer preview covers it."""
+        """Show a full result, unless a newer preview covers the photo."""
         self._full = frame
         if self._preview is not None and self._preview.revision <= frame.revision:
             self._preview = None
         self.update()
 
     def show_preview(self, frame: RenderedFrame) -> bool:
-        """Show a gesture's preview; return False when a newer whole result is here."""
+        """Show a gesture's preview; return False if a newer full result is shown."""
         if self._full is not None and frame.revision <= self._full.revision:
             return False
         self._preview = frame
@@ -72,7 +72,7 @@ class PhotoItem(pg.GraphicsObject):
         option: QStyleOptionGraphicsItem,  # noqa: ARG002
         widget: QWidget | None = None,
     ) -> None:
-        """Paint what the view state asks for."""
+        """Paint the original, the difference or the result, per `ViewState`."""
         if self._view.original:
             self.draw_original(painter)
         elif self._view.compare == "difference":
@@ -83,18 +83,22 @@ class PhotoItem(pg.GraphicsObject):
                 self._draw_before(painter, viewport_of(painter, widget))
 
     def _draw_before(self, painter: QPainter, left: QRectF) -> None:
-        """Paint the original left of the divider, which stands on screen px."""
+        """Paint the original left of the divider, at a whole screen px."""
         painter.save()
         in_photo = painter.worldTransform()
         painter.setWorldTransform(QTransform())
         left.setWidth(round(self._view.wipe * left.width()))
         painter.setClipRect(left)
         painter.setWorldTransform(in_photo)
-        self.draw_original(painter)
+        copy = self._view.retouched
+        if copy is None:
+            self.draw_original(painter)
+        else:
+            _draw_level(painter, copy, copy.shown)
         painter.restore()
 
     def draw_original(self, painter: QPainter) -> None:
-        """Paint the photo as it was, from the level that fits the zoom."""
+        """Paint the original, from the pyramid level for the zoom."""
         if self.pyramid is not None:
             _draw_level(painter, self.pyramid, self.pyramid.shown)
 
@@ -112,7 +116,7 @@ class PhotoItem(pg.GraphicsObject):
             _draw_pixels(painter, _area(preview), preview.levels[0])
 
     def _draw_difference(self, painter: QPainter) -> None:
-        """Paint what the result changes, `GAIN` times as strong; black is untouched."""
+        """Paint the absolute difference times `GAIN`; unchanged pixels are black."""
         if self.pyramid is None:
             return
         painter.fillRect(self.boundingRect(), QColor(0, 0, 0))
@@ -129,14 +133,14 @@ class PhotoItem(pg.GraphicsObject):
 
 
 def _draw_level(painter: QPainter, photo: PicturePyramid, levels: Sequence[Rgb8]) -> None:
-    """Paint the one of a photo's levels, or of a result's, that fits the zoom."""
+    """Paint the level of a photo or a result for the zoom."""
     _lay_board(painter, _in_photo(Box.of(levels[0]), 1.0), levels[0])
     level = photo.level_for(_zoom(painter))
     _draw_pixels(painter, _in_photo(Box.of(levels[level]), 2.0**level), levels[level])
 
 
 def _lay_board(painter: QPainter, area: QRectF, pixels: Rgb8) -> None:
-    """Paint the checkerboard where something shows through pixels."""
+    """Paint the checkerboard under pixels with an alpha channel."""
     if pixels.shape[2] > _COLOURS:
         painter.save()
         on_screen = painter.worldTransform().mapRect(area)
@@ -153,7 +157,7 @@ def _draw_change(
         return
     apart = cv2.absdiff(after[inside.slices], before[there.slices])
     if apart.shape[2] > _COLOURS:
-        # What shows through more, or less, has changed in all colours.
+        # Show a change of alpha in all colours.
         apart = np.maximum(apart[..., :_COLOURS], apart[..., _COLOURS:])
     shown = np.asarray(cv2.convertScaleAbs(apart, alpha=GAIN), np.uint8)
     _draw_pixels(painter, _in_photo(there, scale), shown)
@@ -165,37 +169,37 @@ def _zoom(painter: QPainter) -> float:
 
 
 def _draw_pixels(painter: QPainter, area: QRectF, pixels: Rgb8) -> None:
-    # At 100 % every pixel has one of the screen's: between two of them it would only blur.
+    # At 100 % each pixel covers one screen pixel: smoothing would only blur.
     smooth = _zoom(painter) < _SQUARES_FROM and abs(_zoom(painter) - 1.0) > _EPSILON
     painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform, smooth)
     painter.drawImage(area, qt_image(pixels))
 
 
 def pixels_in(area: QRectF, pixels: Rgb8, level: int, margin_px: int) -> Box:
-    """Return the pixels of a level in an area of the photo, and a margin round it."""
+    """Return the pixels of a level in an area of the photo, plus a margin."""
     edges = np.round(np.array(area.getCoords()) / 2**level).astype(int)
     return Box(*edges.tolist()).grown(margin_px).clipped(Box.of(pixels))
 
 
 def _area(frame: RenderedFrame) -> QRectF:
-    """Return where a preview lies in the photo."""
+    """Return the area of a preview in the photo, px."""
     return QRectF() if frame.part is None else _in_photo(frame.part.box, frame.scale)
 
 
 def _seen(painter: QPainter) -> QRectF:
-    """Return the part of the photo's plane that the painter can reach."""
+    """Return the visible part of the photo's plane, px of the photo."""
     to_photo, _ = painter.worldTransform().inverted()
     return to_photo.mapRect(QRectF(painter.viewport()))
 
 
 def _in_photo(box: Box, scale: float) -> QRectF:
-    """Return where a box of a level lies in the photo; pixel centres lie at whole numbers."""
+    """Return the photo area of a box of a level. Pixel centres have integer coordinates."""
     left, top = scale * box.left - 0.5, scale * box.top - 0.5
     return QRectF(left, top, scale * box.width, scale * box.height)
 
 
 def _board() -> QPixmap:
-    """Return four squares of the checkerboard, in two greys of the window."""
+    """Return four squares of the checkerboard, in two greys of the palette."""
     palette, board = QGuiApplication.palette(), QPixmap(2 * _SQUARE_PX, 2 * _SQUARE_PX)
     board.fill(palette.mid().color())
     painter = QPainter(board)

@@ -1,4 +1,4 @@
-"""The photo for a screen reader: its faces, and the points of the one in hand, as objects."""
+"""Accessible objects for the photo: the faces, and the points of the selected face."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from .photo_canvas import PhotoCanvas
 
 Event = QAccessible.Event
-# Shifts along either axis below this are none, px of the photo.
+# Shifts along an axis below this limit are not read out, px of the photo.
 LEAST_PX = 0.05
 # Half the side of a point's rectangle, px of the screen.
 _POINT_PX = 8.0
@@ -37,7 +37,7 @@ _query = QAccessible.queryAccessibleInterface
 
 
 class Part(QObject):
-    """A face on the canvas, or one of its points."""
+    """A face on the canvas, or a point of a face."""
 
     def __init__(self, canvas: PhotoCanvas, face: int, handle: Handle | None = None) -> None:
         super().__init__(canvas)
@@ -45,7 +45,7 @@ class Part(QObject):
 
     @property
     def name(self) -> str:
-        """What it is called, and what is set for it."""
+        """The spoken name: of a point, or of a face with its state and percentage."""
         view = self.canvas.shown
         if self.handle is not None:
             return handles.name(self.handle, len(view.state.faces[self.face].outline))
@@ -53,20 +53,20 @@ class Part(QObject):
 
     @property
     def description(self) -> str:
-        """Where a point is and where it came from."""
+        """Position and origin of a point; empty for a face."""
         if self.handle is None:
             return ""
         return whereabouts(self.canvas.shown.document, self.handle)
 
     @property
     def chosen(self) -> bool:
-        """Whether its settings are edited, or the arrow keys move it."""
+        """Whether the face or point is selected."""
         view = self.canvas.shown
         return view.face == self.face if self.handle is None else view.selected == self.handle
 
     @property
     def rect(self) -> QRectF:
-        """Where it is seen, px of the viewport, which it may lie outside of."""
+        """Bounding rectangle, px of the viewport; may be outside the viewport."""
         state, seen = self.canvas.shown.state, self.canvas.to_screen
         if self.handle is not None:
             half = QPointF(_POINT_PX, _POINT_PX)
@@ -78,13 +78,13 @@ class Part(QObject):
 
     @property
     def there(self) -> bool:
-        """Whether the document still has it: Qt may ask once more before it ends."""
+        """Whether the face or point still exists. Qt may query a deleted part once more."""
         state = self.canvas.shown.document.state
         point = self.handle is None or handles.exists(state, self.handle)
         return self.face < len(state.faces) and point
 
     def take(self) -> None:
-        """Do what a click on it does, or the keys that walk from point to point."""
+        """Select the face or the point, as a click or “Next point” does."""
         if self.handle is None:
             self.canvas.setFocus(Qt.FocusReason.OtherFocusReason)
             self.canvas.picked.emit(self.face)
@@ -93,7 +93,7 @@ class Part(QObject):
 
 
 class Parts(QObject):
-    """Keeps the parts of a canvas up with its document, and tells what becomes of them."""
+    """Rebuilds the accessible parts of a canvas and emits accessibility events."""
 
     def __init__(self, canvas: PhotoCanvas) -> None:
         super().__init__(canvas)
@@ -111,24 +111,24 @@ class Parts(QObject):
 
     @property
     def faces(self) -> list[Part]:
-        """The faces there are now."""
+        """Parts for all current faces."""
         self._keep_up()
         return self._faces
 
     @property
     def points(self) -> list[Part]:
-        """The points of the face in hand."""
+        """Parts for the points of the selected face."""
         self._keep_up()
         return self._points
 
     @property
     def in_focus(self) -> Part | None:
-        """What has the focus while the canvas has it: the selected point, else the face."""
+        """The selected point, or the selected face without a point: the focused part."""
         parts = (*self.points, *self.faces)
         return next((part for part in parts if part.chosen), None)
 
     def follow(self) -> None:
-        """Tell of other faces and points, names and choices, if anyone listens."""
+        """Announce changed faces, points, names and selection, if a screen reader is active."""
         if not QAccessible.isActive():
             return
         self._keep_up()
@@ -137,9 +137,9 @@ class Parts(QObject):
             self._tell_place()
 
     def _keep_up(self) -> None:
-        """Make other parts where there are other faces or points."""
+        """Rebuild the parts if the faces or points have changed."""
         state, hand = self._view.document.state, self._view.face_in_hand
-        # The selection may be that of faces that are gone, until those who keep it have heard.
+        # The selected face may be deleted already: `ViewState` is updated later.
         shown = hand is not None and hand < len(state.faces) and hand not in state.off
         points = len(state.faces[hand].outline) if shown and hand is not None else None
         shape = len(state.faces), hand, points, state.mode
@@ -148,12 +148,12 @@ class Parts(QObject):
             self._take_apart()
 
     def _enter(self) -> None:
-        """Give the focus on to a part, once Qt has told that the canvas has it."""
+        """Move the focus to a part, after Qt has announced the focus of the canvas."""
         self._focused = None, ""
         QTimer.singleShot(0, self, self._tell_place)
 
     def _take_apart(self) -> None:
-        """Make parts of the faces there are now; those of the same faces stay."""
+        """Rebuild the parts. Keep the face parts if the number of faces is the same."""
         state, hand = self._view.document.state, self._view.face_in_hand
         if len(self._faces) != len(state.faces):
             self._replace(self._faces, [(face, None) for face in range(len(state.faces))])
@@ -176,7 +176,7 @@ class Parts(QObject):
         self._names = names
 
     def _tell_place(self) -> None:
-        """Tell of another part that has the focus, or of another place of the same one."""
+        """Announce a newly focused part, or a new description of the focused part."""
         (before, was), part = self._focused, self.in_focus
         self._focused = part, "" if part is None else part.description
         if part is None:
@@ -193,7 +193,7 @@ def _tell(part: Part, event: QAccessible.Event) -> None:
 
 
 def face_name(view: ViewState, face: int) -> str:
-    """Return what a face is called, whether it is selected, and what is set for it."""
+    """Return the spoken name of a face: number, selection and percentage."""
     state = view.document.state
     words = [tr("Face {n} of {count}", n=face + 1, count=len(state.faces))]
     if face == view.face:
@@ -204,7 +204,7 @@ def face_name(view: ViewState, face: int) -> str:
 
 
 def whereabouts(document: Document, handle: Handle) -> str:
-    """Return where a point is, how sure it is if not very, and where it was at first."""
+    """Return position, confidence below `SEEN`, and shift since opening, as text."""
     state, at = document.state, handles.position(document.state, handle)
     face = state.faces[handle.face]
     words = [tr("x {x:.0f}, y {y:.0f}", x=at[0], y=at[1])]
@@ -225,7 +225,7 @@ def whereabouts(document: Document, handle: Handle) -> str:
 
 
 def ways(away: Array) -> list[str]:
-    """Return in words how far something went along either axis, px of the photo, shape (2,)."""
+    """Return the shift along both axes in words. `away` is in px of the photo, shape (2,)."""
     right_px, down_px = away.tolist()
     x, y = round(abs(right_px), 1), round(abs(down_px), 1)
     across = tr("{px:.4g} px right", px=x) if right_px > 0 else tr("{px:.4g} px left", px=x)
@@ -235,7 +235,7 @@ def ways(away: Array) -> list[str]:
 
 
 class _WithParts:
-    """An interface whose children are those of some parts."""
+    """An accessible interface whose children are `Part` objects."""
 
     @property
     def _parts(self) -> list[Part]:
@@ -254,7 +254,7 @@ class _WithParts:
 
 
 class SpokenCanvas(_WithParts, QAccessibleWidget):
-    """The photo as a list of its faces."""
+    """The photo as a list of faces."""
 
     def __init__(self, canvas: PhotoCanvas) -> None:
         super().__init__(canvas, QAccessible.Role.List)
@@ -265,7 +265,7 @@ class SpokenCanvas(_WithParts, QAccessibleWidget):
         return self._canvas.parts.faces
 
     def childAt(self, x: int, y: int) -> Any:
-        """Return the face at a place of the screen, the selected one before others."""
+        """Return the face at a screen position; prefer the selected face."""
         faces = sorted(self._canvas.parts.faces, key=lambda part: not part.chosen)
         found = map(_query, faces)
         return next((face for face in found if face.rect().contains(x, y)), None)
@@ -276,7 +276,7 @@ class SpokenCanvas(_WithParts, QAccessibleWidget):
         return super().focusChild() if part is None else _query(part)
 
     def state(self) -> QAccessible.State:
-        """Return what holds of it now: one thing has the focus at a time."""
+        """Return the state without focus while a part has the focus."""
         state = super().state()
         if self._canvas.parts.in_focus is not None:
             state.focused = False
@@ -284,7 +284,7 @@ class SpokenCanvas(_WithParts, QAccessibleWidget):
 
 
 class SpokenPart(_WithParts, QAccessibleObject):
-    """A face, with its points if it is in hand, or a point."""
+    """A point, or a face with points as children if selected."""
 
     def __init__(self, part: Part) -> None:
         super().__init__(part)
@@ -298,25 +298,25 @@ class SpokenPart(_WithParts, QAccessibleObject):
         return points if inside else []
 
     def parent(self) -> QAccessibleInterface:
-        """Return the canvas, or the face that a point is of."""
+        """Return the face of a point, or the canvas."""
         canvas = self._part.canvas
         faces = canvas.parts.faces
         inside = self._part.handle is not None and self._part.face < len(faces)
         return _query(faces[self._part.face] if inside else canvas)
 
     def role(self) -> QAccessible.Role:
-        """Return that it is one of a list."""
+        """Return the role of a list item."""
         return QAccessible.Role.ListItem
 
     def rect(self) -> QRect:
-        """Return where it is seen, px of the screen."""
+        """Return the bounding rectangle, px of the screen."""
         if not self._part.there:
             return QRect()
         seen, viewport = self._part.rect.toAlignedRect(), self._part.canvas.viewport()
         return seen.translated(viewport.mapToGlobal(QPoint()))
 
     def state(self) -> QAccessible.State:
-        """Return what holds of it now."""
+        """Return the selection, focus and visibility of the part."""
         state, part = QAccessible.State(), self._part
         state.invalid = not part.there
         if part.there:
@@ -329,7 +329,7 @@ class SpokenPart(_WithParts, QAccessibleObject):
         return state
 
     def text(self, kind: QAccessible.Text) -> str:
-        """Return its name, or where it is."""
+        """Return the name or the description; empty for a deleted part."""
         if not self._part.there:
             return ""
         texts = QAccessible.Text
@@ -337,12 +337,12 @@ class SpokenPart(_WithParts, QAccessibleObject):
         return said.get(kind, "")
 
     def interface_cast(self, kind: QAccessible.InterfaceType) -> Any:
-        """Return what it can be told to do."""
+        """Return the action interface; no other interface is available."""
         return self._actions if kind == QAccessible.InterfaceType.ActionInterface else NOTHING
 
 
 class _PartActions(QAccessibleActionInterface):
-    """To choose the face, or to take the point."""
+    """Actions that select the face or the point."""
 
     def __init__(self, part: Part) -> None:
         super().__init__()

@@ -1,4 +1,4 @@
-"""The view of the photo: what is seen, at which zoom, with panning."""
+"""The photo view: visible part, zoom and panning."""
 
 from __future__ import annotations
 
@@ -24,25 +24,25 @@ _LEAST_SEEN_PX: Final = 16.0
 _ZOOM_PER_NOTCH: Final = 1.25
 _NOTCH: Final = 120.0
 _FIT_PADDING: Final = 0.02
-# Pixels a little outside the view may be pulled in while a gesture moves.
+# Margin of a preview: pixels outside the view may move in during a gesture.
 _PREVIEW_MARGIN_PX: Final = 48
 _NAME_PX: Final = 12
 
 
 class Viewport(pg.GraphicsView):
-    """Shows the photo with its overlays; the wheel zooms at the cursor, a drag pans.
+    """Shows the photo with overlays. The wheel zooms at the cursor, a drag pans.
 
     Signals
     -------
     view_changed
-        Another part or another zoom.
+        The visible part or the zoom changed.
     redrawn
-        The overlays are drawn again.
+        The overlays were redrawn.
     """
 
     view_changed = Signal()
     redrawn = Signal()
-    _fitted = False  # here, as the base class resizes before there is anything to fit
+    _fitted = False  # class attribute: the base class calls resizeEvent in its constructor
 
     def __init__(self, view: ViewState) -> None:
         super().__init__(useOpenGL=False)
@@ -61,18 +61,18 @@ class Viewport(pg.GraphicsView):
         self._box.sigRangeChanged.connect(self.view_changed)
 
     def open(self, photo: PicturePyramid) -> None:
-        """Show another photo, whole."""
+        """Show another photo, fitted to the view."""
         self.photo.open(photo)
         self.fit()
 
     def fit(self) -> None:
-        """Show the whole photo, also after the window changes its size."""
+        """Fit the photo to the view, also after later resizes."""
         self._fitted = True
         if self.photo.pyramid is not None:
             self._box.setRange(self.photo.boundingRect(), padding=_FIT_PADDING)
 
     def zoom_to(self, zoom: float, about: QPointF | None = None) -> None:
-        """Show `zoom` device px per photo px; the point `about` of the viewport stays in place."""
+        """Zoom to `zoom` device px per photo px; the point `about` of the viewport is fixed."""
         if self.photo.pyramid is None:
             return
         self._fitted = False
@@ -82,12 +82,12 @@ class Viewport(pg.GraphicsView):
         self._box.scaleBy((factor, factor), center=pg.Point(*center))
 
     def look_at(self, area: QRectF) -> None:
-        """Show a part of the photo, px, as large as it fits."""
+        """Zoom to an area of the photo, px."""
         self._fitted = False
         self._box.setRange(area, padding=0.0)
 
     def look_like(self, other: Viewport) -> None:
-        """Show the same place at the same zoom as another view."""
+        """Copy centre and zoom of another view."""
         scale = self.devicePixelRatioF() / other.zoom
         width, height = scale * self._box.width(), scale * self._box.height()
         x, y = other.to_photo(QPointF(other.viewport().rect().toRectF().center())).tolist()
@@ -99,7 +99,7 @@ class Viewport(pg.GraphicsView):
         return float(self._to_screen().m11() * self.devicePixelRatioF())
 
     def visible_part(self) -> VisiblePart | None:
-        """Return the part of the photo on screen, with a margin, at the level that fits."""
+        """Return the visible part of the photo with a margin, at the level for the zoom."""
         if self.photo.pyramid is None:
             return None
         level = self.photo.pyramid.level_for(self.zoom)
@@ -108,12 +108,12 @@ class Viewport(pg.GraphicsView):
         return VisiblePart(level, box) if box.area else None
 
     def show_original(self, original: bool) -> None:
-        """Show the photo as it was, under the same overlays, or the result again."""
+        """Show the original or the result, with the same overlays."""
         self.shown.original = original
         self.redraw()
 
     def show_overlay(self, name: str, on: bool) -> None:
-        """Switch an overlay on or off."""
+        """Show or hide an overlay."""
         (self.shown.switched.add if on else self.shown.switched.discard)(name)
         self.redraw()
 
@@ -123,12 +123,12 @@ class Viewport(pg.GraphicsView):
         self.redrawn.emit()
 
     def to_photo(self, at: QPointF) -> Array:
-        """Return where a point of the viewport lies in the photo, px, shape (2,)."""
+        """Convert a viewport point to photo px, shape (2,)."""
         there = self._to_screen().inverted()[0].map(at)
         return np.array([there.x(), there.y()])
 
     def to_screen(self, position: Array) -> QPointF:
-        """Return where a point of the photo, shape (2,), lies in the viewport."""
+        """Convert a photo point, shape (2,), to viewport px."""
         x, y = position.tolist()
         return self._to_screen().map(QPointF(x, y))
 
@@ -138,17 +138,17 @@ class Viewport(pg.GraphicsView):
         return transform
 
     def start_pan(self, at: QPointF) -> None:
-        """Begin to drag the photo under the cursor."""
+        """Start to pan the photo."""
         self._pan_from = at
         self.viewport().setCursor(Qt.CursorShape.ClosedHandCursor)
 
     @property
     def panning(self) -> bool:
-        """True while the photo is dragged."""
+        """True while the photo is panned."""
         return self._pan_from is not None
 
     def pan_to(self, at: QPointF) -> None:
-        """Move the photo along with the cursor."""
+        """Pan the photo with the cursor."""
         if self._pan_from is not None:
             self._fitted = False
             x, y = (self.to_photo(self._pan_from) - self.to_photo(at)).tolist()
@@ -156,11 +156,11 @@ class Viewport(pg.GraphicsView):
             self._pan_from = at
 
     def end_pan(self) -> None:
-        """Let the photo go."""
+        """End the pan."""
         self._pan_from = None
 
     def resizeEvent(self, event: QResizeEvent | None) -> None:
-        """Keep a fitted photo fitted."""
+        """Fit again after a resize, if fitted."""
         super().resizeEvent(event)
         if self._fitted:
             self.fit()
@@ -171,29 +171,29 @@ class Viewport(pg.GraphicsView):
         event.accept()
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
-        """Treat a second click like a first one: two quick drags are two drags."""
+        """Handle a second click like the first: two quick drags are two drags."""
         self.mousePressEvent(event)
 
 
 def notches(event: QWheelEvent) -> float:
-    """Return how far a wheel was turned; fine wheels turn by parts of a notch."""
+    """Return the wheel rotation in notches; fine wheels send fractions."""
     return event.angleDelta().y() / _NOTCH
 
 
 class SecondView(Viewport):
-    """A second view that leads and follows the first one, under the same overlays.
+    """A second view with the zoom, centre and overlays of the main view.
 
     Parameters
     ----------
     main : Viewport
-        The first one.
+        The main view.
     shown : ViewState
-        What it shows; overlays and the like it takes from the first one.
+        State of this view; the fields in `alike` are copied from the main view.
     name : str
-        What it shows, for screen readers.
+        Accessible name.
     """
 
-    # What both show alike, fields of `ViewState`.
+    # Fields of `ViewState` that are copied from the main view.
     alike: tuple[str, ...] = ("switched", "explained")
 
     def __init__(self, main: Viewport, shown: ViewState, name: str) -> None:
@@ -214,33 +214,33 @@ class SecondView(Viewport):
         self._follow()
 
     def zoom_to(self, zoom: float, about: QPointF | None = None) -> None:
-        """Zoom, and take the other view along."""
+        """Zoom, and apply the zoom to the main view."""
         super().zoom_to(zoom, about)
         self._main.look_like(self)
 
     def pan_to(self, at: QPointF) -> None:
-        """Pan, and take the other view along."""
+        """Pan, and apply the pan to the main view."""
         super().pan_to(at)
         self._main.look_like(self)
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Take hold of the photo."""
+        """Start to pan."""
         self.start_pan(event.position())
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        """Pan while it is held."""
+        """Pan while the button is down."""
         if self.panning:
             self.pan_to(event.position())
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:  # noqa: ARG002
-        """Let go."""
+        """End the pan."""
         self.end_pan()
         self.viewport().setCursor(Qt.CursorShape.ArrowCursor)
 
     def resizeEvent(self, event: QResizeEvent | None) -> None:
-        """Stay where the other view is."""
+        """Follow the main view after a resize."""
         super().resizeEvent(event)
-        # The base class resizes before this one's attributes exist.
+        # The base class resizes before the attributes of this class exist.
         if hasattr(self, "_main"):
             self._follow()
 
@@ -256,7 +256,7 @@ class SecondView(Viewport):
 
 
 class OriginalView(SecondView):
-    """The photo as it was."""
+    """The original photo."""
 
     alike = (
         *SecondView.alike,
@@ -270,14 +270,14 @@ class OriginalView(SecondView):
 
 
 class OtherModeView(SecondView):
-    """What the mode that isn't at work makes of the photo."""
+    """The result of the inactive mode."""
 
     def __init__(self, main: Viewport) -> None:
         shown = ViewState(main.shown.document, other_mode=True)
         super().__init__(main, shown, tr("The other way to set points"))
 
     def show_frame(self, frame: RenderedFrame) -> None:
-        """Show a whole result."""
+        """Show a full result."""
         self.photo.show_full(frame)
         self.shown.frame = frame
         self.redraw()

@@ -1,11 +1,15 @@
-"""Both modes on one photo: side by side, with their times, and what to do next on the canvas."""
+"""Compare manual and automatic landmarks: two pictures, setting and computing times, distances."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Final, get_args
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QWidget
 
+from kogao_core.faces.targets import Differences, differences, matching
 from kogao_core.pipeline import Rendering
 from kogao_core.projects.project import Mode
 
@@ -21,22 +25,16 @@ from ..workspaces import Workspace
 from .faces import Faces
 from .feature import Context, Feature
 from .manual import Manual, marking
-from .modes import (
-    MODES,
-    FaceCompared,
-    Modes,
-    computing_s_of,
-    faces_compared,
-    seconds,
-    summary,
-    title_of,
-)
+
+_NONE: Final = "–"  # noqa: RUF001
+# Index of a face set by hand, index of the matching face found, and their differences.
+FaceCompared = tuple[int, int, Differences]
 
 
 class ComparisonPanel(QWidget):
-    """Table 2 of this photo, how far the points lie apart, and where to read more."""
+    """Table 2 of the paper for this photo, and the distances between the two sets of landmarks."""
 
-    def __init__(self, more: tuple[QAction, ...]) -> None:
+    def __init__(self, methods: QAction | None) -> None:
         super().__init__()
         grid = QGridLayout()
         grid.setHorizontalSpacing(4 * GRID_PX)
@@ -45,20 +43,17 @@ class ComparisonPanel(QWidget):
             head.setAlignment(Qt.AlignmentFlag.AlignRight)
             grid.addWidget(head, 0, column)
         self.times: dict[Mode, list[QLabel]] = {}
-        for row, mode in enumerate(MODES, 1):
+        for row, mode in enumerate(get_args(Mode), 1):
             grid.addWidget(QLabel(title_of(mode)), row, 0)
             self.times[mode] = [QLabel() for _ in range(3)]
             for column, cell in enumerate(self.times[mode], 1):
                 cell.setAlignment(Qt.AlignmentFlag.AlignRight)
                 grid.addWidget(cell, row, column)
         self.apart = muted_label(wraps=True)
-        buttons = [action_button(action) for action in more]
-        for button in buttons:
-            button.setProperty("snug", "false")
         times, points = QWidget(), QWidget()
         column_of(times, heading(tr("Times")), grid, None)
         head = heading(tr("How far the points lie apart"))
-        below = row_of(*buttons, None, spacing=GRID_PX)
+        below = row_of(*(() if methods is None else (action_button(methods),)), None)
         right = column_of(points, head, self.apart, below, spacing=2 * GRID_PX)
         right.setStretchFactor(self.apart, 1)
         beside = QHBoxLayout(self)
@@ -74,14 +69,18 @@ class ComparisonPanel(QWidget):
         computing_s: float | None,
         cold: bool | None = None,
     ) -> None:
-        """Show what a mode took, s; None where nothing was set or computed."""
-        texts = seconds(setting_s, computing_s, cold)
+        """Show the times of a mode in s; None: nothing was set or computed."""
+        texts = _in_ms(setting_s, computing_s, cold)
         for cell, text in zip(self.times[mode], texts, strict=True):
             cell.setText(text)
 
 
 class BothModes(Feature):
-    """Keeps the other mode's picture, the times and the guide up while *Compare* is shown."""
+    """Updates the other mode's picture, the times and the guide in *Manual vs automatic*.
+
+    While the clock of manual mode runs, the automatic points, their result and all distances are
+    hidden: they would show the answer.
+    """
 
     name = "both"
 
@@ -90,7 +89,6 @@ class BothModes(Feature):
         context: Context,
         faces: Faces,
         manual: Manual,
-        modes: Modes,
         methods: QAction | None,
     ) -> None:
         super().__init__(context)
@@ -98,9 +96,10 @@ class BothModes(Feature):
         self._surface: Surface | None = None
         self._revision, self._on = 0, False
         self._followed: tuple[object, ...] = ()
+        self._compared: tuple[FaceCompared, ...] = ()
         self._computing_s: dict[Mode, float] = {}
         self._lane = self.lane(self._take, self._not_drawn)
-        # Not before it is shown: whoever only retouches needn't wait for it.
+        # Created when first shown: not needed for retouching.
         self.view_beside: OtherModeView | None = None
         self.here = QLabel(self.window.canvas)
         self.guide = QLabel()
@@ -114,8 +113,7 @@ class BothModes(Feature):
         self.guide.setWordWrap(True)
         self.guide.setAccessibleName(tr("What to do next"))
         self.window.stage.show_below(self.guide)
-        more = (modes.comparing,) if methods is None else (modes.comparing, methods)
-        self.panel: ComparisonPanel = ComparisonPanel(more)
+        self.panel: ComparisonPanel = ComparisonPanel(methods)
         self.dock = Dock(tr("Comparison"))
         self.window.arranged.connect(self._arrange)
         self.document.opened.connect(self._open)
@@ -141,7 +139,7 @@ class BothModes(Feature):
                 self.view_beside.open(pyramid)
 
     def _beside(self) -> OtherModeView:
-        """Return the view of the other mode; it is built where it is first shown."""
+        """Return the view of the other mode; create the view on first use."""
         if self.view_beside is None:
             self.view_beside = OtherModeView(self.window.canvas)
             self.window.stage.add_view(self.view_beside)
@@ -164,12 +162,12 @@ class BothModes(Feature):
         beside.plate.setText(title_of(state.other_mode))
         beside.plate.adjustSize()
         self.guide.setText(next_step(state, self._clock.applied))
-        # Whoever sets points by hand against the clock doesn't see the answer.
         setting = state.mode == "manual" and not self._clock.applied
         beside.shown.pointed = frozenset() if setting else None
-        beside.redraw()
+        beside.show_original(setting)
+        self._show_distances()
         self._show_times()
-        # A gesture moves this mode's points: what the other one makes of the photo stays.
+        # A gesture moves points of this mode only: the result of the other mode stays valid.
         now = (
             *(state.mode, state.kept, state.protection, state.loose, state.brushwork),
             self.document.committed,
@@ -188,8 +186,14 @@ class BothModes(Feature):
             self._surface.shown()
         self._beside().show_frame(frame)
         self._computing_s[self.document.state.other_mode] = computing_s_of(frame.rendering)
-        self.panel.apart.setText(summary(faces))
+        self._compared = faces
+        self._show_distances()
         self._show_times()
+
+    def _show_distances(self) -> None:
+        setting = self.document.state.mode == "manual" and not self._clock.applied
+        hidden = tr("Shown after Apply (Ctrl+Return).")
+        self.panel.apart.setText(hidden if setting else summary(self._compared))
 
     def _measure(self, rendering: Rendering) -> None:
         self._computing_s[self.document.state.mode] = computing_s_of(rendering)
@@ -199,7 +203,7 @@ class BothModes(Feature):
         if not self._on:
             return
         setting_s = {"manual": self._clock.elapsed_s, "automatic": self._faces.finding_s}
-        for mode in MODES:
+        for mode in get_args(Mode):
             there = bool(self.document.state.sheet(mode).active)
             times = setting_s[mode], self._computing_s.get(mode)
             cold = self._faces.finding_was_cold if mode == "automatic" else None
@@ -212,7 +216,7 @@ class BothModes(Feature):
 
 
 def next_step(state: State, applied: bool) -> str:
-    """Return what to do next to compare both modes, in a sentence or two."""
+    """Return the next step of the comparison, in a sentence or two."""
     by_hand = state.sheet("manual")
     if state.mode == "automatic" and not by_hand.faces:
         return tr(
@@ -227,6 +231,62 @@ def next_step(state: State, applied: bool) -> str:
             what=marking.next_hint(state),
         )
     return tr(
-        "3 of 3: Both are here. The table below compares them; Both modes (F4) tells point by "
-        "point, and Methods (Ctrl+Alt+4) what other warps make of the same points."
+        "3 of 3: The table below compares manual and automatic. Methods (Ctrl+Alt+4) applies other "
+        "warps to the same points."
     )
+
+
+def faces_compared(state: State) -> tuple[FaceCompared, ...]:
+    """Return the differences between each face set by hand and the matching face found."""
+    manual, automatic = state.sheet("manual"), state.sheet("automatic")
+    faces = []
+    for index, face in enumerate(manual.faces):
+        other = matching(face, automatic.faces)
+        if other is not None:
+            found = automatic.faces[other]
+            apart = differences(face, found, (manual.recipe, automatic.recipe))
+            faces.append((index, other, apart))
+    return tuple(faces)
+
+
+def computing_s_of(rendering: Rendering) -> float:
+    """Return the computing time as in table 2, s."""
+    return sum(rendering.timings_ms.values()) / 1e3
+
+
+def summary(faces: Sequence[FaceCompared]) -> str:
+    """Return mean and largest distance of landmarks and targets for each face."""
+    if not faces:
+        return tr("No face marked by hand matches a face found.")
+    return "\n".join(
+        tr(
+            "face {n}: landmarks {mean:.1f} px on average, up to {most:.1f} px; "
+            "targets {t_mean:.1f} px, up to {t_most:.1f} px",
+            n=index + 1,
+            mean=apart.landmarks_px.mean(),
+            most=apart.landmarks_px.max(),
+            t_mean=apart.targets_px.mean(),
+            t_most=apart.targets_px.max(),
+        )
+        for index, _, apart in faces
+    )
+
+
+def _in_ms(setting_s: float | None, computing_s: float | None, cold: bool | None) -> list[str]:
+    """Return setting time, computing time and their sum, as text; a dash if one is unknown.
+
+    `cold`: whether the automatic setting time contains loading the networks.
+    """
+    known = setting_s is not None and computing_s is not None
+    total_s = (setting_s or 0.0) + (computing_s or 0.0) if known else None
+    times_s = setting_s, computing_s, total_s
+    texts = [_NONE if s is None else tr("{ms:,.0f} ms", ms=1e3 * s) for s in times_s]
+    if setting_s is not None and cold is not None:
+        words = tr("{time}, cold", time=texts[0]) if cold else tr("{time}, warm", time=texts[0])
+        texts[0] = words
+    return texts
+
+
+def title_of(mode: Mode) -> str:
+    """Return the name of a mode."""
+    return tr("Manual") if mode == "manual" else tr("Automatic")

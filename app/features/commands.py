@@ -1,4 +1,4 @@
-"""All commands at once: found by a few letters, given other keys; and what this program is."""
+"""Command palette, keyboard shortcuts and About box."""
 
 from __future__ import annotations
 
@@ -38,12 +38,11 @@ _KEYS_PX: Final = (480, 520)
 _ROWS: Final = (Qt.Key.Key_Up, Qt.Key.Key_Down, Qt.Key.Key_PageUp, Qt.Key.Key_PageDown)
 _GROUP = "shortcuts"
 _SEARCHED: Final = Qt.ItemDataRole.UserRole
-# What other programs call it, by the names of actions.
+# Search terms from other programs, by action name.
 _ALSO_CALLED: Final = {
     "compare-wipe": Text("before after split slider original"),
     "compare-side": Text("before after original"),
     "compare-difference": Text("before after change"),
-    "compare-modes": Text("timing table"),
     "hide-overlays": Text("points marks guides"),
     "fit": Text("whole zoom window"),
     "actual": Text("zoom pixels 1:1"),
@@ -64,7 +63,7 @@ _ALSO_CALLED: Final = {
 
 
 class Palette(Dialog):
-    """Type to narrow the list, Return to run what is selected, Escape to leave."""
+    """Type to filter the list, Return to run the selected command, Escape to close."""
 
     def __init__(self, actions: Mapping[str, QAction], parent: QWidget) -> None:
         super().__init__(tr("Commands"), parent, _PALETTE_PX)
@@ -89,7 +88,7 @@ class Palette(Dialog):
         self._narrow("")
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Let keys that walk through a list reach it while the line has the focus."""
+        """Forward navigation keys from the search line to the list."""
         if event.type() == QEvent.Type.KeyPress and isinstance(event, QKeyEvent):
             if event.key() not in _ROWS:
                 return False
@@ -104,7 +103,7 @@ class Palette(Dialog):
             item.setHidden(not all(word in item.data(_SEARCHED) for word in words))
             if not item.isHidden():
                 found.append(row)
-        # What is called so comes before what only does so.
+        # Select a command with the search text in the name before a command with matching terms.
         named = (
             row for row in found if words and words[0] in self.list.item(row).text().casefold()
         )
@@ -114,7 +113,7 @@ class Palette(Dialog):
     def _run(self) -> None:
         row = self.list.currentRow()
         if row >= 0 and not self.list.item(row).isHidden():
-            # The action may open a dialog of its own: this one goes first.
+            # Close first: the action may open a dialog.
             self.accept()
             self._actions[row].trigger()
 
@@ -126,7 +125,7 @@ def _title(action: QAction) -> str:
 
 
 class ShortcutsDialog(Dialog):
-    """A list of actions, and a field that takes a new key for the selected one."""
+    """A list of actions, and a field for a new shortcut of the selected action."""
 
     def __init__(
         self, actions: Mapping[str, QAction], settings: QSettings, parent: QWidget
@@ -201,7 +200,7 @@ class ShortcutsDialog(Dialog):
 
 
 def about_box(parent: QWidget) -> QMessageBox:
-    """Return the box; `open` shows it without stopping the program."""
+    """Return the About box; `open` shows the box without blocking."""
     text = tr("Kogao {version}, an exact small-face editor", version=__version__)
     box = question(parent, text, QMessageBox.Icon.NoIcon)
     box.setWindowTitle(tr("About Kogao"))
@@ -220,35 +219,17 @@ def about_box(parent: QWidget) -> QMessageBox:
 
 
 class Commands(Feature):
-    """Shows the palette, the keys and the About box."""
+    """Shows the palette, the shortcuts and the About box."""
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        self.add_action(
-            "palette",
-            tr("&Commands…"),
-            "Ctrl+Shift+P",
-            tr("Find every command by its name"),
-            self._show_palette,
-        )
-        self.add_action("keys", tr("&Keys…"), "Ctrl+K", tr("Choose other keys"), self._show_keys)
-        self.add_action(
-            "copy-report",
-            tr("Copy a &report"),
-            "Shift+F1",
-            tr("What is installed here, for a report of what went wrong"),
-            self._copy_report,
-        )
-        self.add_action(
-            "about",
-            tr("&About Kogao"),
-            "Ctrl+Shift+F1",
-            tr("Version, paper and licences"),
-            lambda: about_box(self.window).open(),
-        )
+        self.bind("palette", self._show_palette)
+        self.bind("keys", self._show_keys)
+        self.bind("copy-report", self._copy_report)
+        self.bind("about", lambda: about_box(self.window).open())
 
     def restore(self) -> None:
-        """Give all actions the keys that the user chose."""
+        """Apply the user's shortcuts to all actions."""
         self.settings.beginGroup(_GROUP)
         for name in self.settings.childKeys():
             if name in self.actions:

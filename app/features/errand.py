@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
-from kogao_core.base.originals import Originals
 from kogao_core.photo import CannotWrite, check_in_place
+from kogao_core.photo.originals import Originals
 
 from ..ahead import Ahead
 from ..i18n import sentence, tr
@@ -27,20 +27,8 @@ class Errand(Feature):
         super().__init__(context)
         self._files, self._strip, self._faces = files, strip, faces
         self._asked, self._saved, self._waits = False, False, False
-        self.add_action(
-            "done",
-            tr("&Done"),
-            "Ctrl+Shift+Return",
-            tr("Save, close, and go back to the program that asked"),
-            self.finish_photo,
-        )
-        self.add_action(
-            "cancel-edit",
-            tr("Cance&l"),
-            "Ctrl+Shift+Backspace",
-            tr("Close without saving, and go back to the program that asked"),
-            self.cancel,
-        )
+        self.bind("done", self.finish_photo)
+        self.bind("cancel-edit", self.cancel)
         for name in ("done", "cancel-edit"):
             self.actions[name].setVisible(False)
         files.saved_over.connect(self._remember)

@@ -1,48 +1,92 @@
-"""Finished pictures for elsewhere: size, format, colours, names; choices that can be kept."""
+"""Export of one photo, the selected photos or all: size, format, name, and presets."""
 
 from __future__ import annotations
 
 import dataclasses
 import json
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Final
 
 from PySide6.QtCore import QSettings, Signal
-from PySide6.QtWidgets import (
-    QCheckBox,
-    QDialogButtonBox,
-    QFormLayout,
-    QLineEdit,
-    QWidget,
-)
+from PySide6.QtWidgets import QDialogButtonBox, QWidget
 
 from kogao_core.base.language import Text
 from kogao_core.photo.export import LONGEST_PX, Export
 from kogao_core.photo.formats import WRITTEN
+from kogao_core.recipe.presets import listed
+from kogao_core.recipe.recipe import Recipe
 
 from ..i18n import sentence, tr, translated
 from ..theme import GRID_PX
-from ..widgets.controls import ChoiceBox, WholeNumber, column_of, muted_label, named, row_of
-from ..widgets.dialogs import Dialog, PathLine, ask_name, button, confirm
+from ..widgets.controls import ChoiceBox, column_of, muted_label, named, row_of
+from ..widgets.dialogs import Dialog, ask_name, button, confirm
+from ..widgets.form import Form, FormField
+from . import presets as recipes
+from .batch import Batch, Order
 from .feature import Context, Feature
 from .files import Files
+from .strip import Strip
 
 _SIZE_PX: Final = (520, 0)
 _GROUP: Final = "export"
 _BUILT_IN: Final = {
-    Text("Full size, as the photo"): Export(),
+    Text("Full size"): Export(),
     Text("2,048 px, sRGB"): Export(2048, ".jpg", 88, True, 50.0),
     Text("1,080 px, sRGB, no metadata"): Export(1080, ".jpg", 82, True, 50.0, metadata=False),
 }
+# Named as the attributes of `Export`.
+FIELDS: Final = (
+    FormField(
+        "longest_px",
+        "&Longer side",
+        "Photos are never enlarged",
+        "number",
+        limits=(0, LONGEST_PX),
+        unit=" px",
+        lowest="same as photo",
+    ),
+    FormField(
+        "ending",
+        "&Format",
+        "File format",
+        choices=lambda: {
+            "": tr("same as photo"),
+            **{form.suffixes[0]: form.title for form in WRITTEN},
+        },
+    ),
+    FormField(
+        "quality",
+        "&Quality",
+        "Quality of JPEG and WebP",
+        "number",
+        lowest="same as photo",
+    ),
+    FormField(
+        "sharpen",
+        "Output &sharpening",
+        "Only if the photo is reduced",
+        "number",
+        limits=(0, 200),
+        unit=" %",
+    ),
+    FormField("name", "&Name", "May contain {name}, {n} and {amount}", "text"),
+    FormField("srgb", "Con&vert to sRGB (8 bits)", "Off: keep the colour profile", "check"),
+    FormField("metadata", "Keep &metadata", "EXIF, XMP and IPTC; off: keep the profile", "check"),
+)
+MANY: Final = (
+    FormField("recipe", "Photos without &edits", "Settings for photos never opened"),
+    FormField("doubtful", "Include doubtful f&aces", "Unsure, cut off or hidden", "check"),
+)
 
 
 def presets(settings: QSettings) -> dict[str, Export]:
-    """Return what there is to choose from, by name."""
+    """Return the built-in and the user's presets by name."""
     return {translated(name): export for name, export in _BUILT_IN.items()} | _own(settings)
 
 
 def _own(settings: QSettings) -> dict[str, Export]:
-    """Return what the user has kept, by name; nothing, if it can't be read."""
+    """Return the user's presets by name; empty if they can't be read."""
     try:
         kept = json.loads(str(settings.value(f"{_GROUP}/presets", "{}")))
         return {name: Export(**fields) for name, fields in kept.items()}
@@ -51,72 +95,61 @@ def _own(settings: QSettings) -> dict[str, Export]:
 
 
 class ExportDialog(Dialog):
-    """Takes the choices and where the picture goes; `taken` has both."""
+    """Dialog that asks for photos, export settings and a folder.
 
-    taken = Signal(object, object)
+    `photos`: choices of photos by label; the first is the open photo. `selected`: index of the
+    initial choice. `recipes`: settings by name, for photos without edits. `percent`: Amount of the
+    open photo, for its file name.
+    """
 
-    def __init__(self, settings: QSettings, photo: Path, percent: float, parent: QWidget) -> None:
+    one = Signal(object, object)
+    many = Signal(object)
+
+    def __init__(
+        self,
+        settings: QSettings,
+        photos: Mapping[str, Sequence[Path]],
+        selected: int,
+        recipes: Mapping[str, Recipe],
+        percent: float,
+        parent: QWidget,
+    ) -> None:
         super().__init__(tr("Export"), parent, _SIZE_PX)
-        self._settings, self._photo, self._percent = settings, photo, percent
-        self.presets = ChoiceBox()
-        self.presets.setToolTip(tr("Choices with a name; a batch offers them, too"))
-        self.longest = WholeNumber(0, LONGEST_PX, 0)
-        self.longest.setSpecialValueText(tr("as the photo"))
-        self.longest.setSuffix(tr(" px"))
-        self.longest.setToolTip(tr("A smaller picture is resampled once, together with the warp"))
-        self.ending = ChoiceBox()
-        self.ending.setToolTip(tr("Of the file"))
-        self.ending.addItem(tr("as the photo"), "")
-        for form in WRITTEN:
-            self.ending.addItem(form.title, form.suffixes[0])
-        self.quality = WholeNumber(0, 100, 0)
-        self.quality.setSpecialValueText(tr("as the photo"))
-        self.quality.setToolTip(tr("Of JPEG and WebP"))
-        self.sharpen = WholeNumber(0, 200, 0)
-        self.sharpen.setSuffix(tr(" %"))
-        self.sharpen.setToolTip(tr("Only where the picture is reduced"))
-        self.srgb = QCheckBox(tr("Con&vert to sRGB (8 bits)"))
-        self.srgb.setToolTip(tr("Else the photo's colour profile is kept"))
-        self.metadata = QCheckBox(tr("Keep &metadata (EXIF, XMP, IPTC)"))
-        self.metadata.setToolTip(tr("Else only the colour profile stays"))
-        self.name = QLineEdit()
-        parts = {"name": "{name}", "n": "{n}", "amount": "{amount}"}
-        self.name.setToolTip(
-            tr("{name} is the photo's own, {n} counts, {amount} is the amount", **parts)
-        )
-        self.folder = PathLine(tr("Folder"), str(photo.parent / "kogao"), kind="folder")
-        self.folder.line.setToolTip(tr("Made if need be; no photo of yours is ever written over"))
+        self._settings, self._photos, self._percent = settings, list(photos.values()), percent
+        self._recipes = list(recipes.values())
+        self.photos, self.presets = ChoiceBox(), ChoiceBox()
+        self.photos.addItems(list(photos))
+        self.form = Form(FIELDS, {})
+        folder = FormField("folder", "F&older", "Created if necessary", "folder")
+        start = str(self._photos[0][0].parent / "kogao")
+        self.place = Form((folder,), {"folder": start})
+        many = dataclasses.replace(MANY[0], choices=lambda: dict(enumerate(recipes)))
+        self.more = Form((many, MANY[1]), {})
         self.note = muted_label(wraps=True)
+        self.remove = button(tr("&Delete"), self._remove)
         self._lay_out()
         self._offer(str(settings.value(f"{_GROUP}/chosen", "")))
         self.presets.currentTextChanged.connect(self._show)
+        self.photos.currentIndexChanged.connect(self._show_photos)
+        self.photos.setCurrentIndex(selected)
+        self._show_photos()
 
     def _lay_out(self) -> None:
-        form = QFormLayout()
-        form.setSpacing(2 * GRID_PX)
-        rows = {
-            tr("&Longer side"): self.longest,
-            tr("&Format"): self.ending,
-            tr("&Quality"): self.quality,
-            tr("&Sharpen for the size"): self.sharpen,
-            tr("&Name"): self.name,
-        }
-        for text, control in rows.items():
-            form.addRow(named(text, control), control)
         self.buttons = self.deciding(self._take)
-        self.buttons.button(QDialogButtonBox.StandardButton.Ok).setText(tr("&Export"))
-        keep = button(tr("&Keep as…"), self._ask_name)
-        keep.setToolTip(tr("Keep these choices under a name"))
-        self.remove = button(tr("&Delete"), self._remove)
-        self.remove.setToolTip(tr("Forget these choices"))
-        offered = row_of(self.presets, keep, self.remove)
+        self.buttons.button(QDialogButtonBox.StandardButton.Ok).setText(tr("E&xport"))
+        offered = row_of(self.presets, button(tr("Save p&reset…"), self._ask_name), self.remove)
         offered.setStretch(0, 1)
-        title = named(tr("&Choices"), self.presets)
-        more = self.srgb, self.metadata, self.folder, self.note, self.buttons
-        column = column_of(
-            self, title, offered, form, *more, margin=4 * GRID_PX, spacing=2 * GRID_PX
+        column_of(
+            self,
+            *(named(tr("&Photos"), self.photos), self.photos),
+            *(named(tr("Prese&t"), self.presets), offered),
+            *(self.form, self.place, self.more, self.note, self.buttons),
+            margin=4 * GRID_PX,
+            spacing=2 * GRID_PX,
         )
-        column.setStretch(column.count() - 1, 0)
+
+    def _show_photos(self) -> None:
+        self.more.setEnabled(self.photos.currentIndex() > 0)
 
     def _offer(self, chosen: str) -> None:
         self.presets.clear()
@@ -127,36 +160,23 @@ class ExportDialog(Dialog):
 
     def _show(self) -> None:
         export = self.presets.currentData()
-        if export is None:
-            return
-        self.longest.setValue(export.longest_px)
-        self.ending.setCurrentIndex(self.ending.findData(export.ending))
-        self.quality.setValue(export.quality)
-        self.sharpen.setValue(round(export.sharpen))
-        self.srgb.setChecked(export.srgb)
-        self.metadata.setChecked(export.metadata)
-        self.name.setText(export.name)
-        self.remove.setEnabled(self.presets.currentText() in _own(self._settings))
-        self.note.clear()
+        if export is not None:
+            self.form.show_values(dataclasses.asdict(export))
+            self.remove.setEnabled(self.presets.currentText() in _own(self._settings))
+            self.note.clear()
 
-    def _chosen(self) -> Export:
-        """Return the choices; raises ValueError."""
-        return Export(
-            self.longest.value(),
-            self.ending.currentData(),
-            self.quality.value(),
-            self.srgb.isChecked(),
-            float(self.sharpen.value()),
-            self.name.text().strip(),
-            self.metadata.isChecked(),
-        )
+    def _export(self) -> Export:
+        """Return the settings; raises ValueError."""
+        values = self.form.values()
+        return Export(**values | {"sharpen": float(values["sharpen"])})
 
     def _ask_name(self) -> None:
-        ask_name(self, tr("Keep these choices"), tr("Name of the choices"), self._keep)
+        ask_name(self, tr("Save preset"), tr("Preset name"), self.keep)
 
-    def _keep(self, name: str) -> None:
+    def keep(self, name: str) -> None:
+        """Save the settings as a preset."""
         try:
-            kept = {**_own(self._settings), name.strip(): self._chosen()}
+            kept = {**_own(self._settings), name.strip(): self._export()}
         except ValueError as problem:
             self.note.setText(sentence(problem))
             return
@@ -173,15 +193,21 @@ class ExportDialog(Dialog):
         self._offer(chosen)
 
     def _take(self) -> None:
+        photos = self._photos[self.photos.currentIndex()]
         try:
-            export, folder = self._chosen(), Path(self.folder.path)
+            export, folder = self._export(), Path(self.place.values()["folder"])
             folder.mkdir(parents=True, exist_ok=True)
         except (ValueError, OSError) as problem:
             self.note.setText(sentence(problem))
             return
-        file = folder / export.place(Path(self._photo.name), 1, self._percent)
         self._settings.setValue(f"{_GROUP}/chosen", self.presets.currentText())
-        if file.exists():
+        file = folder / export.place(Path(photos[0].name), 1, self._percent)
+        if self.photos.currentIndex():
+            more = self.more.values()
+            recipe = self._recipes[more["recipe"]]
+            self.accept()
+            self.many.emit(Order(tuple(photos), folder, recipe, more["doubtful"], export=export))
+        elif file.exists():
             text = tr("{name} is there already. Replace it?", name=file.name)
             confirm(self, text, tr("&Replace"), lambda: self._send(export, file))
         else:
@@ -189,32 +215,36 @@ class ExportDialog(Dialog):
 
     def _send(self, export: Export, file: Path) -> None:
         self.accept()
-        self.taken.emit(export, file)
+        self.one.emit(export, file)
 
 
 class Exporting(Feature):
-    """Asks how the open photo's result is exported."""
+    """Shows the dialog and starts the export."""
 
-    def __init__(self, context: Context, files: Files) -> None:
+    def __init__(self, context: Context, files: Files, strip: Strip, batch: Batch) -> None:
         super().__init__(context)
-        self._save = files.save
-        self.add_action(
-            "export",
-            tr("E&xport…"),
-            "Ctrl+Shift+S",
-            tr("Save the result in another size, format or colours, by a name of a pattern"),
-            self.ask,
-            needs_photo=True,
-        )
+        self._files, self._strip, self._batch = files, strip, batch
+        strip.film.addAction(self.bind("export", self.ask))
 
     def ask(self) -> None:
-        """Show the dialog."""
-        path = self.document.path
+        """Show the dialog; the first choice is what is selected."""
+        path, now = self.document.path, self.document.state.recipe
         if path is None:
             return
-        percent = self.document.state.recipe.percent
-        dialog = ExportDialog(self.settings, path, percent, self.window)
-        dialog.taken.connect(lambda export, file: self._save(file, export=export))
-        # The name is for the photo that is open now, and for no other.
+        chosen, every = self._strip.chosen(), self._strip.photos()
+        photos = {tr("This photo ({name})", name=path.name): [path]}
+        # One at a time: a running export has the worker processes.
+        several = not self._batch.busy
+        if several and len(chosen) > 1:
+            photos[tr("Selected photos ({n})", n=len(chosen))] = chosen
+        selected = len(photos) - 1
+        if several and len(every) > 1:
+            photos[tr("All photos of the strip ({n})", n=len(every))] = every
+        current = tr("Current settings: {what}", what=translated(now.amount))
+        offered = {current: now} | recipes.built_in() | listed(self.storage.presets)
+        dialog = ExportDialog(self.settings, photos, selected, offered, now.percent, self.window)
+        dialog.one.connect(lambda export, file: self._files.save(file, export=export))
+        dialog.many.connect(self._batch.start)
+        # The file name belongs to the photo that is open now.
         self.document.opened.connect(dialog.reject)
         dialog.open()

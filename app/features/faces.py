@@ -1,4 +1,4 @@
-"""The faces of the photo: found, placed by hand, switched on and off, chosen."""
+"""The faces of the photo: detection, manual placement, selection and switching off."""
 
 from __future__ import annotations
 
@@ -35,13 +35,13 @@ from .recipe import RecipeEditing
 _TEMPLATE_SHARE = 0.35  # of the photo's shorter side
 _THUMBNAIL_PX = 48
 _WIDTH_PX = 168
-# Check mark, margins and gaps of a row.
+# Check mark, margins and gaps of a row, px.
 _ROUND_TEXT_PX = 72
-_ALL_ROWS = 1  # the row of all faces comes before those of single ones
+_ALL_ROWS = 1  # the row of all faces precedes the rows of single faces
 
 
 class Faces(Feature):
-    """Finds faces and lists them."""
+    """Detects faces and lists the faces."""
 
     name = "faces"
     found = Signal(int)
@@ -51,30 +51,16 @@ class Faces(Feature):
     def __init__(self, context: Context, recipe: RecipeEditing, source: LandmarkSource) -> None:
         super().__init__(context)
         self._source = source
-        # What table 2 calls the setting time of the automatic method, and whether the networks were
-        # loaded in it.
+        # Setting time of the automatic method (Table 2), s, and whether the time includes
+        # loading of networks.
         self.finding_s: float | None = None
         self.finding_was_cold = False
         self._finding = self.lane(self._take, self._not_found)
         self._search = FaceSearch(source)
         self._came.connect(self._show_found)
         self.document.changed.connect(self._make_way)
-        self.add_action(
-            "find",
-            tr("&Find faces again"),
-            "Ctrl+F",
-            tr("Undo all corrections of points"),
-            self.find,
-            needs_photo=True,
-        )
-        self.add_action(
-            "place",
-            tr("&Place a face by hand"),
-            "Ctrl+P",
-            tr("A mean face to drag into place"),
-            self.place_template,
-            needs_photo=True,
-        )
+        self.bind("find", self.find)
+        self.bind("place", self.place_template)
         self.panel: FacesPanel = FacesPanel()
         self.dock = Dock(tr("Faces panel"), Qt.DockWidgetArea.LeftDockWidgetArea)
         self.panel.switched.connect(self.switch)
@@ -91,21 +77,21 @@ class Faces(Feature):
     # -- the search ------------------------------------------------------------------------------
 
     def use(self, source: LandmarkSource) -> None:
-        """Take landmarks from another source from now on, and look for faces again."""
+        """Replace the landmark source and detect faces again."""
         self._source = source
         self.find()
 
     def search(self) -> FaceSearch:
-        """Return a search for the faces of another photo."""
+        """Return a new search with the current source."""
         return FaceSearch(self._source)
 
     def find(self) -> None:
-        """Look for faces again."""
+        """Detect faces again."""
         self.window.bar.clear()
         self.look(FaceSearch(self._source, first=False))
 
     def look(self, search: FaceSearch | None = None) -> None:
-        """Look for faces in the open photo; what is done to the first ones meanwhile stays."""
+        """Detect faces in the open photo; keep edits made during the search."""
         photo = self.document.photo
         if photo is None:
             return
@@ -115,17 +101,17 @@ class Faces(Feature):
             self.live.wait()
         self.working.emit(tr("Looking for faces…"))
         search.came = lambda: self._came.emit(search)
-        # Those that came before anyone listened.
+        # Show the faces found before the signals were connected.
         self._show_found(search)
         self._finding.submit(lambda: search.run(photo))
 
     def stop(self) -> None:
-        """End the search under way: what it still finds is nobody's."""
+        """Cancel the running search and ignore later results."""
         self._search.stop()
         super().stop()
 
     def _show_found(self, search: FaceSearch) -> None:
-        """Show what has come, as long as there is only what this search has found."""
+        """Show new detections, unless the faces have been edited."""
         found = tuple(in_reading_order(search.found))
         if search is not self._search or found == search.shown:
             return
@@ -135,7 +121,7 @@ class Faces(Feature):
         self.working.emit(tr("Looking for faces… {n} so far", n=len(found)))
 
     def _make_way(self) -> None:
-        """Let the picture follow what the user does while the search goes on."""
+        """Resume rendering after an edit during the search."""
         if self._touched:
             self.live.go_on()
 
@@ -169,7 +155,7 @@ class Faces(Feature):
         self.found.emit(faces)
 
     def _tell_doubts(self) -> None:
-        """Say why nothing is made smaller, where every face is doubtful."""
+        """Explain why no face is changed, if every face is doubtful."""
         state, photo = self.document.state, self.document.photo
         judged = verdicts(state.faces, self.document.image)
         is_doubted = all(verdict.reason is not None for verdict in judged)
@@ -197,7 +183,7 @@ class Faces(Feature):
         another = BarAction(tr("Open a photo…"), self.actions["open"].trigger)
         photo, search, before = self.document.photo, self._search, self.document.state
 
-        def applies() -> bool:  # until there is a face, or one more
+        def applies() -> bool:  # until a face is added
             state, here = self.document.state, self.document.photo is photo
             more = len(state.faces) > len(before.faces) or state.draft is not before.draft
             return here and self._search is search and not more
@@ -205,7 +191,7 @@ class Faces(Feature):
         self.say(text, place, another, applies=applies)
 
     def place_template(self) -> None:
-        """Put a mean face in the middle of the photo, to be dragged into place."""
+        """Place a mean face in the middle of the photo, ready to drag."""
         image = self.document.image
         if not image.area:
             return
@@ -219,7 +205,7 @@ class Faces(Feature):
         self.say(text, done, wrong=False, applies=lambda: self.view.placing is not None)
 
     def place(self, face: Face) -> None:
-        """Add a face and let it be dragged into place."""
+        """Add a face and show a frame for dragging."""
         state = self.document.state
         more = dataclasses.replace(state, faces=(*state.faces, face))
         self.document.step(more, tr("Place a face"))
@@ -227,14 +213,14 @@ class Faces(Feature):
         self.window.canvas.redraw()
 
     def end_placing(self) -> None:
-        """Take the frame away: the face is in place."""
+        """Hide the frame: the face is placed."""
         self.view.placing = None
         self.window.canvas.redraw()
 
     # -- the list --------------------------------------------------------------------------------
 
     def switch(self, index: int, on: bool) -> None:
-        """Make a face smaller, or leave it as it is."""
+        """Switch a face on or off."""
         state = self.document.state
         off = state.off - {index} if on else state.off | {index}
         self.document.step(dataclasses.replace(state, off=off), tr("Switch a face"))
@@ -254,7 +240,7 @@ class Faces(Feature):
 
 
 class FacesPanel(QWidget):
-    """All faces in the first row, then each with a check box, a thumbnail and its score."""
+    """A row for all faces, then one row per face with check box, thumbnail and score."""
 
     switched = Signal(int, bool)
     chosen = Signal(object)
@@ -285,14 +271,14 @@ class FacesPanel(QWidget):
             tr("Face {n}", n=88),
             tr("by hand"),
             tr("lens: {n:.1f} %", n=88.8),
-            tr("look at it"),
+            tr("check"),
             *_doubts().values(),
         )
         text = max(map(self.list.fontMetrics().horizontalAdvance, words))
         self.setFixedWidth(max(_WIDTH_PX, _THUMBNAIL_PX + text + _ROUND_TEXT_PX))
 
     def open(self, photo: PicturePyramid) -> None:
-        """Take thumbnails from another photo."""
+        """Use another photo for the thumbnails."""
         self._pyramid, self._known = photo, ()
         self._image = Box.of(photo.levels[0])
         with QSignalBlocker(self.list):
@@ -305,7 +291,7 @@ class FacesPanel(QWidget):
     def show_state(
         self, state: State, chosen: int | None = None, also: Collection[int] = ()
     ) -> None:
-        """Show the faces; thumbnails stay while points are dragged."""
+        """Show the faces; keep thumbnails during a drag."""
         with QSignalBlocker(self.list):
             if self._reordered(state.faces) or not self.list.count():
                 self._begin_rows()
@@ -326,7 +312,7 @@ class FacesPanel(QWidget):
                 self.item(index).setSelected(True)
 
     def _reordered(self, faces: tuple[Face, ...]) -> bool:
-        """Return whether a thumbnail would stand beside another face than its own."""
+        """Return whether thumbnails would no longer match the faces."""
         there = set(self._known)
         pairs = zip_longest(faces, self._known)
         return any(now is not known and (now in there or now is None) for now, known in pairs)
@@ -370,25 +356,25 @@ def _doubts() -> dict[Reason, str]:
 
 
 def _caption(index: int, face: Face, verdict: Verdict) -> list[str]:
-    """Return the lines beside the thumbnail: name, score, doubt, and whether it has settings."""
+    """Return the lines next to the thumbnail: name, score, doubt, and own percentage."""
     by_hand = face.source == "manual"
     score = tr("by hand") if by_hand else tr("{n:.0f} %", n=100 * face.score)
     doubted = [] if verdict.reason is None else [_doubts()[verdict.reason]]
     if verdict.look_at:
-        doubted = [tr("look at it")]
+        doubted = [tr("check")]
     own = [] if face.recipe is None else [tr("own: {n:g} %", n=face.recipe.percent)]
     return [tr("Face {n}", n=index + 1), score, *doubted, *own]
 
 
 def _stretched(face: Face, state: State) -> list[str]:
-    """Return how much longer the lens made a face, where the photo tells and it is seen."""
+    """Return the stretch by the lens in %, if known and visible; else an empty list."""
     focal = state.focal_mm
     percent = 0.0 if focal is None else stretch_percent(face, focal, state.image)
     return [tr("lens: {n:.1f} %", n=percent)] if percent >= STRETCH_SEEN_PERCENT else []
 
 
 def _distance(face: Face, state: State) -> list[str]:
-    """Return how far the camera was from a face, where the focal length is known."""
+    """Return the camera distance of a face, if the focal length is known."""
     focal = state.focal_mm
     return [] if focal is None else [sentence(distance_note(distance_m(face, focal, state.image)))]
 
@@ -401,7 +387,7 @@ def _spoken(index: int, face: Face, verdict: Verdict) -> str:
 
 
 def _tip(index: int, verdict: Verdict) -> str:
-    """Return what a row is for, why its face starts switched off, or what to look at."""
+    """Return the tooltip of a row: usage, the reason for switching off, or a warning."""
     if verdict.reason is None:
         tip = tr("Face {n}: select it for settings of its own, uncheck to leave it", n=index + 1)
         return f"{tip}\n{sentence(verdict.why)}" if verdict.look_at else tip

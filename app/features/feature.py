@@ -1,16 +1,16 @@
-"""What all features of the editor are: actions, perhaps a panel, and work that can be ended."""
+"""Base class of features: actions, an optional panel, and background jobs."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 from PySide6.QtCore import QObject, QSettings, QThreadPool, Signal
-from PySide6.QtGui import QAction, QActionGroup, QKeySequence
+from PySide6.QtGui import QAction, QActionGroup
 from PySide6.QtWidgets import QWidget
 
-from ..actions import FIRST_KEY, call
+from ..actions import TABLE, Item
 from ..document import Document
 from ..render.live import Live
 from ..storage import Storage
@@ -23,26 +23,26 @@ from ..workers import Lane
 
 @dataclass(frozen=True, eq=False)
 class Context:
-    """What features work with.
+    """Shared objects for features.
 
     Parameters
     ----------
     document : Document
-        The open photo and what is done to it.
+        The open photo and edits.
     view : ViewState
-        What is on screen.
+        Display settings.
     live : Live
-        Keeps the picture up with the document.
+        Renders the document to the canvas.
     window : Window
-        The editor's.
+        The main window.
     pool : QThreadPool
-        For work off the GUI thread.
+        Threads for background jobs.
     storage : Storage
         The user's folders.
     settings : QSettings
-        What outlives the program.
+        Persistent settings.
     features : list of Feature
-        Those built with it, in turn; each enters itself.
+        All features built with this context, in order; each feature adds itself.
     """
 
     document: Document
@@ -56,28 +56,28 @@ class Context:
 
 
 class Feature(QObject):
-    """One thing that a user can name.
+    """A user-visible feature of the editor.
 
     Parameters
     ----------
     context : Context
-        What it works with; its parts are the feature's own attributes.
+        Shared objects, also available as attributes of the feature.
 
     Signals
     -------
     message(Message)
-        For the bar over the canvas.
+        A message for the bar over the canvas.
     working(str)
-        What is under way; empty for nothing.
+        The running activity; empty when finished.
     did(str)
-        What has just been done; it is said until the next step.
+        A completed action; shown until the next edit.
     """
 
     message = Signal(object)
     working = Signal(str)
     did = Signal(str)
-    # What it adds to the window: a panel in the column at the side, or in a dock of its own. By
-    # this name workspaces know it.
+    # The panel of the feature, in the side column or in a separate dock. Workspaces refer to the
+    # panel by this name.
     name: str = ""
     panel: QWidget | None = None
     dock: Dock | None = None
@@ -92,20 +92,20 @@ class Feature(QObject):
 
     @property
     def busy(self) -> bool:
-        """True while work is under way."""
+        """True while a job runs or waits."""
         return any(lane.busy for lane in self._lanes)
 
     def stop(self) -> None:
-        """Start nothing more, and forget what is under way."""
+        """Discard queued jobs and ignore the results of running jobs."""
         for lane in self._lanes:
             lane.drop()
 
     def finish(self) -> None:
-        """Bring to an end what must not be lost; the window is closed."""
+        """Finish work that must not be lost, after the window is closed."""
 
     @property
     def actions(self) -> Mapping[str, QAction]:
-        """The actions of the whole window by name."""
+        """All actions of the window by name."""
         return self.window.actions_by_name
 
     def lane(
@@ -114,71 +114,55 @@ class Feature(QObject):
         failed: Callable[[Exception], object],
         pool: QThreadPool | None = None,
     ) -> Lane:
-        """Return a lane for work that `busy` and `stop` know of."""
+        """Return a job lane that `busy` and `stop` include."""
         lane = Lane(pool or self.pool, failed, self)
         lane.done.connect(done)
         self._lanes.append(lane)
         return lane
 
-    def add_action(
+    def bind(
         self,
-        name: str,
-        text: str,
-        key: str,
-        tip: str,
+        command: Item | str,
         slot: Callable[[], object] | None = None,
         *,
         toggled: Callable[[bool], object] | None = None,
         checked: bool | None = None,
-        needs_photo: bool = False,
-        also: Sequence[str] = (),
     ) -> QAction:
-        """Add an action to the window, in all of which its key holds, and return it.
+        """Connect a command to a slot, add its action to the window, and return the action.
 
-        A feature that needs another's takes it from there; by names they are looked up once all
-        are built.
+        Other features read `actions` only after all features are built.
 
         Parameters
         ----------
-        name : str
-            By which menus, toolbar and settings know it.
-        text, key, tip : str
-            What it is called, its shortcut and what it does.
+        command : Item or str
+            The command, or its name in `app.actions.TABLE`.
         slot : callable, optional
-            What happens when the user takes it.
+            Called when the user triggers the action.
         toggled : callable, optional
-            What happens when it is switched on or off, by whomever; it takes which.
+            Called with the new state each time a checkable action changes.
         checked : bool, optional
-            Initial state of an action that toggles; None for one that doesn't, or is off at first.
-        needs_photo : bool
-            Whether it is disabled until a photo is open.
-        also : sequence of str
-            Keys that do the same, as other programs have them.
+            Initial state of a checkable action; None: not checkable unless `toggled` is given.
         """
-        action = self.window.actions_by_name[name] = QAction(self.window)
-        call(action, text)
-        action.setShortcuts([QKeySequence(one) for one in (key, *also) if one])
-        action.setProperty(FIRST_KEY, key)
-        action.setToolTip(f"{tip} ({key})" if key else tip)
-        action.setStatusTip(tip)
+        command = TABLE[command] if isinstance(command, str) else command
+        action = self.window.actions_by_name[command.name] = command.action(self.window)
         action.setCheckable(checked is not None or toggled is not None)
         action.setChecked(bool(checked))
         if slot is not None:
             action.triggered.connect(lambda: slot())
         if toggled is not None:
             action.toggled.connect(toggled)
-        if needs_photo:
+        if command.photo:
             self.enable_with_photo(action.setEnabled)
         self.window.addAction(action)
         return action
 
     def enable_with_photo(self, enable: Callable[[bool], object]) -> None:
-        """Disable something until a photo is open."""
+        """Disable a control until a photo is open."""
         enable(False)
         self.document.opened.connect(lambda: enable(True))
 
     def one_of(self, *names: str) -> QActionGroup:
-        """Let only one of these actions be checked at a time."""
+        """Make these actions exclusive."""
         group = QActionGroup(self)
         for name in names:
             group.addAction(self.actions[name])
@@ -191,9 +175,9 @@ class Feature(QObject):
         wrong: bool = True,
         applies: Callable[[], bool] | None = None,
     ) -> None:
-        """Say something in the bar over the canvas, see `Message`."""
+        """Show a message in the bar over the canvas, see `Message`."""
         self.message.emit(Message(text, steps, wrong, applies))
 
     def watch(self, value: Callable[[], object], show: Callable[[], object]) -> None:
-        """Call `show` now, and after each change of the document that makes `value` another."""
+        """Call `show` now, and after each change of the document that changes `value`."""
         self.document.watch(value, show)

@@ -27,48 +27,12 @@ class Groups(Feature):
     def __init__(self, context: Context, recipe: RecipeEditing, faces: Faces) -> None:
         super().__init__(context)
         self._recipe = recipe
-        self.add_action(
-            "only-face",
-            tr("&Only this face"),
-            "Shift+I",
-            tr("Make the selected face smaller and leave all others as they are"),
-            lambda: self._keep({self._face}),
-        )
-        self.add_action(
-            "switch-face",
-            tr("&Switch this face on or off"),
-            "I",
-            tr("Make the selected face smaller, or leave it as it is"),
-            lambda: self._keep(self._on ^ {self._face}),
-        )
-        self.add_action(
-            "all-faces",
-            tr("All fa&ces on"),
-            "Ctrl+A",
-            tr("Make every face smaller"),
-            lambda: self._keep(self._every),
-        )
-        self.add_action(
-            "no-face",
-            tr("&No face on"),
-            "Ctrl+Shift+A",
-            tr("Leave every face as it is"),
-            lambda: self._keep(()),
-        )
-        self.add_action(
-            "invert-faces",
-            tr("&Invert which faces are on"),
-            "Ctrl+I",
-            tr("Make those faces smaller that are left as they are, and the other way round"),
-            lambda: self._keep(self._every - self._on),
-        )
-        self.add_action(
-            "zoom-face",
-            tr("&Zoom to the face"),
-            "F",
-            tr("Look at the selected face closely; at all of them when none is selected"),
-            self.zoom,
-        )
+        self.bind("only-face", lambda: self._keep({self._face}))
+        self.bind("switch-face", lambda: self._keep(self._on ^ {self._face}))
+        self.bind("all-faces", lambda: self._keep(self._every))
+        self.bind("no-face", lambda: self._keep(()))
+        self.bind("invert-faces", lambda: self._keep(self._every - self._on))
+        self.bind("zoom-face", self.zoom)
         self.menu: QMenu = QMenu(tr("Face"), self.window)
         self.menu.setAccessibleName(tr("Face"))
         names = (*_OF_ONE, None, *_OF_ALL, None, "zoom-face", "follow-photo")

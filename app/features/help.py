@@ -1,4 +1,4 @@
-"""The documentation of this very version, read without a network."""
+"""Offline documentation of the installed version."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _NOT_IN_ANCHORS: Final = re.compile(r"[^\w\- ]")
 
 
 class Pages(QTextBrowser):
-    """Pages of Markdown in a folder; links between them work, others open elsewhere."""
+    """Markdown pages of a folder; external links open in the browser."""
 
     def __init__(self, folder: Path) -> None:
         super().__init__()
@@ -37,7 +37,7 @@ class Pages(QTextBrowser):
         self.setAccessibleName(tr("Documentation"))
 
     def follow(self, link: QUrl) -> None:
-        """Go where a link leads: to a page, to a heading, or out of here."""
+        """Follow a link to a page or a heading; open other links in the browser."""
         url = self.source().resolved(link)
         if not url.isLocalFile():
             QDesktopServices.openUrl(url)
@@ -46,7 +46,7 @@ class Pages(QTextBrowser):
             self._seek(url.fragment())
 
     def loadResource(self, kind: int, name: QUrl | str) -> Any:
-        """Return a page, or a picture no wider than the text."""
+        """Load a page, or a picture scaled to at most the text width."""
         loaded = super().loadResource(kind, name)
         if kind != QTextDocument.ResourceType.ImageResource.value:
             return loaded
@@ -56,7 +56,7 @@ class Pages(QTextBrowser):
         return picture.scaledToWidth(_PICTURE_PX, smooth) if wide else picture
 
     def _seek(self, anchor: str) -> None:
-        """Show a heading by its anchor as GitHub makes it: Qt makes none of Markdown."""
+        """Scroll to a heading by GitHub's anchor: Qt creates no anchors from Markdown."""
         block = self.document().begin()
         while anchor and block.isValid():
             if block.blockFormat().headingLevel() and _anchor(block.text()) == anchor:
@@ -70,7 +70,7 @@ def _anchor(heading: str) -> str:
 
 
 class HelpDialog(Dialog):
-    """The pages, a list of them, the way back, and a line to find words."""
+    """Documentation pages with a list, a Back button and a search line."""
 
     def __init__(self, folder: Path, parent: QWidget) -> None:
         super().__init__(tr("Documentation"), parent, _SIZE_PX)
@@ -106,7 +106,7 @@ class HelpDialog(Dialog):
         self.list.setCurrentIndex(self.list.findData(page.toLocalFile()))
 
     def _find(self) -> None:
-        """Find the words, from the top again where there are none below."""
+        """Search the words, and start again at the top after the last match."""
         words = self.words.text()
         if words and not self.pages.find(words):
             cursor = self.pages.textCursor()
@@ -116,7 +116,7 @@ class HelpDialog(Dialog):
 
 
 def _pages(folder: Path) -> list[Path]:
-    """Return the pages: those in the language at work, if any, before the English ones."""
+    """Return the pages in the current language, then the English pages."""
     return [*sorted((folder / language()).glob("*.md")), *sorted(folder.glob("*.md"))]
 
 
@@ -126,20 +126,14 @@ def _title(path: Path) -> str:
 
 
 class Documentation(Feature):
-    """Shows the documentation that lies in this installation."""
+    """Shows the installed documentation."""
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        self.add_action(
-            "documentation",
-            tr("&Documentation"),
-            "F1",
-            tr("All there is to know of this version, without a network"),
-            self.open,
-        )
+        self.bind("documentation", self.open)
 
     def open(self) -> None:
-        """Show it, beside the window."""
+        """Show the documentation in a separate window."""
         self.window.bar.clear()
         try:
             folder = assets.documentation()

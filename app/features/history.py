@@ -1,4 +1,4 @@
-"""Undo and redo, the list of steps, and what depends on there being changes."""
+"""Undo and redo, the list of steps, and the title's mark for unsaved changes."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from .feature import Context, Feature
 
 
 class History(Feature):
-    """Steps through what was done, and keeps title and actions up with it."""
+    """Undoes and redoes steps, and updates title and actions."""
 
     name = "history"
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        self.add_action("undo", tr("&Undo"), "Ctrl+Z", tr("Take the last gesture back"), self.undo)
-        self.add_action("redo", tr("&Redo"), "Ctrl+Shift+Z", tr("Do it again"), self.redo)
+        self.bind("undo", self.undo)
+        self.bind("redo", self.redo)
         self.panel: StepList = StepList(self.document.undo)
         self.panel.left.connect(self._tell)
         self.panel.setEmptyLabel(tr("As it was opened"))
@@ -35,7 +35,7 @@ class History(Feature):
         self.watch(lambda: (document.path, document.in_gesture, document.dirty), self.show)
 
     def undo(self) -> None:
-        """Take the last gesture back; one in hand is only aborted."""
+        """Undo the last step; during a gesture, only cancel the gesture."""
         if self.document.in_gesture:
             self.document.abort()
         else:
@@ -44,14 +44,14 @@ class History(Feature):
             self._tell(before)
 
     def redo(self) -> None:
-        """Do the gesture again that was taken back."""
+        """Redo the last undone step."""
         if not self.document.in_gesture:
             before = self.document.undo.index()
             self.document.undo.redo()
             self._tell(before)
 
     def _tell(self, before: int) -> None:
-        """Say which steps lie between the one before and the one at hand."""
+        """Show the undone or redone steps in the status line."""
         stack = self.document.undo
         now = stack.index()
         low, high = sorted((before, now))
@@ -64,11 +64,11 @@ class History(Feature):
         self.did.emit(undone if now < before else again)
 
     def stop(self) -> None:
-        """Follow no more: a stack of undo steps tells of its own end, too."""
+        """Block signals of the undo stack, which also emits on destruction."""
         self.document.undo.blockSignals(True)
 
     def show(self) -> None:
-        """Show what can be done now."""
+        """Update the title and the actions."""
         path, stack, named = self.document.path, self.document.undo, self.actions
         self.window.show_title(path.name if path else "", dirty=self.document.dirty)
         named["undo"].setEnabled(stack.canUndo() or self.document.in_gesture)
@@ -80,19 +80,19 @@ class History(Feature):
 
 
 class StepList(QUndoView):
-    """The list of steps; a click or an arrow key goes to another one."""
+    """The list of steps; a click or an arrow key goes to a step."""
 
     left = Signal(int)
 
     def viewportEvent(self, event: QEvent) -> bool:
-        """Tell when the mouse has chosen a step."""
+        """Emit `left` after a mouse selection."""
         before = self.stack().index()
         done = super().viewportEvent(event)
         self._compare(before)
         return done
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Tell when a key has."""
+        """Emit `left` after a selection by key."""
         before = self.stack().index()
         super().keyPressEvent(event)
         self._compare(before)
@@ -103,7 +103,7 @@ class StepList(QUndoView):
 
 
 def _name(step: QUndoCommand) -> str:
-    """Return what a step is called, and whose it is if that is one of several faces."""
+    """Return the name of a step, with the face's number if only one face changed."""
     assert isinstance(step, ReplaceState)
     text, before, after = step.text(), step.before, step.after
     fewer, more = sorted((before, after), key=lambda state: len(state.faces))

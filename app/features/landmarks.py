@@ -1,4 +1,4 @@
-"""Where landmarks come from, with what each source was measured to do; and files of them."""
+"""Menu of landmark sources; import and export of landmark files."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from kogao_core.faces.face import LandmarkSource
 from kogao_core.faces.landmarks import (
     CHOICES,
     Measured,
-    ModelRefused,
     networks_are_here,
     source,
 )
 from kogao_core.projects import interchange
 
-from ..i18n import lettered, sentence, tr, translated, unwritten
+from ..actions import Item
+from ..i18n import sentence, tr, translated, unwritten
 from ..widgets.dialogs import ask_path
 from .faces import Faces
 from .feature import Context, Feature
@@ -29,59 +29,29 @@ _KEYS: Final = ("F5", "F6", "F7", "Shift+F7")  # of the landmark sources, in tur
 
 
 class LandmarkSources(Feature):
-    """Joins the actions of the Face menu to the source that `Faces` asks."""
+    """Actions of the Face menu that select the landmark source of `Faces`."""
 
     def __init__(self, context: Context, faces: Faces, first: LandmarkSource) -> None:
         super().__init__(context)
         self._faces = faces
         choice = next((choice for choice in CHOICES if choice.name == first.name), None)
-        # As `source` takes it; None for what it gives by itself.
+        # Name of the source; None: the default.
         self.wanted = None if choice is None else choice.name
         if choice is not None and not choice.needs_networks and not networks_are_here():
             faces.found.connect(self._tell_of_fallback)
         for one, key in zip(CHOICES, chain(_KEYS, repeat("")), strict=False):
-            self.add_action(
-                f"landmarks-{one.name}",
-                # Alt leads to it by the letter that its name begins with.
-                tr("Landmarks by the {title}", title=lettered(translated(one.title), one.title[0])),
-                key,
-                translated(one.help) if one.help else _figures(one.measured),
-                partial(self.use, one.name),
-                checked=False,
-            )
-        self.add_action(
-            "landmarks-file",
-            tr("Landmarks by a model of &yours…"),
-            "Shift+F6",
-            tr("An LBF or Kazemi model of 68 points, as cv2.face reads them"),
-            self._ask_for_file,
-            checked=False,
-        )
+            text = tr("Landmarks by the {title}", title=translated(one.title))
+            tip = translated(one.help) if one.help else _figures(one.measured)
+            command = Item(f"landmarks-{one.name}", text, key, tip)
+            self.bind(command, partial(self.use, one.name), checked=False)
         names = [f"landmarks-{one.name}" for one in CHOICES]
-        self._group = self.one_of(*names, "landmarks-file")
-        self._now = self.actions.get(f"landmarks-{first.name}", self.actions[names[0]])
-        self._now.setChecked(True)
+        self.one_of(*names)
+        self.actions.get(f"landmarks-{first.name}", self.actions[names[0]]).setChecked(True)
 
-    def use(self, wanted: str) -> None:
-        """Find the faces again by a source: its name or a model file; a bad one changes nothing."""
-        try:
-            chosen = source(wanted)
-        except ModelRefused as refusal:
-            self._now.setChecked(True)
-            self.say(str(refusal))
-            return
-        self.wanted = wanted
-        self._now = self._group.checkedAction()
-        self._faces.use(chosen)
-
-    def _ask_for_file(self) -> None:
-        dialog = ask_path(
-            self.window,
-            tr("A landmark model for cv2.face"),
-            lambda path: self.use(str(path)),
-            filters=[tr("Models (*.yaml *.dat)")],
-        )
-        dialog.rejected.connect(lambda: self._now.setChecked(True))
+    def use(self, name: str) -> None:
+        """Search for faces again with the landmark source of this name."""
+        self.wanted = name
+        self._faces.use(source(name))
 
     def _tell_of_fallback(self) -> None:
         self._faces.found.disconnect(self._tell_of_fallback)
@@ -98,21 +68,8 @@ class Exchange(Feature):
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        self.add_action(
-            "import-landmarks",
-            tr("I&mport landmarks…"),
-            "Ctrl+Shift+I",
-            tr("Points from WebMorph, iBUG or a table in place of those found"),
-            self._ask_import,
-            needs_photo=True,
-        )
-        self.add_action(
-            "export-landmarks",
-            tr("&Export landmarks…"),
-            "Ctrl+Shift+E",
-            tr("The points for WebMorph, iBUG or a table"),
-            self.ask_export,
-        )
+        self.bind("import-landmarks", self._ask_import)
+        self.bind("export-landmarks", self.ask_export)
         self.watch(lambda: bool(self.document.state.faces), self._show)
 
     def _ask_import(self) -> None:

@@ -1,4 +1,4 @@
-"""Which overlays are on, when the marks of faces step back, and looks at the background."""
+"""Overlay switches, visibility of marks, and analysis of the background."""
 
 from __future__ import annotations
 
@@ -22,6 +22,7 @@ from kogao_core.base.geometry import Affine, Image, Line
 from kogao_core.faces.landmarks import ModelRefused
 from kogao_core.projects.json import as_line
 
+from ..actions import Item
 from ..canvas.handles import face_at
 from ..canvas.overlays import glyphs
 from ..canvas.overlays.listed import LISTED
@@ -30,17 +31,17 @@ from ..i18n import reason, sentence, tr, translated
 from ..theme import GRID_PX
 from ..view_state import Handle, RenderedFrame
 from ..widgets.controls import column_of, heading, muted_label
-from ..workspaces import INSPECT, Workspace
+from ..workspaces import RETOUCH, Workspace
 from .feature import Context, Feature
 from .files import Files
 from .points import Points
 from .recipe import RecipeEditing
 
-# How long a setting rests before the marks come back.
+# Delay before marks reappear after a setting has changed, ms.
 REST_MS: Final = 700
-# A face is pointed at from this far outside it, in its landmark spacings.
+# Distance from a face within which the cursor selects the marks, in landmark spacings.
 _MARGIN: Final = 1.5
-_MASK_PX: Final = 1600  # longer side of the people's picture
+_MASK_PX: Final = 1600  # longer side of the mask of people
 
 
 class OverlaysPanel(QWidget):
@@ -58,7 +59,7 @@ class OverlaysPanel(QWidget):
         column_of(self, heading(tr("Overlays")), grid, spacing=2 * GRID_PX)
 
     def hide_all(self, hidden: bool) -> None:
-        """Switch all overlays off, or those on again that were."""
+        """Hide all overlays, or show the hidden overlays again."""
         if hidden:
             self._hidden = [action for action in self._actions if action.isChecked()]
         for action in self._hidden:
@@ -82,20 +83,14 @@ def _key_label(action: QAction) -> QLabel:
 
 
 class Overlays(Feature):
-    """Switches the overlays on and off."""
+    """Shows and hides the overlays."""
 
     name = "overlays"
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         self.switches = {overlay.name: self._add_switch(overlay) for overlay in LISTED}
-        hide = self.add_action(
-            "hide-overlays",
-            tr("Hide all o&verlays"),
-            "O",
-            tr("The photo without marks, or the same marks again"),
-            toggled=lambda on: self.panel.hide_all(on),
-        )
+        hide = self.bind("hide-overlays", toggled=lambda on: self.panel.hide_all(on))
         hide.setIconText(tr("Hide overlays"))
         self.panel: OverlaysPanel = OverlaysPanel([*self.switches.values()])
 
@@ -103,14 +98,14 @@ class Overlays(Feature):
         title = translated(overlay.title)
         show = partial(self.window.canvas.show_overlay, overlay.name)
         tip = tr("Show or hide: {what}", what=title)
-        return self.add_action(f"overlay-{overlay.name}", title, overlay.key, tip, toggled=show)
+        return self.bind(Item(f"overlay-{overlay.name}", title, overlay.key, tip), toggled=show)
 
 
 class Marks(Feature):
-    """Says which faces' marks are shown, as `ViewState.pointed`.
+    """Decides which faces show marks, stored in `ViewState.pointed`.
 
-    In a quiet workspace they show under the cursor and on a point that is dragged or moved by keys,
-    and go while a setting moves. The first start shows them all: they explain what was found.
+    In a quiet workspace marks show under the cursor and for a moved point, and hide while a
+    setting changes. The first start shows all marks, to explain the detected landmarks.
     """
 
     def __init__(
@@ -143,7 +138,7 @@ class Marks(Feature):
         self.document.changed.connect(self._show)
 
     def show_all(self) -> None:
-        """Let no mark step back, as a picture that asks for them needs it."""
+        """Show all marks permanently, for screenshots of overlays."""
         self._quiet = False
         self._show()
 
@@ -152,7 +147,7 @@ class Marks(Feature):
         self._show()
 
     def _explain(self, explains: bool) -> None:
-        self.view.explained = frozenset(INSPECT.overlays if explains else ())
+        self.view.explained = frozenset(RETOUCH.overlays if explains else ())
         self._show()
 
     def _step_back(self) -> None:
@@ -194,15 +189,15 @@ class Marks(Feature):
 
 @dataclass(frozen=True, eq=False)
 class BackgroundSeen:
-    """What a look at the background brought, as far as anyone asked."""
+    """Result of a background analysis; contains only the requested parts."""
 
-    bends: Bends  # lines and their bend
+    bends: Bends  # lines and the bend of each
     people: Rgb8 | None  # uint8 (H, W): see `ViewState.people`
-    note: str  # what is worth knowing of it; empty for nothing
+    note: str  # note for the user; may be empty
 
 
 class Surroundings(Feature):
-    """Keeps lines and people up with the newest whole photo while their overlays are on."""
+    """Updates lines and people after each full result while the overlays are enabled."""
 
     seen = Signal()
     not_seen = Signal(str)
@@ -212,20 +207,8 @@ class Surroundings(Feature):
         self._frame: RenderedFrame | None = None
         self._note = ""
         self._lane = self.lane(self._show, self._fail)
-        self.add_action(
-            "lines-go",
-            tr("Let all lines &go"),
-            "Shift+S",
-            tr("Let the warp bend every straight line of the background"),
-            self.let_all_go,
-        )
-        self.add_action(
-            "lines-hold",
-            tr("H&old all lines"),
-            "Shift+H",
-            tr("Keep every straight line of the background straight where it can be"),
-            self.hold_all,
-        )
+        self.bind("lines-go", self.let_all_go)
+        self.bind("lines-hold", self.hold_all)
         self.window.canvas.line_clicked.connect(self.toggle)
         self.live.drawn.connect(self._follow)
         self.document.opened.connect(self._forget)
@@ -233,7 +216,7 @@ class Surroundings(Feature):
             overlays.switches[name].toggled.connect(self._look)
 
     def toggle(self, line: BentLine) -> None:
-        """Let a line go that is held, or hold one that was let go; it is one undo step."""
+        """Toggle whether a line is kept straight, as one undo step."""
         seen = self.live.background
         if seen is None:
             return
@@ -241,14 +224,14 @@ class Surroundings(Feature):
         self._step(seen.toggled((line.start_px, line.end_px), self.document.state.loose), text)
 
     def let_all_go(self) -> None:
-        """Hold no line, neither those seen now nor those let go before."""
+        """Keep no line straight, including lines released before."""
         seen, loose = self.live.background, self.document.state.loose
         if seen is not None:
             more = (as_line(line) for line in seen.lines if not seen.is_loose(line, loose))
             self._step((*loose, *more), tr("Let all lines go"))
 
     def hold_all(self) -> None:
-        """Hold every line, and hold them at all."""
+        """Keep every line straight, and enable the setting."""
         before = self.document.state
         if before.loose or not before.recipe.hold_background:
             state = before.with_choices(None, hold_background=True)
@@ -264,7 +247,7 @@ class Surroundings(Feature):
             self._look()
 
     def _look(self) -> None:
-        """Look if one of the overlays is on."""
+        """Start the analysis if one of the overlays is enabled."""
         photo, frame, finder = self.document.photo, self._frame, self.live.finder
         wanted = self._wanted
         self.window.bar.refresh()
@@ -298,7 +281,7 @@ class Surroundings(Feature):
 def look(
     photo: Image, frame: RenderedFrame, finder: BackgroundFinder, wanted: set[str]
 ) -> BackgroundSeen:
-    """Look at the background of a whole result."""
+    """Analyse the background of a full result."""
     bends, people, note = Bends(()), None, ""
     if frame.done.faces and "people" in wanted:
         people, note = _people(photo, frame, finder.people)
@@ -309,7 +292,7 @@ def look(
 
 
 def _people(photo: Image, frame: RenderedFrame, finder: PersonFinder) -> tuple[Rgb8 | None, str]:
-    """Return where people are, and why that isn't all."""
+    """Return the mask of people, and a note on missed people or a missing model."""
     try:
         found = finder.find(photo, frame.done.faces)
     except (AssetMissing, ModelRefused) as problem:

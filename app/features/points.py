@@ -1,4 +1,4 @@
-"""Taking hold of points on the canvas, what goes along with one, and what that makes of it all."""
+"""Dragging points on the canvas, and soft selection."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from ..i18n import tr
 from ..view_state import Following, Handle
 from .feature import Context, Feature
 
-# In landmark spacings: nearer than the least nobody follows, beyond the most everybody does.
+# In landmark spacings: from no neighbours to all neighbours.
 _LEAST_REACH: Final = 1.5
 _MOST_REACH: Final = 12.0
 _PER_NOTCH: Final = 1.15
@@ -40,30 +40,12 @@ class Points(Feature):
         self.document.changed.connect(self._follow)
         self.document.opened.connect(self._forget)
         self.document.aborted.connect(self._drop)
-        tip = tr("Select a point for the arrow keys")
         self.steps = (
-            self.add_action("next-point", tr("Ne&xt point"), "Ctrl+.", tip, lambda: self._walk(1)),
-            self.add_action(
-                "previous-point", tr("Pre&vious point"), "Ctrl+Shift+.", tip, lambda: self._walk(-1)
-            ),
+            self.bind("next-point", lambda: self._walk(1)),
+            self.bind("previous-point", lambda: self._walk(-1)),
         )
-        self.add_action(
-            "fetch-point",
-            tr("Nea&rest point to the mouse"),
-            "R",
-            tr("Move the nearest landmark of the outline to where the mouse is"),
-            self.fetch_to_cursor,
-        )
-        self.add_action(
-            "abort",
-            tr("&Abort the gesture"),
-            "Escape",
-            tr(
-                "Leave everything as it was; without a gesture, close the message, "
-                "then let the point go, then the face"
-            ),
-            self.abort,
-        )
+        self.bind("fetch-point", self.fetch_to_cursor)
+        self.bind("abort", self.abort)
         canvas = self.window.canvas
         self.document.aborted.connect(canvas.let_go)
         self.restyled.connect(canvas.redraw)
@@ -77,9 +59,9 @@ class Points(Feature):
         canvas.hovered.connect(self.hover)
 
     def abort(self) -> None:
-        """End the gesture in hand as if it hadn't been; without one, close the message.
+        """Cancel the current gesture, else close the message.
 
-        Without either, let the point, then the face go.
+        Without either, deselect the point, then the face.
         """
         in_gesture = self.document.in_gesture
         self.document.abort()
@@ -91,7 +73,7 @@ class Points(Feature):
             self.escaped.emit()
 
     def grab(self, handle: Handle, x: float, y: float) -> None:
-        """Take hold of a handle at (x, y), px of the photo."""
+        """Start to drag a handle at (x, y), px of the photo."""
         self.document.commit()
         if handle.kind == "mark":
             return
@@ -102,13 +84,13 @@ class Points(Feature):
         self.took.emit(handle.face)
 
     def drag(self, x: float, y: float) -> None:
-        """Move the handle in hand; it stays under the cursor where it was taken."""
+        """Move the dragged handle with the cursor, at a constant offset."""
         if self._dragged is not None and self._dragged.movable:
             self._to = self._offset + np.array([x, y])
             self._move_dragged()
 
     def fetch(self, handle: Handle | None, x: float, y: float) -> None:
-        """Put a landmark at (x, y), px of the photo, and keep it in hand; None is too far away."""
+        """Move a landmark to (x, y), px of the photo, and drag on; None: no landmark is near."""
         if handle is None:
             self.say(
                 tr(
@@ -122,7 +104,7 @@ class Points(Feature):
         self.drag(x, y)
 
     def fetch_to_cursor(self) -> None:
-        """Put the nearest landmark where the mouse is, as a click with Ctrl does."""
+        """Move the nearest landmark to the cursor, as Ctrl+click does."""
         at = self.view.cursor
         if self._dragged is None and at is not None:
             canvas = self.window.canvas
@@ -130,13 +112,13 @@ class Points(Feature):
             self.release()
 
     def follow_anew(self) -> None:
-        """Show what follows the point in hand, or would follow, once that is something else."""
+        """Update the drag and the display after a change of the follow range."""
         if self._dragged is not None and self._to is not None:
             self._move_dragged()
         self.restyled.emit()
 
     def release(self) -> None:
-        """Let go: a moved point is one undo step, a centre is chosen."""
+        """End the drag as one undo step, or select a centre."""
         dragged, self._dragged = self._dragged, None
         self.document.commit()
         if dragged is not None and dragged.kind == "centre":
@@ -152,14 +134,14 @@ class Points(Feature):
 
     def _move_dragged(self) -> None:
         if self._dragged is not None and self._to is not None:
-            # What lies below the gesture can have got faces that were found meanwhile.
+            # Late detections may have been added below the gesture.
             before, dragged = self.document.committed, self._dragged
             start = handles.position(before, dragged)
             state = handles.moved(before, dragged, start, self._to, self.view.following)
             self._take(dragged, state)
 
     def _take(self, handle: Handle, moved: State) -> None:
-        """Show a handle moved; one drawn far out of the photo stays where it was."""
+        """Preview a moved handle; ignore moves far out of the photo."""
         try:
             check_faces([moved.faces[handle.face]], self.document.image)
         except OutOfBounds:
@@ -169,7 +151,7 @@ class Points(Feature):
         self.document.preview(moved, self.name_of(handle), px)
 
     def take(self, handle: Handle) -> None:
-        """Select a point for the arrow keys, which go to the photo from now on."""
+        """Select a point and focus the canvas for the arrow keys."""
         self.document.commit()
         self.window.canvas.setFocus(Qt.FocusReason.OtherFocusReason)
         self._take_up(handle)
@@ -179,7 +161,7 @@ class Points(Feature):
         self.window.status.name_point(self.name_of(handle))
 
     def _walk(self, step: int) -> None:
-        """Select the point that comes `step` places after the selected one, going round."""
+        """Select the point `step` positions after the selected point, cyclically."""
         if self._unselected():
             self.say(
                 tr("Select a face first: click it, or choose it in the list (Alt+S)."),
@@ -187,7 +169,7 @@ class Points(Feature):
                 applies=self._unselected,
             )
             return
-        # Wherever the keys went before, the arrows move the point now.
+        # Focus the canvas, so that the arrow keys move the point.
         self.window.canvas.setFocus(Qt.FocusReason.ShortcutFocusReason)
         movable = [
             handle
@@ -204,7 +186,7 @@ class Points(Feature):
         return bool(self.document.state.faces) and self.view.face_in_hand is None
 
     def make_automatic(self) -> None:
-        """Put the selected target back on its line to the centre."""
+        """Reset the selected target to the automatic position."""
         handle, state = self.view.selected, self.document.state
         if handle is None or handle.kind != "target":
             return
@@ -214,12 +196,12 @@ class Points(Feature):
             self.document.step(state.with_face(handle.face, face), tr("Automatic target"))
 
     def let_selection_go(self) -> None:
-        """Select nothing: what the points are numbered by has changed."""
+        """Clear the selection after the numbering of points changed."""
         self.view.hovered = None
         self._select(None)
 
     def hover(self, handle: Handle | None, x: float, y: float) -> None:
-        """Name the point under the cursor, and note where that is; the canvas says -1 for away."""
+        """Name the point under the cursor and store the position; (-1, -1): outside the canvas."""
         self.view.cursor = None if (x, y) == (-1.0, -1.0) else np.array([x, y])
         if self.view.brush.paints or self.view.loupe or self.view.marking:
             self.restyled.emit()
@@ -231,7 +213,7 @@ class Points(Feature):
             self.restyled.emit()
 
     def name_of(self, handle: Handle) -> str:
-        """Return what a point of the document is called."""
+        """Return the name of a point."""
         return handles.name(handle, len(self.document.state.faces[handle.face].outline))
 
     def _select(self, handle: Handle | None) -> None:
@@ -257,49 +239,27 @@ class Points(Feature):
 
 
 class SoftSelection(Feature):
-    """Switches the soft and the symmetric drag, and says how far neighbours follow."""
+    """Toggles soft and symmetric drags, and sets the follow range."""
 
     changed = Signal()
 
     def __init__(self, context: Context, points: Points) -> None:
         super().__init__(context)
         self.view.following = _remembered(self.settings)
-        self.add_action(
-            "soft",
-            tr("Nei&ghbours follow"),
-            "Q",
-            tr("Neighbours follow a landmark or a target; turn the wheel while dragging"),
-            toggled=lambda on: self._take(soft=on),
-            checked=self.view.following.soft,
-        )
-        self.add_action(
+        self.bind("soft", toggled=lambda on: self._take(soft=on), checked=self.view.following.soft)
+        self.bind(
             "symmetric",
-            tr("&Both sides"),
-            "Shift+Q",
-            tr("The landmark or target across the face makes the mirrored move"),
             toggled=lambda on: self._take(symmetric=on),
             checked=self.view.following.symmetric,
         )
-        self.add_action(
-            "reach-wider",
-            tr("Follow far&ther"),
-            "Ctrl+]",
-            tr("More neighbours follow"),
-            lambda: self.widen(1.0),
-        )
-        self.add_action(
-            "reach-narrower",
-            tr("Follow &less far"),
-            "Ctrl+[",
-            tr("Fewer neighbours follow"),
-            lambda: self.widen(-1.0),
-        )
+        self.bind("reach-wider", lambda: self.widen(1.0))
+        self.bind("reach-narrower", lambda: self.widen(-1.0))
         self.window.canvas.widened.connect(self.widen)
         self.changed.connect(points.follow_anew)
         self._show()
 
     def widen(self, notches: float) -> None:
-        """Let neighbours follow farther along the outline, or less far; a drag in hand, too."""
+        """Change the follow range by wheel notches, also during a drag."""
         self._take(reach=_bounded(self.view.following.reach * _PER_NOTCH**notches))
         text = tr("Neighbours follow over {n:.1f} landmark spacings", n=self.view.following.reach)
         self.window.status.name_point(text)
@@ -317,7 +277,7 @@ class SoftSelection(Feature):
 
 
 def _remembered(settings: QSettings) -> Following:
-    """Return what followed at the end of the last session; at first, nothing does."""
+    """Return the stored settings; by default no points follow."""
     first = Following()
     return Following(
         soft=bool(settings.value(f"{_GROUP}/soft", first.soft, bool)),

@@ -1,130 +1,109 @@
-"""What a user prefers wherever the editor is started: each declared once, and their dialog."""
+"""Preferences: a table of fields, their storage, and their dialog."""
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import os
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Final, Literal
+from typing import Final
 
 from PySide6.QtCore import QSettings, Signal
-from PySide6.QtWidgets import (
-    QGridLayout,
-    QLabel,
-    QLineEdit,
-    QWidget,
-)
+from PySide6.QtWidgets import QWidget
 
-from kogao_core.base.language import Text
+from kogao_core.photo.originals import Originals
 from kogao_core.recipe.presets import listed
 from kogao_core.recipe.recipe import Recipe
 
 from .. import theme
-from ..i18n import bare, language_names, tr, translated
+from ..i18n import language_names, tr
 from ..theme import GRID_PX
-from ..widgets.controls import ChoiceBox, column_of, muted_label
-from ..widgets.dialogs import Dialog, PathLine
+from ..widgets.controls import Fold, column_of
+from ..widgets.dialogs import Dialog
+from ..widgets.form import Form, FormField
+from ..widgets.originals import OriginalsPage
 from . import presets
+from .disclosure import SaveOptions
 from .feature import Context, Feature
 from .recipe import RecipeEditing
 
-# A choice between texts, a recipe as JSON, or a folder.
-Kind = Literal["choice", "recipe", "folder"]
-_SIZE_PX: Final = (520, 0)
-
-
-@dataclass(frozen=True, slots=True)
-class Preference:
-    """One of them; it is kept as a text, and an empty one is what the program starts with."""
-
-    name: str  # by which the settings know it
-    # What it is called, with its mnemonic, and what it does.
-    title: Text
-    tip: Text
-    kind: Kind = "choice"  # what its text stands for
-    # Texts that there are to choose from, and how each reads, the first one first.
-    choices: Callable[[], dict[str, str]] = dict
-
-
-THEME: Final = Preference(
+_SIZE_PX: Final = (560, 0)
+# Each is stored as a text; empty means the default.
+THEME: Final = FormField(
     "theme",
-    Text("&Colours of the window"),
-    Text("Dark or light greys; as the system shows its own windows at first"),
-    choices=lambda: {"": tr("As the system"), "light": tr("Light"), "dark": tr("Dark")},
+    "&Theme",
+    "Colours of the window",
+    choices=lambda: {"": tr("Follow system"), "light": tr("Light"), "dark": tr("Dark")},
 )
-SCALE: Final = Preference(
+SCALE: Final = FormField(
     "scale",
-    Text("&Size of text and controls"),
-    Text("Beside what the screen asks for; holds from the next start on"),
+    "&Scale (after a restart)",
+    "Size of text and controls, on top of the screen's scaling",
     choices=lambda: {
-        "": tr("As the screen asks for"),
+        "": tr("Follow system"),
         **{str(percent): tr("{n} %", n=percent) for percent in (110, 125, 150, 175, 200)},
     },
 )
-RECIPE: Final = Preference(
-    "recipe",
-    Text("&Photos start with"),
-    Text("The settings of a photo that is opened for the first time"),
-    kind="recipe",
-)
-OPEN_FOLDER: Final = Preference(
+RECIPE: Final = FormField("recipe", "New &photos start with", "Settings of a new photo")
+OPEN_FOLDER: Final = FormField(
     "open-folder",
-    Text("&Open from"),
-    Text("Where the dialog begins that asks for a photo or a folder"),
-    kind="folder",
+    "Open from",
+    "Starting folder for opening photos",
+    "folder",
+    lowest="Folder of the open photo",
 )
-SAVE_FOLDER: Final = Preference(
+SAVE_FOLDER: Final = FormField(
     "save-folder",
-    Text("Save copies &in"),
-    Text("Where the dialog begins that asks for the name of a copy"),
-    kind="folder",
+    "Save copies &in",
+    "Starting folder for saving copies",
+    "folder",
+    lowest="Folder of the open photo",
 )
-LANGUAGE: Final = Preference(
+LANGUAGE: Final = FormField(
     "language",
-    Text("&Language"),
-    Text("Of all words and numbers; holds from the next start on"),
-    choices=lambda: {"": tr("As the system"), **language_names()},
+    "La&nguage (after a restart)",
+    "Language of texts and numbers",
+    choices=lambda: {"": tr("Follow system"), **language_names()},
 )
-EDITS: Final = Preference(
+EDITS: Final = FormField(
     "edits",
-    Text("&Edits are kept"),
-    Text("By themselves, and never in the photo; where its folder can't be written, in your own"),
+    "Store &edits",
+    "Saved automatically",
     choices=lambda: {
-        "": tr("Beside the photo, as PHOTO.kogao.json"),
-        "own": tr("In a folder of your own, with nothing beside the photo"),
+        "": tr("Next to the photo, as PHOTO.kogao.json"),
+        "own": tr("In Kogao's own folder"),
     },
 )
 # In the order of the dialog, which is made of them.
 PREFERENCES: Final = (LANGUAGE, THEME, SCALE, RECIPE, EDITS, OPEN_FOLDER, SAVE_FOLDER)
 
 
-def preferred(settings: QSettings, what: Preference) -> str:
-    """Return what the user prefers; empty for what the program starts with, or for nonsense."""
+def preferred(settings: QSettings, what: FormField) -> str:
+    """Return a stored preference; empty for the default or an invalid value."""
     text = str(settings.value(_key(what), ""))
     return text if _is_sound(what, text) else ""
 
 
-def prefer(settings: QSettings, what: Preference, text: str) -> None:
-    """Keep what the user prefers."""
+def prefer(settings: QSettings, what: FormField, text: str) -> None:
+    """Store a preference."""
     settings.setValue(_key(what), text)
 
 
 def recipe(settings: QSettings) -> Recipe:
-    """Return what a photo starts with."""
+    """Return the settings for new photos."""
     text = preferred(settings, RECIPE)
     return recipe_in(text) or Recipe()
 
 
-def folder(settings: QSettings, what: Preference) -> Path | None:
-    """Return a preferred folder; None without one, and while its drive is away."""
+def folder(settings: QSettings, what: FormField) -> Path | None:
+    """Return a preferred folder; None if there is none or it doesn't exist now."""
     text = preferred(settings, what)
     return Path(text) if text and os.path.isdir(text) else None
 
 
 def recipe_in(text: str) -> Recipe | None:
-    """Return the recipe that a text holds; None where there is none that this program knows."""
+    """Return the recipe in a text; None if it is invalid."""
     try:
         return Recipe.from_dict(json.loads(text))
     except (ValueError, TypeError, RecursionError):
@@ -132,107 +111,79 @@ def recipe_in(text: str) -> Recipe | None:
 
 
 def recipe_text(of: Recipe) -> str:
-    """Return a recipe as a text to keep."""
+    """Return a recipe as a text for the settings."""
     return json.dumps(of.to_dict())
 
 
-def _key(what: Preference) -> str:
+def _key(what: FormField) -> str:
     return f"preferences/{what.name}"
 
 
-def _is_sound(what: Preference, text: str) -> bool:
-    if what.kind == "choice":
-        return text in what.choices()
-    return what.kind == "folder" or recipe_in(text) is not None
+def _is_sound(what: FormField, text: str) -> bool:
+    if what is RECIPE:
+        return recipe_in(text) is not None
+    return what.kind == "folder" or text in what.choices()
 
 
 class PreferencesDialog(Dialog):
-    """A row for each of `PREFERENCES`."""
+    """Stores each change at once."""
 
     changed = Signal()
 
-    def __init__(self, settings: QSettings, recipes: Mapping[str, Recipe], parent: QWidget) -> None:
+    def __init__(
+        self,
+        settings: QSettings,
+        recipes: Mapping[str, Recipe],
+        more: Sequence[QWidget],
+        parent: QWidget,
+    ) -> None:
         super().__init__(tr("Preferences"), parent, _SIZE_PX)
-        self._settings, self._recipes = settings, recipes
-        self.controls: dict[str, ChoiceBox | QLineEdit] = {}
-        rows = QGridLayout()
-        rows.setHorizontalSpacing(3 * GRID_PX)
-        rows.setVerticalSpacing(2 * GRID_PX)
-        rows.setColumnStretch(1, 1)
-        for row, what in enumerate(PREFERENCES):
-            self._add(what, rows, row)
-        column_of(self, rows, None, self.closing(), margin=4 * GRID_PX, spacing=3 * GRID_PX)
+        now = {what.name: preferred(settings, what) for what in PREFERENCES}
+        texts = _texts(recipes, now["recipe"])
+        known = [
+            dataclasses.replace(it, choices=lambda: texts) if it is RECIPE else it
+            for it in PREFERENCES
+        ]
+        self.form = Form(known, now)
+        self.form.changed.connect(lambda name: self._take(settings, name, self.form.values()[name]))
+        content = self.form, *more, None, self.closing()
+        column_of(self, *content, margin=4 * GRID_PX, spacing=3 * GRID_PX)
 
-    def _add(self, what: Preference, rows: QGridLayout, row: int) -> None:
-        words, tip = translated(what.title), translated(what.tip)
-        shown = self._folder(what) if what.kind == "folder" else self._choice(what)
-        control = shown.line if isinstance(shown, PathLine) else shown
-        self.controls[what.name] = control
-        control.setToolTip(tip)
-        control.setAccessibleName(bare(words))
-        control.setAccessibleDescription(tip)
-        title = QLabel(words)
-        title.setBuddy(control)
-        rows.addWidget(title, 2 * row, 0)
-        rows.addWidget(shown, 2 * row, 1)
-        rows.addWidget(muted_label(tip, wraps=True), 2 * row + 1, 1)
-
-    def _choice(self, what: Preference) -> ChoiceBox:
-        box = ChoiceBox()
-        now = preferred(self._settings, what)
-        known = what.choices() if what.kind == "choice" else _texts(self._recipes, now)
-        for text, words in known.items():
-            box.addItem(words, text)
-        box.setCurrentIndex(max(0, box.findData(now)))
-        box.currentIndexChanged.connect(lambda: self._take(what, box.currentData()))
-        return box
-
-    def _folder(self, what: Preference) -> PathLine:
-        now = preferred(self._settings, what)
-        chosen = PathLine(bare(translated(what.title)), now, kind="folder")
-        chosen.line.setPlaceholderText(tr("The folder of the open photo"))
-        chosen.line.setClearButtonEnabled(True)
-        chosen.line.textChanged.connect(lambda: self._take(what, chosen.path))
-        return chosen
-
-    def _take(self, what: Preference, text: str) -> None:
-        prefer(self._settings, what, text)
+    def _take(self, settings: QSettings, name: str, text: str) -> None:
+        settings.setValue(f"preferences/{name}", text)
         self.changed.emit()
 
 
 def _texts(recipes: Mapping[str, Recipe], now: str) -> dict[str, str]:
-    """Return the recipes there are, by their texts; one kept that has no name any more, too."""
+    """Return names of recipes by their texts, including a stored recipe without a name."""
     first = recipe_text(Recipe())
     texts = {recipe_text(recipe): name for name, recipe in recipes.items()}
-    found = {"": texts.pop(first, tr("Kogao's own")), **texts}
+    found = {"": texts.pop(first, tr("Default settings")), **texts}
     kept = recipe_in(now)
     if kept is not None and now not in found:
-        found[now] = tr("As chosen before, {p:g} %", p=kept.percent)
+        found[now] = tr("Custom, {p:g} %", p=kept.percent)
     return found
 
 
 class Preferences(Feature):
-    """Shows the dialog, and lets photos start with the preferred settings."""
+    """Shows the dialog and sets the settings for new photos."""
 
     changed = Signal()
 
-    def __init__(self, context: Context, editing: RecipeEditing) -> None:
+    def __init__(self, context: Context, editing: RecipeEditing, options: SaveOptions) -> None:
         super().__init__(context)
-        self._editing = editing
-        self.add_action(
-            "preferences",
-            tr("Pre&ferences…"),
-            "Ctrl+,",
-            tr("Language, colours, size, settings to start with, folders"),
-            self.ask,
-        )
+        self._editing, self._options = editing, options
+        self.bind("preferences", self.ask)
         self.changed.connect(self._follow)
         self._follow()
 
     def ask(self) -> None:
         """Show the dialog."""
         recipes = presets.built_in() | listed(self.storage.presets)
-        dialog = PreferencesDialog(self.settings, recipes, self.window)
+        saved = Fold(tr("&Metadata and labels"), self._options.page())
+        store = OriginalsPage(Originals(self.storage.originals))
+        more = [saved, Fold(tr("Store&d originals"), store)]
+        dialog = PreferencesDialog(self.settings, recipes, more, self.window)
         dialog.changed.connect(self.changed)
         dialog.open()
 

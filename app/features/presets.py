@@ -2,19 +2,31 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
+from typing import Final
 
+import numpy as np
+from PySide6.QtCore import QPointF, Qt
+from PySide6.QtGui import QIcon, QPainter, QPen, QPixmap
 from PySide6.QtWidgets import QMenu
 
+from kogao_core.faces.face import FOREHEAD_POINTS
+from kogao_core.faces.landmarks.sources import template_face
+from kogao_core.faces.targets import aim
 from kogao_core.recipe import presets
 from kogao_core.recipe.recipe import Recipe
+from kogao_core.warp.surround import forehead_pairs
 
 from ..i18n import sentence, tr, translated, unwritten
 from ..widgets.dialogs import ask_name, ask_path, confirm
 from .feature import Context, Feature
 from .recipe import RecipeEditing
+
+_PICTURE_PX: Final = 36
+_EXAGGERATION: Final = 4.0
 
 
 def built_in() -> dict[str, Recipe]:
@@ -23,44 +35,29 @@ def built_in() -> dict[str, Recipe]:
 
 
 class Presets(Feature):
-    """Keeps the menu up with the presets there are."""
+    """Rebuilds the preset menu each time the menu opens."""
 
     def __init__(self, context: Context, recipe: RecipeEditing) -> None:
         super().__init__(context)
         self._recipe = recipe
-        self.add_action(
-            "save-preset",
-            tr("Save as a &preset…"),
-            "Ctrl+Alt+S",
-            tr("Keep these settings under a name"),
-            self._ask_name,
-        )
-        self.add_action(
-            "import-preset",
-            tr("&Import presets…"),
-            "Ctrl+Alt+I",
-            tr("Take settings in files as presets of your own"),
-            self._ask_files,
-        )
-        self.add_action(
-            "export-preset",
-            tr("&Export settings…"),
-            "Ctrl+Alt+E",
-            tr("Write the settings of the photo or of the selected face as a file"),
-            self._ask_target,
-        )
+        self.bind("save-preset", self._ask_name)
+        self.bind("import-preset", self._ask_files)
+        self.bind("export-preset", self._ask_target)
         self.menu = self.window.menus["presets"] = QMenu(tr("Prese&ts"), self.window)
+        # A style sheet, not a QProxyStyle: Python could collect the style while Qt uses it.
+        self.menu.setStyleSheet(f"QMenu {{ icon-size: {_PICTURE_PX}px; }}")
         self.menu.aboutToShow.connect(self.fill)
         self.fill()
 
     def fill(self) -> None:
-        """List what there is now."""
+        """List the presets, each with a picture of the outline before and after."""
         mine = presets.listed(self.storage.presets)
         self.menu.clear()
         for recipes in (built_in(), mine):
             for name, recipe in recipes.items():
                 text = tr("Preset {name}", name=name)
-                use = self.menu.addAction(name.replace("&", "&&"))
+                use = self.menu.addAction(_picture(recipe, self.menu), name.replace("&", "&&"))
+                use.setIconVisibleInMenu(True)
                 use.setEnabled(self.document.photo is not None)
                 use.triggered.connect(lambda _=False, r=recipe, t=text: self._recipe.use(r, t))
             if recipes:
@@ -137,6 +134,35 @@ class Presets(Feature):
             self.say(unwritten(error.filename or self.storage.presets, error))
             return False
         return True
+
+
+def _picture(recipe: Recipe, menu: QMenu) -> QIcon:
+    """Return the outline of the mean face before (thin) and after, its change four times as large.
+
+    The forehead is an arch above the outline.
+    """
+    face = template_face((0.5 * _PICTURE_PX, 0.64 * _PICTURE_PX), 0.6 * _PICTURE_PX)
+    turn = np.linspace(np.pi, 2.0 * np.pi, FOREHEAD_POINTS + 2)[1:-1]
+    (left, top), half = face.outline[0], 0.3 * _PICTURE_PX
+    arch = np.stack([left + half + half * np.cos(turn), top + 1.1 * half * np.sin(turn)], axis=1)
+    face = dataclasses.replace(face, forehead=arch)
+    pairs = aim(face, recipe)
+    before, after = forehead_pairs(face, recipe, pairs)
+    before = np.vstack([pairs.source_px[::-1], before if len(before) else arch])
+    after = np.vstack([pairs.target_px[::-1], after if len(after) else arch])
+    scale = menu.devicePixelRatioF()
+    picture = QPixmap(round(scale * _PICTURE_PX), round(scale * _PICTURE_PX))
+    picture.setDevicePixelRatio(scale)
+    picture.fill(Qt.GlobalColor.transparent)
+    with QPainter(picture) as painter:
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        for places, colour, width in (
+            (before, menu.palette().placeholderText().color(), 1.0),
+            (before + _EXAGGERATION * (after - before), menu.palette().accent().color(), 2.0),
+        ):
+            painter.setPen(QPen(colour, width))
+            painter.drawPolygon([QPointF(x, y) for x, y in places.tolist()])
+    return QIcon(picture)
 
 
 def _json_filter() -> str:

@@ -1,4 +1,4 @@
-"""What is done to a photo: kept by itself, saved as a project, and taken up again with it."""
+"""Edits of a photo: saved automatically, saved as a project, and loaded with the photo."""
 
 from __future__ import annotations
 
@@ -9,10 +9,11 @@ from pathlib import Path
 from PySide6.QtCore import QTimer, Signal
 
 from kogao_core.base.strict import BadFile
+from kogao_core.faces.face import Face
 from kogao_core.photo import Photo
 from kogao_core.photo.model import Stamp
 from kogao_core.projects import sidecar
-from kogao_core.projects.project import load, save
+from kogao_core.projects.project import Project, load, save
 
 from ..document import State, UndoSteps
 from ..i18n import reason, sentence, tr
@@ -27,17 +28,17 @@ from .files.saver import Request, Saver, Then
 
 
 class _ChangedSince(Exception):
-    """Somebody else has written the project since it was read or written here."""
+    """The project file changed on disk since the last access by this program."""
 
     def __init__(self, file: Path) -> None:
         super().__init__(tr("{file} was changed elsewhere.", file=file.name))
 
 
 class Projects(Feature):
-    """Keeps what is done to the open photo after each step, and says what has come back with it.
+    """Saves the edits of the open photo after each edit, and reports loaded edits.
 
-    Edits lie beside the photo; in the user's own folder where that can't be written, where what
-    lies there is no project of this photo, and where the user prefers it.
+    Edits are stored next to the photo. They go to the data folder if the photo's folder is
+    read-only, if the file there belongs to another photo, or by preference.
     """
 
     kept = Signal(object)
@@ -47,36 +48,31 @@ class Projects(Feature):
         self._saver, self._files, self._faces = saver, files, faces
         self._keeping = False
         self._told: Path | None = None
-        # What was read from there, or written there, may be written over without a question.
+        self._resetting = self.lane(self._reset, lambda problem: self.say(sentence(problem)))
+        # The file that was read or written last; may be overwritten without a question.
         self._own: Path | None = None
-        # As it was then; whoever writes looks, one after the other.
+        # Stamps at the last access, to detect changes by other programs.
         self._stamps: dict[Path, Stamp | None] = {}
-        self.add_action(
-            "save-project",
-            tr("Save pro&ject"),
-            "Ctrl+Alt+P",
-            tr("Keep points and settings beside the photo, to go on with another time"),
-            self.save,
-            needs_photo=True,
-        )
+        self.bind("save-project", self.save)
+        self.bind("reset-photo", self.reset)
         self.document.opened.connect(self._forget)
         self.document.undo.indexChanged.connect(lambda _: self.keep())
-        # The search counts as under way until this is over.
+        # Deferred: the search is busy until this slot returns.
         faces.found.connect(lambda _: QTimer.singleShot(0, self.keep))
         files.resuming.connect(self._know)
         files.restored.connect(self._take_up)
-        # What a copy was made with is there again with the photo.
+        # Save the edits of a saved copy, to restore the edits with the photo.
         files.saved.connect(lambda _: self.keep(anyway=True))
         saver.offer(files.keep, self.keep, self._ask_elsewhere)
 
-    # -- by itself -------------------------------------------------------------------------------
+    # -- automatic saving ------------------------------------------------------------------------
 
     def keep(
         self, then: Then | None = None, *, replace: bool = False, anyway: bool = False
     ) -> None:
-        """Write the edits where they are kept; one write at a time, unless something waits for it.
+        """Save the edits; skip the call if a save is in progress, unless a caller waits.
 
-        While faces are sought, the state lacks some of them.
+        During face detection the state is incomplete, so nothing is saved.
         """
         path, held_up = self.document.path, self._keeping or self._faces.busy
         if path is None or not self._saver.keeps:
@@ -106,7 +102,7 @@ class Projects(Feature):
         self._saver.save(places[0], write, kept, failed, then, holds="all", quiet=True)
 
     def places(self, path: Path) -> list[Path]:
-        """Return where the edits of a photo may be kept, the user's own folder last."""
+        """Return the possible files for the edits of a photo; the data folder is last."""
         own = sidecar.own_place(path, self.storage.edits)
         apart = is_sample(path) or preferences.preferred(self.settings, preferences.EDITS)
         return [own] if apart else [sidecar.sidecar_of(path), own]
@@ -114,7 +110,7 @@ class Projects(Feature):
     def _put(
         self, photo: Photo, state: State, steps: UndoSteps, places: list[Path], replace: bool
     ) -> Path:
-        """Write to the first of the places that can be written. Raises OSError, _ChangedSince."""
+        """Write to the first writable file of `places`. Raises OSError, _ChangedSince."""
         project = to_keep_beside(state, photo)
         for place in places:
             last = place == places[-1]
@@ -123,21 +119,19 @@ class Projects(Feature):
             try:
                 if last:
                     self.storage.edits.mkdir(parents=True, exist_ok=True)
-                save(project, place)
+                save(project, place, private=last)
                 break
             except OSError:
                 if last:
                     raise
         self._stamps[place] = _stamp(place)
-        with suppress(OSError):  # the edits are there
-            self.storage.edits.mkdir(parents=True, exist_ok=True)
-            history.write(photo, self.storage.edits, steps)
+        keep_history(project, photo.path, place, self.storage.edits, steps)
         return place
 
     def _is_ours(self, place: Path, photo: Photo) -> bool:
-        """Return whether a place is free, or holds what is known; not if it's no project of this.
+        """Return True if the file is missing or unchanged since the last access.
 
-        Raises _ChangedSince.
+        Return False if the file is no project for this photo. Raises _ChangedSince.
         """
         if _stamp(place) in (None, self._stamps.get(place)):
             return True
@@ -151,7 +145,7 @@ class Projects(Feature):
         wanted = self.places(path)[0]
         if file != wanted and path.parent != self._told:
             self._told = path.parent
-            text = tr("Edits of {name} are kept in a folder of your own", name=path.name)
+            text = tr("{name}: edits saved in Kogao's folder", name=path.name)
             self.did.emit(text)
 
     def _say_not_kept(self, path: Path, problem: Exception) -> None:
@@ -176,7 +170,7 @@ class Projects(Feature):
     # -- as a project ----------------------------------------------------------------------------
 
     def save(self, then: Then | None = None) -> None:
-        """Write the project beside its photo; ask where that isn't ours to write."""
+        """Save the project next to the photo; confirm before overwriting another project."""
         path = self.document.path
         if path is None:
             return
@@ -187,7 +181,7 @@ class Projects(Feature):
             self.save_to(file, then)
 
     def save_to(self, file: Path, then: Then | None = None, *, replace: bool = False) -> None:
-        """Write the project to a file; one that isn't this photo's own is replaced if told to."""
+        """Write the project to a file; overwrite another file only with `replace`."""
         self.window.bar.clear()
         if not is_project(file):
             file, replace = file.with_name(file.name + sidecar.SUFFIX), False
@@ -222,13 +216,13 @@ class Projects(Feature):
         dialog = ask_path(
             self.window,
             tr("Save the project"),
-            # The dialog has asked before replacing a file.
+            # The dialog has confirmed overwriting.
             lambda path: self.save_to(path, then, replace=True),
             "new",
             filters=[tr("Projects ({patterns})", patterns=f"*{sidecar.SUFFIX}")],
             at=suggested,
         )
-        # The name is for the photo that is open now, and for no other.
+        # The name belongs to the open photo only.
         self.document.opened.connect(dialog.reject)
 
     def _written(self, request: Request, _: str) -> None:
@@ -248,7 +242,7 @@ class Projects(Feature):
         self._own = None
 
     def _know(self, work: EarlierWork) -> None:
-        """Note what lies where the work comes from, before anything is written there."""
+        """Store the stamps of the project files before the first write."""
         path = self.document.path
         places = [] if path is None else self.places(path)
         elsewhere = work.file is not None and work.file not in places
@@ -260,16 +254,39 @@ class Projects(Feature):
     def _take_up(self, work: EarlierWork, note: str) -> None:
         if work.file is None:
             return
-        lines = [tr("Your edits of this photo are back.")]
         if note:
-            lines.append(sentence(note))
-        afresh = BarAction(tr("Start afresh"), lambda: self._saver.guard(self._start_afresh))
-        self.say("\n".join(lines), afresh, wrong=bool(note))
+            self.say(sentence(note))
+        elif work.moved_from is None:
+            self.did.emit(tr("Edits restored"))
+        else:
+            text = tr("Edits restored: this photo was {name} before", name=work.moved_from.name)
+            self.did.emit(text)
 
-    def _start_afresh(self) -> None:
-        path = self.document.path
-        if path is not None:
-            self._files.read(path, afresh=True)
+    # -- from the start ----------------------------------------------------------------------------
+
+    def reset(self) -> None:
+        """Detect faces again and restore default settings, as one undo step."""
+        photo, search = self.document.photo, self._faces.search()
+        if photo is not None:
+            self.document.commit()
+            self.working.emit(tr("Resetting {name}…", name=photo.path.name))
+            self._resetting.submit(lambda: (photo, search.run(photo)))
+
+    def _reset(self, found: tuple[Photo, list[Face]]) -> None:
+        photo, faces = found
+        self.working.emit("")
+        if photo is self.document.photo:
+            state = State(recipe=self.document.first_recipe).with_found(faces, self.document.image)
+            self.document.step(state, tr("Reset photo"))
+
+
+def keep_history(project: Project, photo: Path, file: Path, store: Path, steps: UndoSteps) -> None:
+    """Write a photo's undo steps and record where its project is, if the store is writable."""
+    original = project.original
+    with suppress(OSError):  # the edits are saved; only undo and the record are missing
+        store.mkdir(parents=True, exist_ok=True)
+        history.write(photo, (original.width, original.height), store, steps)
+        sidecar.record(photo, original.sha256, file, store)
 
 
 def _stamp(file: Path) -> Stamp | None:

@@ -1,4 +1,4 @@
-"""Strokes of the brush, line and eraser become protection; each is one undo step."""
+"""Protection strokes of brush, line and eraser; each stroke is one undo step."""
 
 from __future__ import annotations
 
@@ -11,23 +11,24 @@ import cv2
 import numpy as np
 from PySide6.QtCore import Signal
 from PySide6.QtGui import QAction, QActionGroup
-from PySide6.QtWidgets import QCheckBox, QPushButton, QWidget
+from PySide6.QtWidgets import QPushButton, QWidget
 
 from kogao_core.base.geometry import Array
+from kogao_core.warp.measures import NEARLY_WHOLE
 from kogao_core.warp.protection import NOTHING
 
 from ..i18n import tr
 from ..theme import GRID_PX
-from ..view_state import Brush, ToolName
+from ..view_state import Brush, RenderedFrame, ToolName
 from ..widgets.controls import Fold, action_button, column_of, muted_label, row_of
 from ..widgets.sliders import ValueSlider
 from ..widgets.typed import SliderScale
 from .feature import Context, Feature
 
-# The first brush's radius in the photo's longer side, and that of one that pushes or restores.
+# Default radius as a fraction of the photo's longer side: protecting and moving brushes.
 _OF_PHOTO: Final = 1 / 100
 _OF_PHOTO_MOVING: Final = 1 / 25
-# A stroke may leave the cursor's way by this share of its radius: fewer corners, quicker fits.
+# Simplification tolerance of a stroke as a fraction of the radius: fewer corners, faster fits.
 _LOOSE: Final = 1 / 8
 _LOOSE_PX: Final = 0.5
 _STEPS_PER_OCTAVE: Final = 8
@@ -44,11 +45,11 @@ class StrokeFeature(Feature):
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        # Of the stroke in hand: places in px of the photo first; empty without one.
+        # Points of the current stroke, px of the photo first; empty without a stroke.
         self._path: list[tuple[float, ...]] = []
 
     def _draw(self, brushes: Protect) -> None:
-        """Follow the mouse, and let the panel's slider size the brush."""
+        """Connect the canvas and the size slider."""
         self.panel.size_px.edited.connect(brushes.set_radius)
         self.panel.size_px.reset.connect(brushes.fit_brush)
         self.panel.size_px.refused.connect(self.say)
@@ -59,15 +60,15 @@ class StrokeFeature(Feature):
         self.document.aborted.connect(self._drop)
 
     def begin(self, x: float, y: float) -> None:
-        """Begin a stroke at (x, y), px of the photo."""
+        """Start a stroke at (x, y), px of the photo."""
         raise NotImplementedError
 
     def extend(self, x: float, y: float, straight: bool) -> None:
-        """Go on to (x, y); a `straight` line is level or upright."""
+        """Continue to (x, y); `straight` makes a line horizontal or vertical."""
         raise NotImplementedError
 
     def end(self) -> None:
-        """Let go: the stroke is one undo step."""
+        """End the stroke as one undo step."""
         if self._path:
             self._drop()
             self.document.commit()
@@ -77,7 +78,7 @@ class StrokeFeature(Feature):
 
 
 class Protect(StrokeFeature):
-    """Paints and erases."""
+    """Paints and erases protection."""
 
     name = "protect"
     changed = Signal()
@@ -85,102 +86,70 @@ class Protect(StrokeFeature):
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         self._tools = QActionGroup(self)
-        self._radii: dict[bool, float] = {}  # of the brush put away, by whether it moves
-        self.add_tool("points", tr("Points"), "A", tr("Drag landmarks and targets"))
-        self.add_tool("brush", tr("Brush"), "B", tr("Paint what must not move"))
-        self.add_tool(
-            "line", tr("Line"), "N", tr("Protect a straight edge; Shift keeps it level or upright")
-        )
-        self.add_tool("eraser", tr("Eraser"), "E", tr("Rub protection out"))
-        self.add_action(
-            "hard",
-            tr("&Hard edge"),
-            "Shift+B",
-            tr("Not a pixel of it moves"),
-            toggled=self.set_hard,
-        )
-        self.add_action(
-            "smaller",
-            tr("&Smaller brush"),
-            "[",
-            tr("Make brush and eraser smaller"),
-            lambda: self.resize(-1),
-            needs_photo=True,
-        )
-        self.add_action(
-            "larger",
-            tr("&Larger brush"),
-            "]",
-            tr("Make brush and eraser larger"),
-            lambda: self.resize(1),
-            needs_photo=True,
-        )
-        self.add_action(
-            "unprotect",
-            tr("&Remove all protection"),
-            "Shift+E",
-            tr("Let every place move again"),
-            self.clear,
-        )
-        self.panel: ProtectPanel = ProtectPanel(
-            self._tools.actions(), self.actions["hard"], self.actions["unprotect"]
-        )
+        self._radii: dict[bool, float] = {}  # radius of the inactive brush, by `Brush.moves`
+        for tool in ("points", "brush", "line", "eraser"):
+            self.add_tool(tool)
+        self.bind("smaller", lambda: self.resize(-1))
+        self.bind("larger", lambda: self.resize(1))
+        self.bind("unprotect", self.clear)
+        self.panel: ProtectPanel = ProtectPanel(self._tools.actions(), self.actions["unprotect"])
         self._draw(self)
         self.changed.connect(self.window.canvas.take_tool)
         self.changed.connect(self.window.canvas.redraw)
         self.changed.connect(self._show_tool)
         self.document.opened.connect(self.fit_brush)
+        self.live.drawn.connect(self._show_reduced)
         self.watch(lambda: len(self.document.state.protection.strokes), self._show_count)
-        # Each photo begins with a brush that suits it.
+        # Each photo starts with a fitting brush size.
         self.enable_with_photo(self.panel.size_px.setEnabled)
 
-    def add_tool(self, name: ToolName, text: str, key: str, tip: str) -> QAction:
-        """Add what a drag may do, one of all tools."""
+    def add_tool(self, name: ToolName) -> QAction:
+        """Bind the command of a tool and add it to the group of exclusive tools."""
         first = name == self.view.brush.tool
-        tool = self.add_action(
-            f"tool-{name}", text, key, tip, lambda: self.take(name), checked=first
-        )
+        tool = self.bind(f"tool-{name}", lambda: self.take(name), checked=first)
         self._tools.addAction(tool)
         return tool
 
     # -- the brush -------------------------------------------------------------------------------
 
     def take(self, tool: ToolName) -> None:
-        """Take another tool in hand; those that protect and those that move have a size each."""
+        """Select a tool. Protecting and moving tools have separate sizes."""
         before = self.view.brush
         after = dataclasses.replace(before, tool=tool)
         self._radii[before.moves] = before.radius_px
         self.set_brush(tool=tool, radius_px=self._radii.get(after.moves, before.radius_px))
 
     def set_radius(self, radius_px: float) -> None:
-        """Make the brush this large, px of the photo."""
+        """Set the brush radius, px of the photo."""
         self.window.bar.move_on()
         self.set_brush(radius_px=min(max(radius_px, _SMALLEST_PX), _LARGEST_PX))
 
     def fit_brush(self) -> None:
-        """Make the brush as large as suits the photo."""
+        """Fit the brush size to the photo."""
         self._drop()
         self._radii = {moves: self.fitting_px(moves=moves) for moves in (False, True)}
         self.set_radius(self._radii[self.view.brush.moves])
         self.panel.size_px.show_first(self._radii[False])
 
     def fitting_px(self, *, moves: bool) -> float:
-        """Return how large a brush that moves, or one that protects, suits the photo, px."""
+        """Return the default radius of a moving or a protecting brush, px.
+
+        The default diameter of a moving brush is half the width of the first face.
+        """
+        faces = self.document.state.faces
+        if moves and faces:
+            return min(faces[0].box[2] / 4.0, _LARGEST_PX)
         longer = max(self.document.image.width, self.document.image.height)
         return min((_OF_PHOTO_MOVING if moves else _OF_PHOTO) * longer, _LARGEST_PX)
 
     def resize(self, steps: int) -> None:
-        """Make the brush larger or smaller by so many presses of a key."""
+        """Change the brush size by a number of key presses."""
         self.set_radius(self.view.brush.radius_px * 2.0 ** (steps / _PRESSES_PER_OCTAVE))
-
-    def set_hard(self, hard: bool) -> None:
-        """Choose whether the next strokes have a hard edge."""
-        self.set_brush(hard=hard)
 
     # -- strokes ---------------------------------------------------------------------------------
 
     def begin(self, x: float, y: float) -> None:
-        """Begin a stroke at (x, y), px of the photo."""
+        """Start a stroke at (x, y), px of the photo."""
         if not self.view.brush.protects:
             return
         self.document.commit()
@@ -189,7 +158,7 @@ class Protect(StrokeFeature):
             self._show()
 
     def extend(self, x: float, y: float, straight: bool) -> None:
-        """Go on to (x, y); a `straight` line is level or upright."""
+        """Continue to (x, y); `straight` makes a line horizontal or vertical."""
         if not self._path:
             return
         self.view.cursor = np.array([x, y])
@@ -200,7 +169,7 @@ class Protect(StrokeFeature):
         self._show()
 
     def clear(self) -> None:
-        """Take all protection away."""
+        """Remove all protection."""
         if self.document.state.protection.strokes:
             state = dataclasses.replace(self.document.state, protection=NOTHING)
             self.document.step(state, tr("Remove all protection"))
@@ -211,19 +180,13 @@ class Protect(StrokeFeature):
         if brush.tool == "eraser":
             protection, text = before.erased(path, brush.radius_px), tr("Erase protection")
         else:
-            feather = self._feather_px() if brush.hard else 0.0
-            protection, text = before.with_stroke(path, brush.radius_px, feather), tr("Protect")
+            protection, text = before.with_stroke(path, brush.radius_px), tr("Protect")
         if protection.strokes != self.document.state.protection.strokes:
             state = dataclasses.replace(self.document.committed, protection=protection)
             self.document.preview(state, text)
 
-    def _feather_px(self) -> float:
-        # As wide as the landmarks are apart, it carries the move past a hard edge without folding.
-        spacings = (face.anchor.spacing_px for face in self.document.state.active)
-        return min(spacings, default=max(1.0, self.view.brush.radius_px))
-
     def set_brush(self, **changes: object) -> None:
-        """Change what the tool in hand is like."""
+        """Change properties of the tool."""
         self.view.brush = dataclasses.replace(self.view.brush, **changes)  # type: ignore[arg-type]
         self.changed.emit()
 
@@ -234,6 +197,19 @@ class Protect(StrokeFeature):
     def _show_count(self) -> None:
         self.panel.show_count(len(self.document.state.protection.strokes))
         self._show_need()
+
+    def _show_reduced(self, frame: RenderedFrame) -> None:
+        every = [share for shares in frame.rendering.protected_shares for share in shares]
+        reduced = [share for share in every if share < NEARLY_WHOLE]
+        message = ""
+        if reduced:
+            message = tr(
+                "{n} of {count} outline points move less, the least {percent:.0f} % of its way",
+                n=len(reduced),
+                count=len(every),
+                percent=100 * min(reduced),
+            )
+        self.panel.show_reduced(message)
 
     def _show_need(self) -> None:
         there = bool(self.document.state.protection.strokes)
@@ -248,13 +224,13 @@ def _smoothed(path: list[tuple[float, ...]], loose_px: float) -> Array:
 
 
 def _squared(start: tuple[float, ...], end: tuple[float, float]) -> tuple[float, float]:
-    """Return `end` moved so that the line to it is level or upright, whichever is nearer."""
+    """Return `end` moved so that the line is horizontal or vertical, the nearer of both."""
     level = abs(end[0] - start[0]) >= abs(end[1] - start[1])
     return (end[0], start[1]) if level else (start[0], end[1])
 
 
 class BrushPanel(QWidget):
-    """A fold of tools, what the brush is like, and a way to take all strokes back."""
+    """A foldable group of tools, brush settings, and a button that removes all strokes."""
 
     def __init__(
         self,
@@ -279,36 +255,39 @@ class BrushPanel(QWidget):
         column_of(body, buttons, size_px, *controls, below, spacing=2 * GRID_PX)
 
     def show_count(self, strokes: int) -> None:
-        """Show how many strokes there are."""
+        """Show the number of strokes."""
         self.count.setText(tr("Strokes: {n}", n=strokes) if strokes else self._nothing)
         self.clear.setEnabled(strokes > 0)
 
 
 class ProtectPanel(BrushPanel):
-    """Tools, size, edge, and a way to remove everything."""
+    """Tools, brush size, the effect on outline points, and a button that removes everything."""
 
-    def __init__(self, tools: Iterable[QAction], hard: QAction, clear: QAction) -> None:
+    def __init__(self, tools: Iterable[QAction], clear: QAction) -> None:
         tip = tr("Width of brush, line and eraser in px of the photo; [ and ] change it")
         size_px = ValueSlider(tr("Brush si&ze"), sizes(), tip, 0)
-        self.hard = QCheckBox(tr("Hard edge: not a pixel of it moves"))
-        self.hard.setToolTip(tr("The move fades out beside the stroke and is nothing on it"))
-        self.hard.toggled.connect(hard.setChecked)
-        hard.toggled.connect(self.hard.setChecked)
+        self.reduced = muted_label(wraps=True)
+        self.reduced.hide()
         remove = QPushButton(tr("Remove all"))
         remove.setAccessibleName(tr("Remove all protection"))
         remove.setToolTip(tr("Let everything that was painted or drawn move again"))
         nothing = tr("Nothing is protected")
-        super().__init__(tr("Protect"), tools, size_px, [self.hard], (remove, clear), nothing)
+        super().__init__(tr("Protect"), tools, size_px, [self.reduced], (remove, clear), nothing)
+
+    def show_reduced(self, message: str) -> None:
+        """Show how far protection limits outline points; hide an empty message."""
+        self.reduced.setText(message)
+        self.reduced.setVisible(bool(message))
 
     def show_brush(self, brush: Brush) -> None:
-        """Show how large the tool in hand is, and unfold for one that paints."""
+        """Show the brush size, and unfold for a protecting tool."""
         if brush.protects:
             self.fold.button.setChecked(True)
         self.size_px.show_value(brush.radius_px)
 
 
 def sizes() -> SliderScale:
-    """How wide a brush may be."""
+    """Return the scale for the brush size."""
     low, high = (round(_STEPS_PER_OCTAVE * math.log2(px)) for px in (_SMALLEST_PX, _LARGEST_PX))
     return SliderScale(
         low,

@@ -1,4 +1,4 @@
-"""Push and restore: strokes over the result, each one undo step."""
+"""Push and restore brushes; each stroke is one undo step."""
 
 from __future__ import annotations
 
@@ -21,35 +21,21 @@ from ..widgets.typed import SliderScale
 from .feature import Context
 from .protect import BrushPanel, Protect, StrokeFeature, sizes
 
-# Corners of a stroke are so far apart, in radii and in px at least.
+# Least distance between corners of a stroke, in radii and in px.
 _APART: Final = 1 / 8
 _APART_PX: Final = 0.5
 _STEP_PERCENT: Final = 5
 
 
 class Push(StrokeFeature):
-    """Pushes what lies under a round brush, and takes displacements back."""
+    """Pushes pixels with a round brush, and restores the original."""
 
     name = "push"
 
     def __init__(self, context: Context, protect: Protect) -> None:
         super().__init__(context)
-        tools = [
-            protect.add_tool(
-                "push", tr("Push"), "Shift+W", tr("Drag what lies under the brush a little way")
-            ),
-            protect.add_tool(
-                *("restore", tr("Restore"), "Shift+R"),
-                tr("Paint what should be as it was in the photo"),
-            ),
-        ]
-        clear = self.add_action(
-            "clear-strokes",
-            tr("&Clear strokes"),
-            "Shift+X",
-            tr("Take back every push and restore"),
-            self.clear,
-        )
+        tools = [protect.add_tool("push"), protect.add_tool("restore")]
+        clear = self.bind("clear-strokes", self.clear)
         self.panel: PushPanel = PushPanel(tools, clear)
         for slider, name in ((self.panel.strength, "strength"), (self.panel.falloff, "falloff")):
             slider.edited.connect(lambda value, name=name: protect.set_brush(**{name: value}))
@@ -61,11 +47,16 @@ class Push(StrokeFeature):
         protect.changed.connect(self._show_tool)
         self.live.drawn.connect(self._show_held)
         self.document.opened.connect(self._drop)
-        self.document.opened.connect(
-            lambda: self.panel.size_px.show_first(protect.fitting_px(moves=True))
-        )
+        self._protect = protect
+        self.watch(lambda: (self.document.path, bool(self.document.state.faces)), self._fit_face)
         self.watch(lambda: self.document.state.brushwork.strokes, self._show_count)
         self.enable_with_photo(self.panel.size_px.setEnabled)
+
+    def _fit_face(self) -> None:
+        """Size the brush by the first face, unless the photo was edited already."""
+        if self.document.photo is not None and not self.document.undo.count():
+            self._protect.fit_brush()
+            self.panel.size_px.show_first(self._protect.fitting_px(moves=True))
 
     def begin(self, x: float, y: float) -> None:
         """Begin a stroke at (x, y), px of the photo."""
@@ -80,7 +71,7 @@ class Push(StrokeFeature):
             self.view.cursor = np.array([x, y])
             at = (x, y, self.window.canvas.pressure)
             apart = max(_APART_PX, _APART * self.view.brush.radius_px)
-            # The last corner follows the cursor until it is far enough from the one before.
+            # The last corner follows the cursor until far enough from the previous corner.
             if len(self._path) > 1 and math.dist(*(p[:2] for p in self._path[-2:])) < apart:
                 self._path[-1] = at
             else:
@@ -88,7 +79,7 @@ class Push(StrokeFeature):
             self._show()
 
     def clear(self) -> None:
-        """Take all strokes back."""
+        """Remove all strokes."""
         if self.document.state.brushwork.strokes:
             state = dataclasses.replace(self.document.state, brushwork=UNTOUCHED)
             self.document.step(state, tr("Clear strokes"))
@@ -124,14 +115,15 @@ class Push(StrokeFeature):
 
     def _show_held(self, frame: RenderedFrame) -> None:
         shares = frame.rendering.brush_shares
+        held = {number: share for number, share in enumerate(shares, 1) if share < 1.0}
         words = ""
-        if min(shares, default=1.0) < 1.0:
+        if held:
             words = tr(
-                "⚠ Held back: {n} of {count} strokes, the last one to {percent:.0f} %; more would "
-                "fold the picture.",
-                n=sum(share < 1.0 for share in shares),
-                count=len(shares),
-                percent=100 * shares[-1],
+                "⚠ Limited to avoid folding: {strokes}.",
+                strokes=", ".join(
+                    tr("stroke {n} to {percent:.0f} %", n=number, percent=100 * share)
+                    for number, share in held.items()
+                ),
             )
         self.panel.show_held(words)
         self._show_need()
@@ -141,11 +133,11 @@ class Push(StrokeFeature):
 
 
 class PushPanel(BrushPanel):
-    """Tools, size, strength, falloff, and a way to take all strokes back."""
+    """Tools, size, strength, falloff, and a button that removes all strokes."""
 
     def __init__(self, tools: list[QAction], clear: QAction) -> None:
         tip = tr("Width of the brush in px of the photo; [ and ] change it")
-        size_px = ValueSlider(tr("Size of the brush"), sizes(), tip)
+        size_px = ValueSlider(tr("Brush size"), sizes(), tip)
         self.strength = ValueSlider(
             tr("Strength"),
             _percents(_STEP_PERCENT),
@@ -161,7 +153,7 @@ class PushPanel(BrushPanel):
         remove = QPushButton(tr("Clear strokes"))
         remove.setToolTip(clear.statusTip())
         controls = self.strength, self.falloff, self.held
-        title, nothing = tr("Push and restore"), tr("Nothing is pushed")
+        title, nothing = tr("Push and restore"), tr("No strokes")
         super().__init__(title, tools, size_px, controls, (remove, clear), nothing)
         self.strength.show_first(Brush().strength)
         self.falloff.show_first(Brush().falloff)
@@ -170,7 +162,7 @@ class PushPanel(BrushPanel):
         self.show_brush(Brush())
 
     def show_brush(self, brush: Brush) -> None:
-        """Show the brush in hand, and unfold for it."""
+        """Show the brush settings, and unfold for a moving brush."""
         if brush.moves:
             self.fold.button.setChecked(True)
         self.size_px.show_value(brush.radius_px)
@@ -178,7 +170,7 @@ class PushPanel(BrushPanel):
         self.falloff.show_value(brush.falloff)
 
     def show_held(self, words: str) -> None:
-        """Say which strokes would have folded the picture, if any."""
+        """Show which strokes were limited to avoid folds; hide an empty message."""
         self.held.setText(words)
         self.held.setVisible(bool(words))
 

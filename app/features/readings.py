@@ -1,31 +1,39 @@
-"""Measured: the time of each stage and the pixels of each domain; a figure with both below it."""
+"""Timings, domains, values under the cursor, and export of the canvas as a figure."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Final
 
+import numpy as np
 from PySide6.QtCore import QPoint, QRectF, Qt
-from PySide6.QtGui import QPainter, QPaintEvent, QPixmap
+from PySide6.QtGui import QAction, QPainter, QPaintEvent, QPixmap
 from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QSizePolicy, QWidget
 
 from kogao_core.base.atomic import put
+from kogao_core.base.geometry import Box
 from kogao_core.pipeline import STAGES, Rendering
+from kogao_core.recipe.recipe import PAPER, SETTINGS, Recipe
 from kogao_core.recipe.settings import DOMAINS, DomainName
+from kogao_core.warp.domain import mask_of
 
 from ..canvas.overlays import glyphs
 from ..i18n import tr, translated, unwritten
 from ..render.colour import in_srgb
 from ..render.pictures import encoded
 from ..theme import GRID_PX
-from ..widgets.controls import column_of, heading, muted_label, row_of
+from ..view_state import Handle, RenderedFrame
+from ..widgets.controls import Elided, action_button, column_of, heading, muted_label, row_of
 from ..widgets.dialogs import ask_path
 from ..widgets.docks import Dock
+from ..workspaces import Workspace
 from .feature import Context, Feature
 from .recipe import fields
 
 _BAR_PX: Final = 8
+_TITLE_PX: Final = 72
 _NONE: Final = "–"  # noqa: RUF001
 _LEGEND: Final = "legend"
 _IN_CAPTION: Final = ("percent", "center", "lattice", "fit")
@@ -33,21 +41,27 @@ _CAPTION_PX: Final = 3 * GRID_PX
 
 
 class ReadingsPanel(QWidget):
-    """Timings and domains of the newest whole result, side by side."""
+    """Timings and domains of the newest full-size result; whether the paper's settings are used."""
 
-    def __init__(self) -> None:
+    def __init__(self, paper: QAction) -> None:
         super().__init__()
         self.timings, self.domains = _Timings(), _Domains()
+        self.settings = Elided()
+        right = QWidget()
+        self.settings.setMinimumWidth(_TITLE_PX)
+        below = row_of(self.settings, action_button(paper), spacing=GRID_PX)
+        below.setStretchFactor(self.settings, 1)
+        column_of(right, self.domains, below, None)
         row = QHBoxLayout(self)
         row.setContentsMargins(12, 8, 12, 8)
         row.setSpacing(8 * GRID_PX)
         row.addWidget(self.timings, 1)
-        row.addWidget(self.domains, 1)
+        row.addWidget(right, 1)
         self.forget()
         self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
 
     def show_rendering(self, rendering: Rendering) -> None:
-        """Show what a whole result took and changed; dashes where no face was to be moved."""
+        """Show times and pixel counts of a full result; dashes without a displaced face."""
         if rendering.pairs:
             self.timings.show_laps(rendering.timings_ms)
             self.domains.show_counts(rendering.pixel_counts)
@@ -55,7 +69,7 @@ class ReadingsPanel(QWidget):
             self.forget()
 
     def forget(self) -> None:
-        """Show dashes: nothing is measured yet."""
+        """Show dashes: no measurements yet."""
         self.timings.forget()
         self.domains.forget()
 
@@ -68,7 +82,7 @@ class _Timings(QWidget):
         self.rows: dict[str, tuple[_Bar, QLabel]] = {}
         for row, (stage, title) in enumerate(STAGES.items()):
             bar, value = _Bar(), _number()
-            for column, cell in enumerate((muted_label(translated(title)), bar, value)):
+            for column, cell in enumerate((_title(translated(title)), bar, value)):
                 grid.addWidget(cell, row, column)
             self.rows[stage] = (bar, value)
         grid.setColumnStretch(1, 1)
@@ -95,31 +109,27 @@ class _Domains(QWidget):
     def __init__(self) -> None:
         super().__init__()
         grid = _table(self, tr("Domains"), muted_label())
-        self.rows: dict[DomainName, tuple[QLabel, QLabel, QLabel]] = {}
+        self.rows: dict[DomainName, tuple[QLabel, QLabel]] = {}
         for row, domain in enumerate(DOMAINS):
             mark = QLabel()
             draw = glyphs.hatch_mark(domain.name)
             mark.setPixmap(glyphs.swatch(draw, self.devicePixelRatioF()))
-            title = muted_label(translated(domain.title))
-            title.setToolTip(fields.help_of(domain))
-            pixels, share, saved = _number(), _number(), _number()
-            saved.setProperty("muted", "true")
-            for column, cell in enumerate((mark, title, pixels, share, saved)):
+            title = _title(translated(domain.title), fields.help_of(domain))
+            pixels, share = _number(), _number()
+            for column, cell in enumerate((mark, title, pixels, share)):
                 grid.addWidget(cell, row, column)
-            self.rows[domain.name] = (pixels, share, saved)
+            self.rows[domain.name] = (pixels, share)
         grid.setColumnStretch(1, 1)
         grid.setColumnMinimumWidth(3, 64)
-        grid.setColumnMinimumWidth(4, 88)
         grid.setRowStretch(len(DOMAINS), 1)
 
     def show_counts(self, counts: Mapping[DomainName, int]) -> None:
-        """Show how many pixels each domain has, and how much of the whole it saves."""
+        """Show the pixels of each domain and their share of the photo."""
         whole = max(1, counts.get("image", 0))
-        for name, (pixels, share, saved) in self.rows.items():
+        for name, (pixels, share) in self.rows.items():
             count = counts.get(name, 0)
             pixels.setText(tr("{n:,} px", n=count))
             share.setText(tr("{n:.1f} %", n=100 * count / whole))
-            saved.setText(tr("{n:.1f} % saved", n=100 * (1 - count / whole)))
 
     def forget(self) -> None:
         """Show a dash for each domain."""
@@ -129,7 +139,7 @@ class _Domains(QWidget):
 
 
 class _Bar(QWidget):
-    """A horizontal bar for a share of one."""
+    """A horizontal bar for a fraction, 0 to 1."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -156,6 +166,16 @@ def _table(widget: QWidget, title: str, note: QLabel) -> QGridLayout:
     return grid
 
 
+def _title(text: str, tip: str = "") -> QLabel:
+    """Return a label that is elided before the number next to the label is cut."""
+    label = Elided(tip)
+    label.setText(text)
+    label.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Preferred)
+    label.setMinimumWidth(_TITLE_PX)
+    label.setProperty("muted", "true")
+    return label
+
+
 def _number() -> QLabel:
     label = QLabel()
     label.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
@@ -163,19 +183,59 @@ def _number() -> QLabel:
 
 
 class Readings(Feature):
-    """Shows what the newest whole result took and changed."""
+    """Shows times and domains of the newest full-size result, and values under the cursor."""
 
     name = "readings"
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        self.panel: ReadingsPanel = ReadingsPanel()
+        paper = self.bind("paper-settings", self._use_paper)
+        self.panel: ReadingsPanel = ReadingsPanel(paper)
+        self._on, self._cursor = False, (-1.0, -1.0)
+        self.plate = QLabel(self.window.canvas)
+        self.plate.setProperty("plate", "true")
+        self.plate.setAccessibleName(tr("Values under the cursor"))
+        self.plate.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
+        self.plate.move(3 * GRID_PX, 3 * GRID_PX)
+        self.plate.hide()
+        self.window.canvas.hovered.connect(self._point)
+        self.window.arranged.connect(self._arrange)
+        self.live.drawn.connect(lambda _: self._show_values())
+        self.watch(lambda: self.document.state.recipe, self._show_settings)
         self.dock = Dock(tr("Readings"))
         self.document.opened.connect(self._forget)
         self.live.measured.connect(self._show)
 
+    def _arrange(self, workspace: Workspace) -> None:
+        self._on = self.name in workspace.panels
+        self._show_values()
+
+    def _point(self, _: Handle | None, x: float, y: float) -> None:
+        self._cursor = x, y
+        self._show_values()
+
+    def _show_values(self) -> None:
+        frame, image, (x, y) = self.view.frame, self.document.image, self._cursor
+        inside = 0 <= round(x) < image.width and 0 <= round(y) < image.height
+        shown = self._on and inside and not self.view.loupe
+        self.plate.setVisible(shown and frame is not None)
+        if shown and frame is not None:
+            self.plate.setText("\n".join(values_at(frame, x, y)))
+            self.plate.adjustSize()
+
+    def _show_settings(self) -> None:
+        differing = _not_the_papers(self.document.state.recipe)
+        self.panel.settings.setText(settings_text(self.document.state.recipe))
+        self.actions["paper-settings"].setEnabled(bool(differing) and bool(self.document.photo))
+
+    def _use_paper(self) -> None:
+        state = self.document.state
+        changes = {name: getattr(PAPER, name) for name in _not_the_papers(state.recipe)}
+        self.document.step(state.with_choices(None, **changes), tr("Use the paper's settings"))
+
     def _forget(self) -> None:
         self.panel.forget()
+        self._show_settings()
         self.view.counts = {}
 
     def _show(self, rendering: Rendering) -> None:
@@ -185,23 +245,53 @@ class Readings(Feature):
             self.window.canvas.redraw()
 
 
+def settings_text(recipe: Recipe) -> str:
+    """Return whether the settings are the paper's, or which fields differ."""
+    if differing := _not_the_papers(recipe):
+        names = ", ".join(translated(SETTINGS[name].title) for name in differing)
+        return tr("Not the paper's: {names}", names=names)
+    return tr("Settings: the paper's")
+
+
+def _not_the_papers(recipe: Recipe) -> list[str]:
+    """Return the fields that differ from the paper's settings, without amount and centre."""
+    names = (name for name in SETTINGS if name not in ("percent", "center"))
+    return [name for name in names if getattr(recipe, name) != getattr(PAPER, name)]
+
+
+def values_at(frame: RenderedFrame, x: float, y: float) -> list[str]:
+    """Return lines with the displacement, det J, lattice cells and domain at (x, y), px."""
+    rendering, at = frame.rendering, frame.to_photo.inverse(np.array([[x, y]]))
+    field, threshold_px = rendering.field, rendering.recipe.threshold_px
+    dx, dy = (field.at(at)[0] * frame.scale).tolist()
+    det = float(field.det_jacobian(at[:, 0], at[:, 1])[0, 0])
+    lines = [
+        tr("pixel {x}, {y}", x=round(x), y=round(y)),
+        tr("displacement {n:.2f} px ({dx:+.2f}, {dy:+.2f})", n=math.hypot(dx, dy), dx=dx, dy=dy),
+        tr("det J {n:.3f}", n=det),
+    ]
+    for number, lattice in enumerate(field.lattices[: len(rendering.pairs)], 1):
+        if lattice.reaches(at).any():
+            i, j = (int(lattice.grid.locate(at[:, axis], axis)[0][0]) for axis in (0, 1))
+            lines.append(tr("face {n}: cell ({i}, {j})", n=number, i=i, j=j))
+    left, top = np.round(at[0]).astype(int).tolist()
+    box = Box(left, top, left + 1, top + 1)
+    smallest = [one for one in DOMAINS if mask_of(field, box, one.name, threshold_px).any()][-1]
+    lines.append(tr("domain: {name}", name=translated(smallest.title)))
+    lines.append(tr("threshold T {n:.4g} px", n=threshold_px * frame.scale))
+    return lines
+
+
 class Figure(Feature):
-    """Saves the canvas as a figure of a report."""
+    """Exports the canvas as a figure for a report."""
 
     def __init__(self, context: Context, readings: Readings) -> None:
         super().__init__(context)
         self._readings: QWidget = readings.panel
-        self.add_action(
-            "export-figure",
-            tr("Export a fi&gure…"),
-            "Shift+F12",
-            tr("The canvas with its overlays and legend, and the figures, as one picture"),
-            self.ask,
-            needs_photo=True,
-        )
+        self.bind("export-figure", self.ask)
 
     def ask(self) -> None:
-        """Ask where to write it."""
+        """Request a path for the figure."""
         path = self.document.path
         ask_path(
             self.window,
@@ -214,7 +304,7 @@ class Figure(Feature):
         )
 
     def export(self, path: Path) -> None:
-        """Write it; a file that can't be written is said."""
+        """Write the figure; show a message if writing fails."""
         self.window.bar.clear()
         try:
             put(encoded(self.picture(), path.suffix), path)
@@ -224,7 +314,7 @@ class Figure(Feature):
             self.did.emit(tr("Figure written to {name}", name=path.name))
 
     def picture(self) -> QPixmap:
-        """Return canvas, caption and figures below each other."""
+        """Return canvas, caption and readings in one picture, one below the other."""
         canvas, figures = self._canvas(), self._readings.grab()
         ratio = canvas.devicePixelRatio()
         font = self.window.font()
@@ -252,14 +342,14 @@ class Figure(Feature):
         return whole
 
     def caption(self) -> str:
-        """Return what the figure shows: the photo, and the settings it was made with."""
+        """Return the caption: file name and main settings."""
         recipe = self.document.state.recipe_of(self.view.face)
         path = self.document.path
         settings = [fields.stated(name, getattr(recipe, name)) for name in _IN_CAPTION]
         return " · ".join([*([path.name] if path else []), *settings])
 
     def _canvas(self) -> QPixmap:
-        """Return the canvas; a figure has its legend, whether that is on or not."""
+        """Return a screenshot of the canvas with the legend, even if the legend is hidden."""
         switched = self.view.switched
         self.view.switched = switched | {_LEGEND}
         try:

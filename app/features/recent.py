@@ -1,4 +1,4 @@
-"""The photos opened last."""
+"""Recent photos and folders: the start page and the menu."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from html import escape
 from pathlib import Path
 from typing import Final
 
-from PySide6.QtCore import QEvent, QSettings, Qt, Signal
+from PySide6.QtCore import QEvent, QSettings, Qt, Signal, SignalInstance
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QApplication, QFrame, QLabel, QMenu, QPushButton, QVBoxLayout
 
@@ -23,22 +23,23 @@ from .strip import Strip
 _KEY: Final = "recent"
 _MOST: Final = 10
 _MOST_RECENT: Final = 5
+_MOST_FOLDERS: Final = 3
 
 
 def paths(settings: QSettings) -> list[Path]:
-    """Return the photos opened last, newest first."""
+    """Return the recent photos, newest first."""
     stored = settings.value(_KEY)
     names = stored if isinstance(stored, list) else [stored]
     return [Path(name) for name in names if isinstance(name, str) and name][:_MOST]
 
 
 def there(settings: QSettings) -> list[Path]:
-    """Return those of them that are there now; a drive that is away may come back."""
+    """Return the recent photos that exist now."""
     return [path for path in paths(settings) if os.path.isfile(path)]
 
 
 def titles(photos: Sequence[Path]) -> list[str]:
-    """Return the photos' names, with as much of the folder as tells equal names apart."""
+    """Return the names of photos; equal names get their folder."""
     found = []
     for photo in photos:
         name, folder = photo.name, photo.parent
@@ -50,15 +51,16 @@ def titles(photos: Sequence[Path]) -> list[str]:
 
 
 def add(settings: QSettings, path: Path) -> None:
-    """Put a photo at the top of the list."""
+    """Move a photo to the top of the list."""
     others = [other for other in paths(settings) if other != path]
     settings.setValue(_KEY, [str(p) for p in (path, *others)][:_MOST])
 
 
 class EmptyState(QFrame):
-    """Buttons to begin with."""
+    """The start page: buttons, recent folders and recent photos."""
 
     wanted = Signal(object)
+    wants_folder = Signal(object)
 
     def __init__(self, begin: Sequence[QAction]) -> None:
         super().__init__()
@@ -68,13 +70,13 @@ class EmptyState(QFrame):
         column = column_of(
             self,
             heading(tr("Make a face a little smaller")),
-            muted_label(tr("Drop photos or a folder here, or")),
+            muted_label(tr("Drop photos or a folder here")),
             *self.buttons,
             margin=6 * GRID_PX,
             spacing=2 * GRID_PX,
         )
         self._links: list[QLabel] = []
-        self._title = muted_label(tr("Opened lately"))
+        self._title = muted_label(tr("Recent"))
         column.addSpacing(2 * GRID_PX)
         column.addWidget(self._title)
         self._recent = QVBoxLayout()
@@ -83,23 +85,27 @@ class EmptyState(QFrame):
         self.show_recent([])
 
     def show_recent(self, paths: Sequence[Path]) -> None:
-        """Offer the photos opened lately."""
+        """Show recent folders, then recent photos."""
         for link in self._links:
             link.deleteLater()
-        shown = paths[:_MOST_RECENT]
-        self._links = [self._link(*one) for one in zip(shown, titles(shown), strict=True)]
+        folders = list(dict.fromkeys(path.parent for path in paths))[:_MOST_FOLDERS]
+        photos = paths[:_MOST_RECENT]
+        self._links = [
+            *(self._link(it, f"{it.name}{os.sep}", self.wants_folder) for it in folders),
+            *(self._link(*it, self.wanted) for it in zip(photos, titles(photos), strict=True)),
+        ]
         for link in self._links:
             self._recent.addWidget(link)
         self._title.setVisible(bool(paths))
 
     def changeEvent(self, event: QEvent) -> None:
-        """Give links the colour of another theme: they keep that of the moment they are made in."""
+        """Update the colour of links after a change of the theme."""
         super().changeEvent(event)
         if event.type() == QEvent.Type.PaletteChange:
             for link in self._links:
                 _colour(link)
 
-    def _link(self, path: Path, title: str) -> QLabel:
+    def _link(self, path: Path, title: str, chosen: SignalInstance) -> QLabel:
         link = QLabel()
         link.setProperty("title", escape(title, quote=False))
         _colour(link)
@@ -109,7 +115,7 @@ class EmptyState(QFrame):
             Qt.TextInteractionFlag.LinksAccessibleByMouse
             | Qt.TextInteractionFlag.LinksAccessibleByKeyboard
         )
-        link.linkActivated.connect(lambda _: self.wanted.emit(path))
+        link.linkActivated.connect(lambda _: chosen.emit(path))
         return link
 
 
@@ -126,13 +132,14 @@ def _button(action: QAction) -> QPushButton:
 
 
 class Recent(Feature):
-    """Keeps the menu of recent photos and what stands there while none is open."""
+    """Shows the menu of recent photos, and the start page while no photo is open."""
 
     def __init__(self, context: Context, files: Files, strip: Strip) -> None:
         super().__init__(context)
         self._open, self._files = strip.open, files
-        self.empty = EmptyState([files.opening, files.sampling])
+        self.empty = EmptyState([strip.folder, files.opening, files.sampling])
         self.empty.wanted.connect(strip.open)
+        self.empty.wants_folder.connect(lambda folder: strip.show_places([folder]))
         self.empty.show_recent(there(self.settings))
         self.window.stage.show_in_middle(self.empty)
         self.menu = self.window.menus["recent"] = QMenu(tr("Open &recent"), self.window)
@@ -144,7 +151,7 @@ class Recent(Feature):
         self._fill()
 
     def begin(self) -> None:
-        """Welcome a new user; one who has been here is left to choose."""
+        """Start the tour at the very first start."""
         if not self.settings.value("welcomed", False, bool):
             self.settings.setValue("welcomed", True)
             self._files.welcome()
@@ -163,6 +170,6 @@ class Recent(Feature):
             action.setToolTip(str(path))
             action.triggered.connect(lambda _=False, path=path: self._open(path))
         self.menu.addSeparator()
-        forget = self.menu.addAction(tr("&Forget these"))
+        forget = self.menu.addAction(tr("&Clear list"))
         forget.setEnabled(bool(paths(self.settings)))
         forget.triggered.connect(lambda: self.settings.remove(_KEY))

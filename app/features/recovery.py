@@ -1,4 +1,4 @@
-"""Unsaved work in a file of its own, and an offer to go on with it after a crash."""
+"""Recovery files for unsaved work, offered after a crash."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from PySide6.QtCore import QLockFile, QThreadPool, QTimer
 
 from kogao_core.base.strict import BadFile
 from kogao_core.photo import Photo
-from kogao_core.projects.project import Project, load, save
+from kogao_core.projects.project import Original, Project, load, save
 
 from ..document import State
 from ..i18n import reason, tr
@@ -30,16 +30,16 @@ _AGAIN_MS: Final = 1000
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Kept:
-    """What was written: a state, or None for nothing, and the leftovers it makes superfluous."""
+    """A written state (None: no unsaved work), and the leftovers that this file replaces."""
 
     state: State | None
     replaced: tuple[Leftover, ...]
 
 
 class Recovery(Feature):
-    """Writes the document aside after each step, and finds what a crash has left.
+    """Writes a recovery file after each edit, and offers recovery files after a crash.
 
-    Its folder is never beside the user's photos.
+    The files are in the program's data folder, never next to the user's photos.
     """
 
     def __init__(self, context: Context, saver: Saver, files: Files) -> None:
@@ -54,11 +54,11 @@ class Recovery(Feature):
         self._hashed: Photo | None = None
         self._digest = ""
         self._complained = False
-        # A thread of its own: whatever else the program works on, an edit is kept at once.
+        # A separate thread, so that other jobs don't delay the recovery file.
         self._own_pool = QThreadPool(self)
         self._own_pool.setMaxThreadCount(1)
         self._writing = self.lane(self._written, self._complain, self._own_pool)
-        # A disk that was full may have room again.
+        # Retry later: the disk may have been full.
         self._again = QTimer(self, singleShot=True, interval=_AGAIN_MS)
         self._again.timeout.connect(self._write)
         self._looking = self.lane(self._take, self._not_looked)
@@ -72,32 +72,32 @@ class Recovery(Feature):
 
     @property
     def file(self) -> Path:
-        """Where this program's unsaved work is kept."""
+        """The recovery file of this program."""
         return self._file
 
     def stop(self) -> None:
-        """Start nothing more."""
+        """Stop retries and discard waiting jobs."""
         super().stop()
         self._again.stop()
 
     def finish(self) -> None:
-        """Remove this program's file: it ends in good order."""
+        """Delete the recovery file at the normal end of the program."""
         self._own_pool.waitForDone()
-        with suppress(OSError):  # out of reach by now: it is offered at the next start
+        with suppress(OSError):  # not accessible: the next start offers the file
             self._file.unlink(missing_ok=True)
         for lock in (self._lock, *(one.lock for one in self._left)):
             if lock is not None:
                 lock.unlock()
 
     def look(self) -> None:
-        """Look for what a crash has left, and offer it."""
+        """Search for recovery files of crashed programs and offer the first."""
         folder = self._folder
         self._looking.submit(lambda: leftovers(folder))
 
     # -- writing ---------------------------------------------------------------------------------
 
     def _begin(self) -> None:
-        # What was restored into the last photo and not kept since stays for the next start.
+        # Keep restored work that was not stored again for the next start.
         self._taken_over = []
         self._write()
 
@@ -108,7 +108,7 @@ class Recovery(Feature):
         state = None if self.document.saved else self.document.committed
         kept = _Kept(state, tuple(self._taken_over))
         if state is not None and self._hashed is not photo:
-            # A large photo takes its time: the work is kept without its hash until then.
+            # Hashing a large photo is slow: write the file without the hash until then.
             self._hashed, self._digest = photo, ""
             self._hashing.submit(lambda: (photo, hash_of(photo)))
         digest = self._digest
@@ -122,7 +122,8 @@ class Recovery(Feature):
             self._folder.mkdir(parents=True, exist_ok=True)
             if self._lock is None:
                 self._lock = locked(self._file)
-            save(project_of(kept.state, photo, digest), self._file)
+            original = Original(str(photo.path), digest, photo.width, photo.height)
+            save(project_of(kept.state, original), self._file, private=True)
         return kept
 
     def _written(self, kept: _Kept) -> None:
@@ -130,7 +131,7 @@ class Recovery(Feature):
             return
         self._complained = False
         self.window.bar.refresh()
-        # Only now is there another file that holds the same work.
+        # Another file with the same work exists only from now on.
         for left in kept.replaced:
             if left in self._taken_over:
                 self._taken_over.remove(left)
@@ -149,7 +150,7 @@ class Recovery(Feature):
             text = tr("Unsaved changes can't be kept for a crash ({why}).", why=reason(problem))
             self.say(text, applies=lambda: self._complained)
 
-    # -- going on after a crash --------------------------------------------------------------------
+    # -- recovery after a crash -------------------------------------------------------------------
 
     def _take(self, found: list[Leftover]) -> None:
         self._left, self._waiting = found, list(found)
@@ -164,13 +165,13 @@ class Recovery(Feature):
         self.say(text)
 
     def offer(self) -> None:
-        """Offer what a crash has left and wasn't offered yet, one after the other."""
+        """Offer the next recovery file that has not been offered yet."""
         if self._waiting:
             self._offer(self._waiting.pop(0))
 
     def _offer(self, left: Leftover) -> None:
         text = tr("Kogao ended before the changes to {name} were saved.", name=left.name)
-        # "Dismiss" comes last: what loses the work stands as far from it as there is room.
+        # "Dismiss" comes last, so that the button to discard is far from it.
         steps = (
             BarAction(tr("Discard…"), lambda: self._ask_discard(left)),
             BarAction(tr("Restore"), lambda: self._ask_restore(left)),
@@ -181,13 +182,13 @@ class Recovery(Feature):
         return left in self._left and left not in self._taken_over
 
     def _ask_restore(self, left: Leftover) -> None:
-        # The offer stands until the photo is opened, should the user keep the present one.
+        # Offer again: the user may keep the present photo.
         self._offer(left)
         path, work = Path(left.project.original.path), EarlierWork(left.project)
         self._saver.guard(lambda: self._files.read(path, work))
 
     def _ask_discard(self, left: Leftover) -> None:
-        # It stands here, too: one slip must lose nothing.
+        # Confirm in a dialog, so that a slip loses no work.
         self._offer(left)
         text = tr("Discard the unsaved changes to {name} for good?", name=left.name)
         confirm(self.window, text, tr("&Discard"), lambda: self._discard(left))
@@ -215,14 +216,14 @@ class Recovery(Feature):
 
     def _not_checked(self, problem: Exception) -> None:
         text = tr(
-            "Whether the photo is still the same can't be told ({why}): look closely.",
+            "Can't tell whether the photo has changed ({why}). Check the result.",
             why=reason(problem),
         )
         self.say(text)
 
     def _warn(self, changed: bool) -> None:
         if changed:
-            text = tr("The photo is another one than when these changes were made: look closely.")
+            text = tr("The photo has changed since these edits were made. Check the result.")
             self.say(text)
         else:
             self.offer()
@@ -235,7 +236,7 @@ def _is_changed(photo: Photo, project: Project) -> bool:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Leftover:
-    """A recovery file whose program is gone, with the lock that keeps others from it."""
+    """A recovery file of an ended program, with a lock against other programs."""
 
     path: Path
     project: Project
@@ -247,13 +248,13 @@ class Leftover:
         return Path(self.project.original.path).name
 
     def delete(self) -> None:
-        """Remove it for good."""
+        """Delete the file."""
         self.path.unlink(missing_ok=True)
         self.lock.unlock()
 
 
 def leftovers(folder: Path) -> list[Leftover]:
-    """Return the recovery files in a folder that no running program holds, newest first."""
+    """Return the recovery files without a running program, newest first."""
     found = []
     for path in sorted(folder.glob("*.json"), key=modified, reverse=True):
         lock = locked(path)
@@ -261,22 +262,22 @@ def leftovers(folder: Path) -> list[Leftover]:
             continue
         try:
             found.append(Leftover(path, load(path), lock))
-        except BadFile:  # gone, not ours, or of a newer Kogao: left for that one
+        except BadFile:  # missing, foreign, or of a newer version: keep the file
             lock.unlock()
     return found
 
 
 def modified(path: Path) -> float:
-    """Return when a file was written, s; 0 for one that is gone."""
+    """Return the modification time of a file, s; 0 for a missing file."""
     try:
         return path.stat().st_mtime
-    except OSError:  # another program has ended in good order since
+    except OSError:  # another program has ended normally
         return 0.0
 
 
 def locked(path: Path) -> QLockFile | None:
-    """Return the lock of a recovery file; None while a running program holds it."""
+    """Lock a recovery file and return the lock; None while a running program has the lock."""
     lock = QLockFile(str(path.with_suffix(".lock")))
-    # However long ago, a lock holds while its program runs, and no longer.
+    # A lock is valid exactly as long as the program runs, regardless of age.
     lock.setStaleLockTime(0)
     return lock if lock.tryLock(0) else None

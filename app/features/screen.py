@@ -1,4 +1,4 @@
-"""What the window shows: zoom, the photo before and after, room for it, facts below it."""
+"""View commands: zoom, comparison, window size and hints in the status line."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from kogao_core.photo import Photo
 from ..i18n import tr
 from ..render.colour import profile_of, pyramid_of, screen_colours, use_screen
 from ..render.pictures import PicturePyramid
-from ..view_state import GAIN, CompareName
+from ..view_state import CompareName
 from ..widgets.dialogs import room
 from ..workspaces import Workspace
 from .feature import Context, Feature
@@ -28,63 +28,19 @@ _WIPE_STEP: Final = 1 / 40
 
 
 class Screen(Feature):
-    """Zooms, shows the original while it is held, and remembers how large the window is."""
+    """Zooms, shows the original, and stores the window size."""
 
     screen_changed = Signal()
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         canvas, docks = self.window.canvas, self.window.docks
-        self.add_action(
-            "fit",
-            tr("&Fit"),
-            "0",
-            tr("Show the whole photo"),
-            canvas.fit,
-            needs_photo=True,
-            also=("Ctrl+0",),
-        )
-        self.add_action(
-            "actual",
-            tr("&100 %"),
-            "1",
-            tr("One photo pixel on one screen pixel"),
-            lambda: canvas.zoom_to(1.0),
-            needs_photo=True,
-            also=("Ctrl+1",),
-        )
-        self.add_action(
-            "closer",
-            tr("Zoom &in"),
-            "+",
-            tr("Look closer"),
-            lambda: self._zoom_by(_STEP),
-            needs_photo=True,
-            also=("Ctrl++", "Ctrl+="),
-        )
-        self.add_action(
-            "farther",
-            tr("Zoom &out"),
-            "-",
-            tr("See more"),
-            lambda: self._zoom_by(1 / _STEP),
-            needs_photo=True,
-            also=("Ctrl+-",),
-        )
-        self.add_action(
-            "hide-panels",
-            tr("&Hide all panels"),
-            "F8",
-            tr("The photo alone, or everything again"),
-            toggled=docks.hide_all,
-        )
-        self.add_action(
-            "move-panels",
-            tr("&Move panels"),
-            "F9",
-            tr("Give panels title bars to drag them by"),
-            toggled=lambda on: docks.fix(not on),
-        )
+        self.bind("fit", canvas.fit)
+        self.bind("actual", lambda: canvas.zoom_to(1.0))
+        self.bind("closer", lambda: self._zoom_by(_STEP))
+        self.bind("farther", lambda: self._zoom_by(1 / _STEP))
+        self.bind("hide-panels", toggled=docks.hide_all)
+        self.bind("move-panels", toggled=lambda on: docks.fix(not on))
         self.window.original_wanted.connect(canvas.show_original)
         canvas.view_changed.connect(self._show_zoom)
         status = self.window.status
@@ -92,27 +48,28 @@ class Screen(Feature):
         canvas.dragged.connect(status.show_cursor)
         canvas.stroked.connect(lambda x, y, _: status.show_cursor(x, y))
         self.live.drawn.connect(lambda frame: status.show_speed(frame.took_ms))
+        self.window.arranged.connect(lambda workspace: status.show_times(not workspace.plain))
         self.document.opened.connect(self._show_photo)
         self._recolouring = self.lane(self._recolour, lambda _: None)
 
     def restore(self) -> None:
-        """Make the window as large as it was, or at first as large as its screen has room for."""
+        """Restore the window size; at first, use the default size within the screen."""
         geometry = self.settings.value(_GEOMETRY)
         if not isinstance(geometry, QByteArray) or not self.window.restoreGeometry(geometry):
             self.window.resize(QSize(*FIRST_PX).boundedTo(room(self.window)))
-        self.window.winId()  # from now on it is on a screen
+        self.window.winId()  # the window is on a screen from now on
         self.window.windowHandle().screenChanged.connect(self._follow_screen)
         self._follow_screen(self.window.screen())
 
     def _follow_screen(self, screen: QScreen) -> None:
-        """Show photos in the colours of the screen that the window is on."""
+        """Use the colour profile of the window's screen."""
         if not use_screen(profile_of(screen, self.window.winId())):
             return
         self.screen_changed.emit()
         self._check_colours()
 
     def _check_colours(self) -> None:
-        """Show the open photo in the colours of the screen, if it was read for another one."""
+        """Convert the open photo again, if converted for another screen profile."""
         photo, pyramid = self.document.photo, self.document.pyramid
         if photo and pyramid and pyramid.show is not screen_colours(photo).show:
             self._recolouring.submit(lambda: (photo, pyramid_of(photo)))
@@ -124,7 +81,7 @@ class Screen(Feature):
             self._show_photo()
 
     def stop(self) -> None:
-        """Remember the window's size."""
+        """Store the window size."""
         super().stop()
         self.settings.setValue(_GEOMETRY, self.window.saveGeometry())
 
@@ -143,7 +100,7 @@ class Screen(Feature):
 
 
 class Hints(Feature):
-    """Keeps the status line up with what the mouse does now."""
+    """Updates the hint in the status line for the current tool."""
 
     def __init__(
         self,
@@ -166,7 +123,7 @@ class Hints(Feature):
         self._show()
 
     def _show(self) -> None:
-        # A chosen face that is gone is let go in a moment, which is told.
+        # If the selected face is deleted, a signal follows in a moment.
         if self.view.face is None or self.view.face < len(self.view.state.faces):
             self.window.status.show_tool(self._hint())
 
@@ -188,50 +145,28 @@ class Hints(Feature):
         if view.following.soft:
             return tr("Drag a point: its neighbours follow, and the wheel says how far")
         if self._quiet and view.state.mode == "automatic":
-            return tr("Point at the face to see its points; drag one to correct it")
+            return tr("Hover over the face to show its points; drag one to correct it")
         return tr("Drag a point to correct it")
 
 
 class Compare(Feature):
-    """Chooses how before and after are seen."""
+    """Selects the comparison mode."""
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        self._add_kind(
-            "wipe", tr("Wipe"), "W", tr("Before and after, with a divider to drag; , and . move it")
-        )
-        self._add_kind("side", tr("Side by side"), "Y", tr("Before and after beside each other"))
-        self._add_kind(
-            "difference", tr("Difference"), "X", tr("What has changed, {n} times as strong", n=GAIN)
-        )
-        self.add_action(
-            "wipe-left",
-            tr("Divider to the &left"),
-            ",",
-            tr("See more of the result"),
-            lambda: self._wipe_by(-_WIPE_STEP),
-        )
-        self.add_action(
-            "wipe-right",
-            tr("Divider to the &right"),
-            ".",
-            tr("See more of the original"),
-            lambda: self._wipe_by(_WIPE_STEP),
-        )
-        self.add_action(
-            "loupe", tr("Lo&upe"), "Z", tr("Before and after magnified"), toggled=self._use_loupe
-        )
+        for kind in ("wipe", "side", "difference"):
+            self.bind(f"compare-{kind}", toggled=partial(self.toggle, kind))
+        self.bind("wipe-left", lambda: self._wipe_by(-_WIPE_STEP))
+        self.bind("wipe-right", lambda: self._wipe_by(_WIPE_STEP))
+        self.bind("loupe", toggled=self._use_loupe)
         kinds = self.one_of("compare-wipe", "compare-side", "compare-difference")
         kinds.setExclusionPolicy(QActionGroup.ExclusionPolicy.ExclusiveOptional)
         self.window.canvas.wiped.connect(self._wipe_to)
         self.document.opened.connect(self._open)
         self.document.recoloured.connect(self._open)
 
-    def _add_kind(self, name: CompareName, text: str, key: str, tip: str) -> None:
-        self.add_action(f"compare-{name}", text, key, tip, toggled=partial(self.toggle, name))
-
     def toggle(self, name: CompareName, on: bool) -> None:
-        """Compare this way, or no longer."""
+        """Enable or disable a comparison mode."""
         if on:
             self.view.compare = name
         elif self.view.compare == name:

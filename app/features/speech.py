@@ -1,4 +1,4 @@
-"""What else is only seen, in words for a screen reader: moves, warnings, messages, switches."""
+"""Announcements for screen readers: moves, warnings, messages and toggles."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ from .recipe import RecipeEditing
 
 
 class Speech(Feature):
-    """Announces the choice at once, a move with what became of it, and what the window says.
+    """Announces selections, moves with the result, and messages.
 
-    What takes the focus needs no announcement: it is read out by itself.
+    Screen readers read the focused widget without an announcement.
     """
 
     def __init__(
@@ -40,9 +40,9 @@ class Speech(Feature):
         super().__init__(context)
         self._points = points
         self._point: Handle | None = None
-        # Where the selected point was when it was last spoken of, px of the photo.
+        # Position of the selected point at the last announcement, px of the photo.
         self._at: Array = np.zeros(2)
-        # What warns while something isn't as it should be.
+        # Warning labels and the last announced state.
         self._warning: dict[WarningLabel, bool] = dict.fromkeys(
             (recipe.panel.gauge.text, recipe.panel.one_to_one), False
         )
@@ -54,7 +54,7 @@ class Speech(Feature):
         self.window.bar.appeared.connect(self._tell_message)
 
     def listen(self) -> None:
-        """Announce whatever is switched on or off, once all features have added their actions."""
+        """Announce toggled commands; call after all features have added actions."""
         for action in self.actions.values():
             if action.isCheckable():
                 action.triggered.connect(partial(self._tell_switch, action))
@@ -66,19 +66,19 @@ class Speech(Feature):
             said.append(tr("All faces"))
         elif not self.window.canvas.hasFocus():
             said.append(face_name(self.view, face))
-        # Else the picture on its way tells.
+        # Otherwise the next frame triggers the announcement.
         if self.live.is_final(self.view.frame):
             said += self._warnings()
         if said:
             self._say(", ".join(said))
 
     def _tell_found(self, count: int) -> None:
-        # That there is none stands in the bar, with what to do.
+        # The message bar announces that no face was found.
         if count:
             self._say(tr("Faces found: {n}", n=count))
 
     def _tell_point(self) -> None:
-        """Name the point that the arrow keys move from now on, unless it has the focus."""
+        """Announce the newly selected point, unless the canvas announces the focus."""
         point = self.view.selected
         if point == self._point:
             return
@@ -89,14 +89,14 @@ class Speech(Feature):
                 self._say(self._points.name_of(point))
 
     def _tell_drawn(self, frame: RenderedFrame) -> None:
-        """Tell what has become of a change, once that is known for the photo as a whole."""
+        """Announce moves and warnings once the full photo is rendered."""
         if not self.document.in_gesture and self.live.is_final(frame):
             said = [*self._move(frame.rendering), *self._warnings()]
             if said:
                 self._say(", ".join(said))
 
     def _move(self, rendering: Rendering) -> list[str]:
-        """Say how far the selected point went, and whether the warp folds there."""
+        """Return the shift of the selected point, and whether the warp folds."""
         point = self.view.selected
         if point is None or point != self._point:
             return []
@@ -107,7 +107,7 @@ class Speech(Feature):
         return [self._points.name_of(point), *ways(away), _verdict(rendering)]
 
     def _warnings(self) -> list[str]:
-        """Return what warns since the last change, and what no longer does."""
+        """Return warnings that appeared or disappeared since the last call."""
         said = []
         for label, before in self._warning.items():
             self._warning[label] = label.warns
@@ -116,7 +116,7 @@ class Speech(Feature):
         return list(filter(None, said))
 
     def _tell_message(self) -> None:
-        """Read out what stands over the photo, and which buttons there are beside "Dismiss"."""
+        """Announce the visible message and the buttons except "Dismiss"."""
         bar = self.window.bar
         steps = [bare(button.text()) for button in bar.buttons[:-1]]
         words = [tr("Buttons: {names}", names=", ".join(steps))] if steps else []

@@ -1,4 +1,4 @@
-"""Switches between workspaces; each is left as the user left it, until it is reset."""
+"""Switching between workspaces. Changes to a workspace are stored until a reset."""
 
 from __future__ import annotations
 
@@ -8,8 +8,9 @@ from typing import Final
 
 from PySide6.QtCore import QByteArray
 
+from ..actions import Item
 from ..canvas.overlays.listed import LISTED
-from ..i18n import tr, translated
+from ..i18n import translated
 from ..widgets.controls import Fold
 from ..workspaces import WORKSPACES, Workspace
 from .feature import Context, Feature
@@ -18,7 +19,7 @@ _NOW: Final = "workspaces/now"
 
 
 class Workspaces(Feature):
-    """Shows one workspace at a time; nothing of the document changes with it."""
+    """Shows one workspace at a time; the document does not change."""
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
@@ -26,23 +27,17 @@ class Workspaces(Feature):
         for one in WORKSPACES.values():
             title, tip = translated(one.title), translated(one.help)
             show = partial(self.show, one.name)
-            self.add_action(f"workspace-{one.name}", title, one.key, tip, show, checked=False)
-        self.add_action(
-            "reset-workspace",
-            tr("Reset this wor&kspace"),
-            "",
-            tr("Its panels and overlays as they first were"),
-            self.reset,
-        )
+            self.bind(Item(f"workspace-{one.name}", title, one.key, tip), show, checked=False)
+        self.bind("reset-workspace", self.reset)
         self.one_of(*(f"workspace-{name}" for name in WORKSPACES))
 
     def begin(self, name: str | None = None) -> None:
-        """Show a workspace by its name, or the one that was left last."""
+        """Show a workspace by name, or the last used workspace."""
         left = str(self.settings.value(_NOW, ""))
         self.show(name or (left if left in WORKSPACES else next(iter(WORKSPACES))))
 
     def show(self, name: str) -> None:
-        """Show a workspace as it was left."""
+        """Show a workspace in the stored state."""
         self._remember()
         one = WORKSPACES[name]
         docks = self.settings.value(_place(one, "docks"))
@@ -54,13 +49,13 @@ class Workspaces(Feature):
         )
 
     def reset(self) -> None:
-        """Show the workspace as it first was."""
+        """Reset the workspace to the defaults."""
         if self._shown is not None:
             self._bring_back()
             self._arrange(self._shown, self._shown.overlays, self._shown.unfolded)
 
     def stop(self) -> None:
-        """Remember what is shown, and how."""
+        """Store the current workspace and layout."""
         super().stop()
         self._remember()
         self.settings.sync()
@@ -97,11 +92,11 @@ class Workspaces(Feature):
         return first if kept is None else str(kept).split(",")
 
     def _folds(self) -> list[Fold]:
-        """Return the groups whose state is the user's; others open by need."""
+        """Return the groups with a stored state; other groups open automatically."""
         return [fold for fold in self.window.findChildren(Fold) if fold.objectName()]
 
     def _bring_back(self) -> None:
-        """Show what is hidden for a moment: it belongs to the workspace all the same."""
+        """Show temporarily hidden overlays and panels, to store the full layout."""
         for name in ("hide-overlays", "hide-panels"):
             self.actions[name].setChecked(False)
 

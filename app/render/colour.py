@@ -1,4 +1,4 @@
-"""Photos in the colours of the screen, for showing only, and where the system tells those."""
+"""Conversion of photos to the screen's colours, for display only, and the screen's profile."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from kogao_core.photo import Photo
 from ..i18n import tr
 from .pictures import PicturePyramid, Show
 
-# Few rows at a time: Pillow copies them with the interpreter held, and the window must go on.
+# Few rows at a time: Pillow copies rows while holding the GIL, and the window must respond.
 _STRIP_PX: Final = 2**17
 _STEPS: Final = 17
 _ONE_LEVEL: Final = 1
@@ -33,27 +33,27 @@ _ANY: Final = 0  # type of a property
 
 @dataclass(frozen=True, eq=False)
 class ScreenColours:
-    """How the colours of a photo get onto the screen."""
+    """Conversion of a photo's colours to the screen."""
 
-    name: str = ""  # what its profile calls itself; empty without one
-    usable: bool = True  # false for a damaged profile, or one for another kind of picture
-    # See `PicturePyramid`; None where the colours are the screen's already.
+    name: str = ""  # description in the profile; empty without a profile
+    usable: bool = True  # False for a damaged profile, or one for another colour mode
+    # See `PicturePyramid`; None if the photo already has the screen's colours.
     show: Show | None = None
 
 
 def screen_colours(photo: Photo) -> ScreenColours:
-    """Return how a photo's colours get onto the screen, relative colorimetric.
+    """Return the conversion of a photo's colours to the screen, relative colorimetric.
 
-    A screen whose profile nobody tells is taken to be sRGB, and so is a photo without a usable one.
+    A screen without a known profile counts as sRGB, and so does a photo without a usable profile.
     """
     grey = photo.channels < 3 and photo.icc_profile is not None
     return _known_colours(photo.icc_profile, _screen.icc, "L" if grey else "RGB")
 
 
 def use_screen(icc: bytes | None) -> bool:
-    """Show colours on the screen of a profile from now on; return whether that is another one.
+    """Set the screen's ICC profile; return True if the profile has changed.
 
-    None, and a profile that can't be used, stand for sRGB.
+    None and unusable profiles mean sRGB.
     """
     if icc is not None and not _known_colours(None, icc, "RGB").usable:
         icc = None
@@ -62,14 +62,14 @@ def use_screen(icc: bytes | None) -> bool:
 
 
 def told_screen() -> str:
-    """Return a line on the screen's colours."""
+    """Return a line about the screen's colours."""
     if _screen.icc is None:
         return tr("The screen is taken to be sRGB: nobody tells its profile")
     return tr("The screen's colours: {profile}", profile=_name(_profile(_screen.icc)))
 
 
 def in_srgb(picture: QImage) -> QImage:
-    """Return a picture that was taken of the screen in sRGB."""
+    """Convert a screenshot to sRGB, in place."""
     if _screen.icc is not None:
         picture.setColorSpace(QColorSpace.fromIccProfile(_screen.icc))
         picture.convertToColorSpace(_SRGB)
@@ -77,12 +77,12 @@ def in_srgb(picture: QImage) -> QImage:
 
 
 def pyramid_of(photo: Photo) -> PicturePyramid:
-    """Return what a photo is rendered and painted from."""
+    """Return the pyramid for rendering and painting a photo."""
     return PicturePyramid(rgba8(photo.pixels), screen_colours(photo).show)
 
 
 def on_screen(picture: QImage) -> QImage:
-    """Return a small picture in the colours of the screen."""
+    """Convert a small picture to the screen's colours, in place."""
     space = _SRGB if _screen.icc is None else QColorSpace.fromIccProfile(_screen.icc)
     if not picture.colorSpace().isValid():
         picture.setColorSpace(_SRGB)
@@ -91,9 +91,9 @@ def on_screen(picture: QImage) -> QImage:
 
 
 class _Screen:
-    """The one that shows the window."""
+    """The screen that shows the window."""
 
-    icc: bytes | None = None  # its profile; None for sRGB
+    icc: bytes | None = None  # ICC profile; None for sRGB
 
 
 _screen: Final = _Screen()
@@ -113,7 +113,7 @@ def _known_colours(icc: bytes | None, screen: bytes | None, mode: str) -> Screen
             mode,
             "RGB",
             ImageCms.Intent.RELATIVE_COLORIMETRIC,
-            # Several threads share it.
+            # Several threads share the transform.
             ImageCms.Flags.NOCACHE
             | ImageCms.Flags.HIGHRESPRECALC
             | (compensates if screen else ImageCms.Flags.NONE),
@@ -126,7 +126,7 @@ def _known_colours(icc: bytes | None, screen: bytes | None, mode: str) -> Screen
 
 
 def _profile(icc: bytes | None) -> Any:
-    """Return a profile, without one that of sRGB. Raises OSError, PyCMSError."""
+    """Return a parsed profile; sRGB for None. Raises OSError, PyCMSError."""
     return (
         ImageCms.createProfile("sRGB") if icc is None else ImageCms.ImageCmsProfile(io.BytesIO(icc))
     )
@@ -137,13 +137,13 @@ def _name(profile: Any) -> str:
 
 
 class _Transform:
-    """Turns 8-bit pictures into the colours of the screen; grey ones get three channels."""
+    """Converts 8-bit pictures to the screen's colours; grey pictures get three channels."""
 
     def __init__(self, transform: Any, mode: str) -> None:
         self._transform, self._grey = transform, mode == "L"
 
     def __call__(self, pictures: Sequence[tuple[Rgb8, Rgb8]]) -> None:
-        """Write each first picture into the second one of its pair."""
+        """Convert the first picture of each pair into the second."""
         strips = [strip for pair in pictures for strip in _strips(*pair)]
         share_out(strips, lambda: self._turn, min(len(strips), default_threads()))
 
@@ -156,7 +156,7 @@ class _Transform:
 
     @property
     def changes_colours(self) -> bool:
-        """Whether colours change by more than rounding; those of most photos are sRGB already."""
+        """Whether colours change by more than rounding; False for most photos, which are sRGB."""
         levels = np.linspace(0, 255, _STEPS).round().astype(np.uint8)
         if self._grey:
             before = np.repeat(levels[None, :, None], 3, axis=-1)
@@ -174,22 +174,22 @@ def _strips(source: Rgb8, target: Rgb8) -> list[tuple[Rgb8, Rgb8]]:
 
 
 def profile_of(screen: QScreen, window: int) -> bytes | None:
-    """Return the ICC profile of a screen that shows a window, known by its number; Qt can't.
+    """Return the ICC profile of the screen with a window. Qt has no such function.
 
-    None where the system tells none: under Wayland, where the desktop converts what it is given, on
-    macOS, where nobody has tried, and where no profile was installed.
+    None if the system reports no profile: under Wayland, where the desktop converts the colours,
+    on macOS, where this is untested, and if no profile is installed.
     """
     platform = QGuiApplication.platformName()
     if platform == "xcb":
         return _on_x(QGuiApplication.screens().index(screen))
-    if platform == "windows":  # Pillow asks GetICMProfile; never tried
+    if platform == "windows":  # Pillow calls GetICMProfile; untested
         profile = ImageCms.get_display_profile(window)
         return None if profile is None else profile.tobytes()
     return None
 
 
 class _Reply(ctypes.Structure):
-    # Of the property, behind the head that all replies have; the atom of its name lies alike.
+    # The property's reply after the common header. The reply with the atom starts alike.
     _fields_ = (
         *(("kind", ctypes.c_uint8), ("format", ctypes.c_uint8), ("sequence", ctypes.c_uint16)),
         *(("length", ctypes.c_uint32), ("atom", ctypes.c_uint32)),
@@ -204,7 +204,7 @@ class _Screens(ctypes.Structure):
 
 
 def _on_x(number: int) -> bytes | None:
-    """Return what colord or whoever cares for colours has put on X's root window."""
+    """Return the ICC profile that colord or a similar daemon stored on X's root window."""
     x, libc = ctypes.CDLL("libxcb.so.1"), ctypes.CDLL(None)
     handle, reply = ctypes.c_void_p, ctypes.POINTER(_Reply)
     for name, result in (

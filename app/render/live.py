@@ -1,4 +1,4 @@
-"""Keeps the picture up with the document: a quick preview at once, the whole photo at rest."""
+"""Live display: a quick preview during a gesture, the full result afterwards."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ from .pictures import PicturePyramid, to_photo
 if TYPE_CHECKING:
     from ..canvas.photo_canvas import PhotoCanvas
 
-# A gesture that moves again within this time isn't worth a whole photo.
+# Delay before the full photo is rendered, ms. A new movement restarts the delay.
 REST_MS: Final = 80
 
 
 class Holding:
-    """Looks once for each state of the faces; a gesture's previews go by the last look."""
+    """Analyses the background once per set of faces. Previews reuse the last result."""
 
     def __init__(self, photo: Image, finder: BackgroundFinder) -> None:
         self._photo, self._finder = photo, finder
@@ -37,31 +37,29 @@ class Holding:
 
     @property
     def background(self) -> Background | None:
-        """What was last seen of the background, if anyone looked."""
+        """The last background analysis, or None."""
         return self._last
 
     def whole(self, state: State) -> Held:
-        """Return what the whole photo's rendering holds, px of the photo."""
+        """Analyse the background; return the straight lines etc. to preserve, px of the photo."""
         done = state.done
         if done.faces and done.recipe.hold_background:
             self._last = self._finder.find(self._photo, done.faces, done.others)
         return self.preview(state)
 
     def preview(self, state: State) -> Held:
-        """Return the same as far as it is known."""
+        """Return the same from the last analysis; `NOTHING_HELD` if no analysis fits."""
         if self._last is None or not state.recipe.hold_background:
             return NOTHING_HELD
-        held = self._last.held(state.done.recipe, state.loose)
-        if len(held.neighbours) != len(state.active):
-            held = dataclasses.replace(held, neighbours=())
-        return held
+        held = self._last.held(state.loose)
+        return held if len(held.neighbours) == len(state.active) else NOTHING_HELD
 
 
 class Surface:
-    """Two buffers over one picture: one on screen, one to render to.
+    """Two buffers for one picture: one is on screen, the other is rendered to.
 
-    `render` belongs to a worker, `shown` to the GUI thread while no worker runs. A buffer in which
-    a rendering failed is given up: who knows how far its halvings had come.
+    A worker calls `render`; the GUI thread calls `shown` while no worker runs. A buffer is
+    discarded after a failed rendering, since the pyramid levels may be inconsistent.
     """
 
     def __init__(self, photo: PicturePyramid, holding: Holding | None = None) -> None:
@@ -70,14 +68,16 @@ class Surface:
         self._front: tuple[Canvas, PicturePyramid] | None = None
         self._back: tuple[Canvas, PicturePyramid] | None = None
         self._protection = self._mapped = NOTHING
+        self._held_here = NOTHING_HELD, NOTHING_HELD
         self._is_lent = False
 
     def render(self, revision: int, state: State, part: VisiblePart | None = None) -> RenderedFrame:
-        """Return a frame in the buffer off screen."""
+        """Render to the buffer off screen and return the frame."""
         start = time.perf_counter()
         if part != self._part:
             self._part, self._front, self._back = part, None, None
             self._protection = self._mapped = NOTHING
+            self._held_here = NOTHING_HELD, NOTHING_HELD
         (canvas, result), self._back = self._back or self._buffer(), None
         faces, recipe, protection = state.active, state.done.recipe, state.protection
         brushwork = state.brushwork
@@ -86,11 +86,13 @@ class Surface:
             back = to_photo(part.level, (part.box.left, part.box.top))
             there = back.inverse
             if protection is not self._protection:
-                # The warp redoes only what changes as long as the strokes are the very same.
+                # The warp is updated partially only if the protection is the same object.
                 self._protection, self._mapped = protection, protection.mapped(there)
             faces, protection = [face.mapped(there) for face in faces], self._mapped
             brushwork = brushwork.mapped(there)
-            held, whole = held.mapped(there), self._photo.whole_of(part.level, part.box)
+            if held is not self._held_here[0]:  # the mapped object caches results
+                self._held_here = held, held.mapped(there)
+            held, whole = self._held_here[1], self._photo.whole_of(part.level, part.box)
             recipe = dataclasses.replace(recipe.at_scale(there.scale), interpolation="bilinear")
         rendering = render(
             canvas.source,
@@ -105,7 +107,7 @@ class Surface:
         result.refresh(rendering.changed)
         self._back = canvas, result
         took_ms = (time.perf_counter() - start) * 1e3
-        # Cached in the rendering; measured here, off the GUI thread: panels read them at once.
+        # Compute cached properties here, off the GUI thread: panels read these values at once.
         _ = rendering.one_to_one, rendering.residual, rendering.achieved
         return RenderedFrame(revision, rendering, state.done, result.shown, back, took_ms, part)
 
@@ -115,12 +117,12 @@ class Surface:
         return self._holding.whole(state) if part is None else self._holding.preview(state)
 
     def shown(self) -> None:
-        """Note that the last frame has gone on screen."""
+        """Swap the buffers after the last frame went on screen."""
         self._front, self._back = self._back, None if self._is_lent else self._front
         self._is_lent = False
 
     def lent(self) -> Image | None:
-        """Return the pixels of the frame on screen, which are given up instead of rendered to."""
+        """Return the pixels of the visible frame. The buffer is not reused for later frames."""
         self._is_lent = self._front is not None
         return None if self._front is None else self._front[0].pixels
 
@@ -132,15 +134,15 @@ class Surface:
 
 
 class Live(QObject):
-    """Keeps the canvas up with the document.
+    """Renders the document to the canvas.
 
-    0. While a photo is opened and its faces are sought, only marks are drawn (`wait`, `go_on`).
-    1. The document changes: `_follow` takes its state and a revision, and asks for a preview of
-       what is on screen. A request replaces the one that waits.
-    2. A worker renders it into the buffer off screen.
-    3. `_show_preview` swaps the buffers and paints, unless a newer whole photo is there.
-    4. At rest the same goes for the whole photo, by the recipe's own kernel.
-    5. A worker counts its pixels. Once nothing is under way, the picture is settled.
+    0. While a photo opens and faces are detected, only marks are drawn (`wait`, `go_on`).
+    1. The document changes: `_follow` takes the state and a revision, and requests a preview of
+       the visible part. A request replaces the waiting request.
+    2. A worker renders the preview into the buffer off screen.
+    3. `_show_preview` swaps the buffers and paints, unless a newer full result is shown.
+    4. After a pause, the full photo is rendered the same way, with the recipe's kernel.
+    5. A worker counts the pixels. `settled` is emitted when all lanes are idle.
     """
 
     drawn = Signal(object)
@@ -171,22 +173,22 @@ class Live(QObject):
 
     @property
     def busy(self) -> bool:
-        """True while the canvas doesn't yet show the newest state at full resolution."""
+        """True until the canvas shows the newest state at full resolution."""
         return self._rest.isActive() or any(lane.busy for lane in self._lanes)
 
     @property
     def background(self) -> Background | None:
-        """What was last seen of the photo's background, if anyone looked."""
+        """The last background analysis, or None."""
         return None if self._holding is None else self._holding.background
 
     def is_final(self, frame: RenderedFrame | None) -> bool:
-        """Return whether a picture stays as it is unless the document changes."""
+        """Return whether a frame is the full result of the newest state."""
         return frame is not None and frame.whole and frame.revision == self._revision
 
     def lent(self) -> Image | None:
-        """Return the photo as the document's state makes it, where just that is on screen.
+        """Return the rendered pixels of the newest state if on screen, else None.
 
-        It stays as it is, whatever is drawn later. Pictures of deep or grey photos are none.
+        Later frames don't change the returned pixels. None for 16-bit, float and grey photos.
         """
         document = self._document
         photo, pyramid = document.photo, document.pyramid
@@ -197,11 +199,11 @@ class Live(QObject):
         return self._whole.lent()
 
     def wait(self) -> None:
-        """Draw marks only, until `go_on`: more faces are sought, which needs the processors."""
+        """Draw marks only, until `go_on`: face detection needs the processors."""
         self._waits = True
 
     def go_on(self) -> None:
-        """Render again; a picture that waited comes at full resolution at once."""
+        """Resume rendering; a delayed frame is rendered at full resolution at once."""
         waited, self._waits = self._waits, False
         if waited and self._document.in_gesture:
             self._follow()
@@ -211,7 +213,7 @@ class Live(QObject):
             self._render_whole()
 
     def stop(self) -> None:
-        """Start nothing more."""
+        """Cancel the timer and the waiting jobs."""
         self._rest.stop()
         for lane in self._lanes:
             lane.drop()
@@ -219,7 +221,7 @@ class Live(QObject):
     def _open(self) -> None:
         self.stop()
         self._followed = None
-        # Which faces it starts with is known in a moment: without any there is nothing to render.
+        # The first faces arrive in a moment. Without faces there is no displacement to render.
         self._waits = True
         photo = self._document.pyramid
         if photo is not None and self._document.photo is not None:
@@ -240,8 +242,8 @@ class Live(QObject):
             self._render_whole()
 
     def _follow(self) -> None:
-        # The overlays are drawn with the preview, a moment from now: drawing them twice would
-        # only keep the preview waiting.
+        # The overlays are drawn with the preview. Drawing the overlays now, too, would delay the
+        # preview.
         surface, state = self._preview, self._document.state
         if surface is None:
             return
@@ -249,7 +251,7 @@ class Live(QObject):
             self._canvas.redraw()
             return
         if state is self._followed:
-            # A gesture has ended with what it last showed: no reason to wait, or to preview again.
+            # The gesture ended with the last previewed state: render the full photo at once.
             if self._rest.isActive():
                 self._rest.stop()
                 self._render_whole()
@@ -292,7 +294,7 @@ class Live(QObject):
         self._tell_settled(self._count_lane)
 
     def _tell_settled(self, last: Lane) -> None:
-        """Tell it if `last`, which still counts as busy, was the last to have anything to do."""
+        """Emit `settled` if the final frame is visible, the timer stopped and other lanes idle."""
         others = (lane for lane in self._lanes if lane is not last)
         under_way = self._rest.isActive() or any(lane.busy for lane in others)
         if self.is_final(self._view.frame) and not under_way:

@@ -15,7 +15,7 @@ from kogao_core.base.display import Rgb8
 from kogao_core.base.geometry import Affine, Box, Image
 from kogao_core.faces.face import Face
 
-# Writes pictures, second of each pair, as the first ones look on the screen.
+# Converts each first picture to the screen's colours and writes the result to the second.
 Show = Callable[[Sequence[tuple[Rgb8, Rgb8]]], None]
 _SMALLEST_PX: Final = 256
 # A level up to a third too small still looks sharp and has a fraction of the pixels.
@@ -28,7 +28,7 @@ _FORMATS: Final = {3: QImage.Format.Format_RGB888, 4: QImage.Format.Format_RGBA8
 class PicturePyramid:
     """Levels of a picture; a pixel of level k is the mean of 2^k x 2^k pixels.
 
-    `levels` are in the photo's own colours, to work on; `shown` are the same in the screen's.
+    `levels` have the photo's own colours, for processing; `shown` has the screen's colours.
     """
 
     def __init__(self, pixels: Rgb8, show: Show | None = None) -> None:
@@ -41,17 +41,17 @@ class PicturePyramid:
         self.refresh([Box.of(pixels)])
 
     def part(self, level: int, box: Box) -> PicturePyramid:
-        """Return a part of a level, with no halvings of its own; nothing is copied."""
+        """Return part of a level as a pyramid of one level; no pixels are copied."""
         levels = [self.levels[level][box.slices]]
         return self._with(levels, levels if self.show is None else [self.shown[level][box.slices]])
 
     def whole_of(self, level: int, part: Box) -> Box:
-        """Return the rectangle of a level, in px of a part of it."""
+        """Return the rectangle of a level, in px of a part of the level."""
         all_of_it = Box.of(self.levels[level])
         return Box(-part.left, -part.top, all_of_it.right - part.left, all_of_it.bottom - part.top)
 
     def over(self, pixels: Rgb8) -> PicturePyramid:
-        """Return a pyramid over a buffer that holds a copy of level 0."""
+        """Return a pyramid over a buffer with a copy of level 0."""
         levels = [pixels, *(one.copy() for one in self.levels[1:])]
         return self._with(levels, levels if self.show is None else [it.copy() for it in self.shown])
 
@@ -61,7 +61,7 @@ class PicturePyramid:
         return other
 
     def refresh(self, boxes: Iterable[Box]) -> None:
-        """Reduce, and show, again what lies under `boxes` of level 0."""
+        """Recompute the coarser levels and screen colours under `boxes` of level 0."""
         changed = []
         for box in boxes:
             part = box
@@ -82,7 +82,7 @@ class PicturePyramid:
             )
 
     def level_for(self, zoom: float) -> int:
-        """Return the coarsest level that is sharp enough at `zoom` screen px per picture px."""
+        """Return the coarsest level that is sharp at `zoom` screen px per picture px."""
         level = 0
         while level + 1 < len(self.levels) and 0.5 ** (level + 1) >= _ENOUGH * zoom:
             level += 1
@@ -90,13 +90,13 @@ class PicturePyramid:
 
 
 def to_photo(level: int, corner: tuple[int, int] = (0, 0)) -> Affine:
-    """Return the map from px of a level, seen from `corner` of it, to px of the photo."""
+    """Return the map from px of a level, relative to `corner`, to px of the photo."""
     scale = float(2**level)
     return Affine.resize(scale, scale).after(Affine(np.eye(2), np.array(corner, np.float64)))
 
 
 def _reduce(source: Rgb8, target: Rgb8) -> None:
-    """Write a picture of half the size; what is seen through counts for little in the colours."""
+    """Downscale to half the size; transparent pixels have little weight in the colours."""
     size = target.shape[1::-1]
     if source.shape[2] == _COLOURS:
         cv2.resize(source, size, dst=target, interpolation=cv2.INTER_AREA)
@@ -115,15 +115,15 @@ def _halved(box: Box) -> Box:
 
 
 def qt_image(pixels: Rgb8) -> QImage:
-    """Return a view of a picture of shape (H, W, 3), or (H, W, 4) with straight alpha."""
+    """Return a QImage view of a picture of shape (H, W, 3), or (H, W, 4) with straight alpha."""
     height, width, channels = pixels.shape
     return QImage(pixels.data, width, height, pixels.strides[0], _FORMATS[channels])
 
 
 def face_icon(photo: PicturePyramid, face: Face, size_px: int, ratio: float) -> QIcon:
-    """Return a square picture round a face, `size_px` wide at `ratio` device px per px.
+    """Return a square icon of a face, `size_px` wide at `ratio` device px per px.
 
-    It is cut from the level that is just large enough.
+    The pixels come from the smallest level that is large enough.
     """
     left, top, width, height = face.box
     side = max(width, height)
@@ -140,7 +140,7 @@ def face_icon(photo: PicturePyramid, face: Face, size_px: int, ratio: float) -> 
 
 
 def scaled(pixels: Image, size_px: int, ratio: float) -> QPixmap:
-    """Return an RGB or RGBA picture, its longer side `size_px` wide at `ratio` device px per px."""
+    """Return an RGB or RGBA picture with a longer side of `size_px` at `ratio` device px per px."""
     image = qt_image(np.ascontiguousarray(pixels))
     side = round(size_px * ratio)
     keep, smooth = Qt.AspectRatioMode.KeepAspectRatio, Qt.TransformationMode.SmoothTransformation
@@ -150,14 +150,14 @@ def scaled(pixels: Image, size_px: int, ratio: float) -> QPixmap:
 
 
 def untinted(picture: QPixmap) -> QIcon:
-    """Return an icon that keeps its colours when it is selected."""
+    """Return an icon with the same colours when selected."""
     icon = QIcon(picture)
     icon.addPixmap(picture, QIcon.Mode.Selected)
     return icon
 
 
 def encoded(picture: QPixmap, suffix: str) -> bytes:
-    """Return a picture as a file of the kind that an ending tells."""
+    """Encode a picture in the format of a file suffix. Raises OSError for an unknown suffix."""
     buffer = QBuffer()
     buffer.open(QIODevice.OpenModeFlag.WriteOnly)
     if not picture.save(buffer, suffix.removeprefix(".") or "png"):

@@ -1,11 +1,11 @@
-"""Boxes, folding groups, buttons and labels, and how they stand beside each other."""
+"""Combo boxes, folding groups, buttons, labels and layouts."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 from PySide6.QtCore import QEvent, QObject, QSize, Qt
-from PySide6.QtGui import QAction, QPainter, QPaintEvent
+from PySide6.QtGui import QAction, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import (
     QComboBox,
     QHBoxLayout,
@@ -26,7 +26,7 @@ from ..theme import GRID_PX
 
 
 class _PassesWheels(QObject):
-    """Leaves a wheel to what lies behind a control, unless that has the focus."""
+    """Ignores wheel events for a control without focus, so that the parent scrolls."""
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         turned = event.type() == QEvent.Type.Wheel
@@ -37,20 +37,20 @@ class _PassesWheels(QObject):
 
 
 def turn_in_focus_only(control: QWidget) -> None:
-    """Let a wheel turn a control only while it has the focus, which no wheel brings."""
+    """Accept wheel events only with the focus; a wheel event doesn't set the focus."""
     control.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
     control.installEventFilter(_PassesWheels(control))
 
 
 class ChoiceBox(QComboBox):
-    """A box to choose from; what is chosen ends in … where it is cut."""
+    """A combo box that elides long text with …."""
 
     def __init__(self) -> None:
         super().__init__()
         turn_in_focus_only(self)
 
     def paintEvent(self, event: QPaintEvent) -> None:  # noqa: ARG002
-        """Write as much as fits."""
+        """Draw the box with elided text."""
         option = QStyleOptionComboBox()
         self.initStyleOption(option)
         box = QStyle.ComplexControl.CC_ComboBox
@@ -61,10 +61,13 @@ class ChoiceBox(QComboBox):
         painter = QStylePainter(self)
         painter.drawComplexControl(box, option)
         painter.drawControl(QStyle.ControlElement.CE_ComboBoxLabel, option)
+        if self.hasFocus():
+            painter.setPen(QPen(self.palette().accent().color(), 2.0))
+            painter.drawRect(self.rect().adjusted(1, 1, -1, -1))
 
 
 class WholeNumber(QSpinBox):
-    """A box for a whole number."""
+    """A spin box for integers."""
 
     def __init__(self, least: int, most: int, value: int) -> None:
         super().__init__(minimum=least, maximum=most, value=value)
@@ -72,7 +75,7 @@ class WholeNumber(QSpinBox):
 
 
 class Fold(QWidget):
-    """A group that opens and closes under its title."""
+    """A group that folds under a title button."""
 
     def __init__(self, title: str, content: QWidget, name: str = "") -> None:
         super().__init__()
@@ -103,27 +106,28 @@ class Fold(QWidget):
 
 
 class Elided(QLabel):
-    """A line that asks for no width and ends in … where it is cut; the tooltip holds all of it."""
+    """A label without minimum width, elided with …; the tooltip shows the full text."""
 
-    def __init__(self) -> None:
+    def __init__(self, tip: str = "") -> None:
         super().__init__()
+        self._tip = tip
         self.setProperty("elides", "true")
         self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
 
     def minimumSizeHint(self) -> QSize:
-        """Return the height of the line."""
+        """Return width 0 and the line height."""
         return QSize(0, super().minimumSizeHint().height())
 
     def paintEvent(self, event: QPaintEvent) -> None:  # noqa: ARG002
-        """Write as much as fits."""
+        """Draw the elided text."""
         room = self.contentsRect()
         text = self.fontMetrics().elidedText(self.text(), Qt.TextElideMode.ElideRight, room.width())
-        self.setToolTip(self.text() if text != self.text() else "")
+        self.setToolTip(self.text() if text != self.text() else self._tip)
         QPainter(self).drawText(room, Qt.AlignmentFlag.AlignVCenter, text)
 
 
 def action_button(action: QAction) -> QToolButton:
-    """Return a narrow button for an action, by its word, which the Tab key reaches."""
+    """Return a narrow text button for an action, reachable with the Tab key."""
     button = _reached(action)
     button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextOnly)
     button.setProperty("segment", "true")
@@ -132,7 +136,7 @@ def action_button(action: QAction) -> QToolButton:
 
 
 def _reached(action: QAction) -> QToolButton:
-    """Return a button for an action, which the Tab key reaches."""
+    """Return a button for an action, reachable with the Tab key."""
     button = QToolButton()
     button.setDefaultAction(action)
     button.setAccessibleName(bare(action.text()))
@@ -171,14 +175,14 @@ def named(text: str, buddy: QWidget) -> QLabel:
 
 
 def muted_label(text: str = "", *, wraps: bool = False) -> QLabel:
-    """Return a label for what explains, in a quieter colour."""
+    """Return a label for explanations, in a muted colour."""
     label = QLabel(text, wordWrap=wraps)
     label.setProperty("muted", "true")
     return label
 
 
 class WarningLabel(QLabel):
-    """A muted line that may warn; `warns` tells whether it does, for those who can't see it."""
+    """A muted label that can warn; `warns` is the state for screen readers."""
 
     def __init__(self, *, wraps: bool = False) -> None:
         super().__init__(wordWrap=wraps)
@@ -186,7 +190,7 @@ class WarningLabel(QLabel):
         self.setProperty("muted", "true")
 
     def warn(self, wanted: bool) -> None:
-        """Warn from now on, or no more."""
+        """Turn the warning on or off."""
         if wanted != self.warns:
             self.warns = wanted
             self.setProperty("warn", wanted)
@@ -196,7 +200,7 @@ class WarningLabel(QLabel):
 def column_of(
     widget: QWidget, *content: QWidget | QLayout | None, margin: int = 0, spacing: int = GRID_PX
 ) -> QVBoxLayout:
-    """Return the layout of `widget`, a column on the 4 px grid; None is what room is left."""
+    """Return the layout of `widget`, a column on the 4 px grid; None adds a stretch."""
     column = QVBoxLayout(widget)
     column.setContentsMargins(margin, margin, margin, margin)
     column.setSpacing(spacing)
@@ -211,7 +215,7 @@ def column_of(
 
 
 def row_of(*widgets: QWidget | None, spacing: int = 2 * GRID_PX) -> QHBoxLayout:
-    """Return widgets in a row; None is what room is left."""
+    """Return widgets in a row; None adds a stretch."""
     row = QHBoxLayout()
     row.setSpacing(spacing)
     for widget in widgets:

@@ -1,4 +1,4 @@
-"""Dialogs that never stop the program: each calls what was asked for once there is an answer."""
+"""Non-blocking dialogs: each calls a callback with the answer."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from functools import partial
 from pathlib import Path
 from typing import Literal
 
-from PySide6.QtCore import QMimeData, QSize, Qt
-from PySide6.QtGui import QDragEnterEvent, QDropEvent, QShowEvent
+from PySide6.QtCore import QMimeData, QSize, Qt, QUrl
+from PySide6.QtGui import QDesktopServices, QDragEnterEvent, QDropEvent, QShowEvent
 from PySide6.QtWidgets import (
     QDialog,
     QDialogButtonBox,
@@ -29,27 +29,27 @@ from kogao_core.photo import READABLE
 from ..i18n import tr
 from .controls import column_of, row_of
 
-_MARGIN_PX = 60  # what a title bar and a task bar take
-_LINE_PX = 18  # a line of text for which sizes are given
+_MARGIN_PX = 60  # space for title bar and task bar
+_LINE_PX = 18  # line height for which dialog sizes are given
 
 
 def photo_filter(formats: Iterable[str] = READABLE, *more: str) -> str:
-    """Return the filter of a dialog for photos: their endings, and other patterns."""
+    """Return a file dialog filter for photo suffixes and other patterns."""
     patterns = " ".join((*(f"*{suffix}" for suffix in formats), *more))
     return tr("Photos ({patterns})", patterns=patterns)
 
 
 class Dialog(QDialog):
-    """A dialog that is gone once it is closed, and as large as its texts need.
+    """A dialog that is deleted on close and grows with the text.
 
     Parameters
     ----------
     title : str
-        What it is called.
+        Window title.
     parent : QWidget
         The window.
     size_px : (int, int)
-        Width and height for small text; it grows with larger one, as far as the screen has room.
+        Width and height at a line height of 18 px; scaled with the font, limited by the screen.
     """
 
     def __init__(self, title: str, parent: QWidget, size_px: tuple[int, int]) -> None:
@@ -60,13 +60,13 @@ class Dialog(QDialog):
         self.resize((QSize(*size_px) * grown).boundedTo(room(parent)))
 
     def closing(self) -> QDialogButtonBox:
-        """Return the row of buttons of a dialog that is only closed."""
+        """Return a button row with Close only."""
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
         buttons.rejected.connect(self.reject)
         return buttons
 
     def deciding(self, take: Callable[[], object]) -> QDialogButtonBox:
-        """Return the row of buttons of a dialog whose answer is taken, or not."""
+        """Return a button row with OK, which calls `take`, and Cancel."""
         kinds = QDialogButtonBox.StandardButton
         buttons = QDialogButtonBox(kinds.Ok | kinds.Cancel)
         buttons.accepted.connect(take)
@@ -74,13 +74,13 @@ class Dialog(QDialog):
         return buttons
 
     def present(self) -> None:
-        """Show it, in front and with the focus."""
+        """Show the dialog in front, with the focus."""
         self.show()
         self.raise_()
         self.activateWindow()
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Grow until no line is cut: Qt reckons with the lines that a wider dialog would have."""
+        """Grow until no line is cut: Qt computes the height for a wider dialog."""
         layout = self.layout()
         if layout is not None:
             layout.activate()
@@ -101,13 +101,13 @@ def ask_path(
     endings: Sequence[str] = (),
     at: Path | None = None,
 ) -> QFileDialog:
-    """Ask for a path, by the desktop's own dialog where Qt knows it, else by Qt's.
+    """Request a path with the native dialog if Qt supports it, else with Qt's dialog.
 
-    Every path that a user chooses comes through here. Of the dialog itself callers use no more than
-    `reject` and `rejected`: of the desktop's there is no more.
+    All paths chosen by users pass through this function. Callers may use only `reject` and
+    `rejected` of the returned dialog: native dialogs have no more.
     """
     dialog = QFileDialog(parent, title)
-    # Qt's own catalogues lack these two.
+    # Qt's catalogues have no translation for these two texts.
     dialog.setLabelText(QFileDialog.DialogLabel.LookIn, tr("&Look in:"))
     dialog.setLabelText(QFileDialog.DialogLabel.FileType, tr("Files of &type:"))
     dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
@@ -130,7 +130,7 @@ def ask_path(
             if path.suffix or whole == path:
                 taken(path)
             elif os.path.exists(whole):
-                # The dialog has asked about the name as it was typed.
+                # The native dialog confirmed the typed name only, without the suffix.
                 text = tr("{name} is there already. Replace it?", name=whole.name)
                 confirm(parent, text, tr("&Replace"), partial(taken, whole))
             else:
@@ -144,7 +144,7 @@ def ask_path(
 def question(
     parent: QWidget, text: str, icon: QMessageBox.Icon = QMessageBox.Icon.Question
 ) -> QMessageBox:
-    """Return a box that is yet to get its buttons; `open` shows it."""
+    """Return a message box without buttons; call `open` to show it."""
     box = QMessageBox(parent)
     box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
     box.setIcon(icon)
@@ -153,7 +153,7 @@ def question(
 
 
 def confirm(parent: QWidget, text: str, act: str, then: Callable[[], object]) -> None:
-    """Do `then` only if the user agrees to `act`; Escape and Enter don't."""
+    """Call `then` if the user clicks `act`; Escape and Enter cancel."""
     box = question(parent, text, QMessageBox.Icon.Warning)
     agree = box.addButton(act, QMessageBox.ButtonRole.DestructiveRole)
     box.setDefaultButton(box.addButton(QMessageBox.StandardButton.Cancel))
@@ -162,7 +162,7 @@ def confirm(parent: QWidget, text: str, act: str, then: Callable[[], object]) ->
 
 
 def ask_name(parent: QWidget, title: str, label: str, taken: Callable[[str], object]) -> None:
-    """Ask for a name."""
+    """Request a name and pass it to `taken`."""
     dialog = QInputDialog(parent)
     dialog.setWindowTitle(title)
     dialog.setLabelText(label)
@@ -173,29 +173,34 @@ def ask_name(parent: QWidget, title: str, label: str, taken: Callable[[str], obj
 
 
 def button(text: str, slot: Callable[[], object]) -> QPushButton:
-    """Return a button that the Return key elsewhere doesn't press."""
+    """Return a button that Return in another field doesn't press."""
     made = QPushButton(text)
     made.setAutoDefault(False)
     made.clicked.connect(slot)
     return made
 
 
+def open_path(path: Path) -> None:
+    """Open a file or folder with the desktop's default program."""
+    QDesktopServices.openUrl(QUrl.fromLocalFile(str(path)))
+
+
 def files_in(data: QMimeData) -> list[Path]:
-    """Return the files and folders of this computer among what is dropped."""
+    """Return the local files and folders of dropped data."""
     return [Path(url.toLocalFile()) for url in data.urls() if url.isLocalFile()]
 
 
 class PathEdit(QLineEdit):
-    """A line for a path; a file or folder that is dropped on it gives its own."""
+    """A text field for a path; accepts dropped files and folders."""
 
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:
-        """Accept files, besides text."""
+        """Accept files and text."""
         super().dragEnterEvent(event)
         if files_in(event.mimeData()):
             event.acceptProposedAction()
 
     def dropEvent(self, event: QDropEvent) -> None:
-        """Take the first file or folder, else the text."""
+        """Insert the path of the first file or folder, else the text."""
         files = files_in(event.mimeData())
         if files:
             self.setText(str(files[0]))
@@ -205,7 +210,7 @@ class PathEdit(QLineEdit):
 
 
 class PathLine(QWidget):
-    """A line for a path, and a button to look for one."""
+    """A path field with a button for a file dialog."""
 
     def __init__(
         self,
@@ -225,7 +230,7 @@ class PathLine(QWidget):
 
     @property
     def path(self) -> str:
-        """What is in the line."""
+        """The text of the field without surrounding spaces."""
         return self.line.text().strip()
 
     def _ask(self) -> None:
@@ -237,7 +242,7 @@ class PathLine(QWidget):
 
 
 def room(window: QWidget) -> QSize:
-    """Return how large a window may be on the screen of another one, or on its own."""
+    """Return the maximum window size on the screen of `window`."""
     return window.screen().availableSize() - QSize(_MARGIN_PX, _MARGIN_PX)
 
 
@@ -247,7 +252,7 @@ def table(
     rows: Sequence[Sequence[str]],
     widths: QHeaderView.ResizeMode = QHeaderView.ResizeMode.Stretch,
 ) -> QTableWidget:
-    """Return a table to read: texts in its first column, figures in the others."""
+    """Return a read-only table: text in the first column, numbers in the others."""
     made = QTableWidget(len(rows), len(head))
     made.setAccessibleName(title)
     made.setHorizontalHeaderLabels(list(head))

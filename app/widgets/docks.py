@@ -1,6 +1,6 @@
-"""Docks round the canvas: flat while their places are fixed, with title bars to move them.
+"""Docks around the canvas: flat while fixed, with title bars while movable.
 
-What doesn't fit into one scrolls, so that a small window cuts nothing off.
+Oversized content scrolls, so that small windows cut nothing off.
 """
 
 from __future__ import annotations
@@ -24,20 +24,20 @@ from PySide6.QtWidgets import (
 
 from ..i18n import tr
 
-# A window saved with other docks than these is not restored.
+# Layout version: a window state with another version is not restored.
 _VERSION: Final = 1
 _FREE: Final = (
     QDockWidget.DockWidgetFeature.DockWidgetMovable
     | QDockWidget.DockWidgetFeature.DockWidgetFloatable
     | QDockWidget.DockWidgetFeature.DockWidgetClosable
 )
-# Without a title bar; the menu can still close it.
+# Without a title bar; the menu still closes the dock.
 _FIXED: Final = QDockWidget.DockWidgetFeature.DockWidgetClosable
 
 
 @dataclass(frozen=True, slots=True)
 class Dock:
-    """Where a panel lies: its title and its side."""
+    """Title and side of a dock."""
 
     title: str
     area: Qt.DockWidgetArea = Qt.DockWidgetArea.BottomDockWidgetArea
@@ -45,7 +45,7 @@ class Dock:
 
 
 class Docks(QObject):
-    """Adds docks, moves them, and remembers where they are."""
+    """Adds and moves docks, and saves the layout."""
 
     def __init__(self, window: QMainWindow) -> None:
         super().__init__(window)
@@ -59,7 +59,7 @@ class Docks(QObject):
         window.setTabPosition(Qt.DockWidgetArea.BottomDockWidgetArea, QTabWidget.TabPosition.North)
 
     def add(self, name: str, dock: Dock, content: QWidget) -> None:
-        """Add a dock; those below are tabs of one place, the first of them in front."""
+        """Add a dock; docks at the bottom become tabs, with the first tab in front."""
         widget = QDockWidget(dock.title)
         widget.setObjectName(name)
         widget.installEventFilter(self)
@@ -74,30 +74,30 @@ class Docks(QObject):
         self._fix(widget, True)
 
     def show(self, name: str) -> None:
-        """Show a dock in front of its neighbours."""
+        """Show a dock in front of the other tabs."""
         self._docks[name].show()
         self._docks[name].raise_()
 
     def offer(self, name: str, offered: bool) -> None:
-        """Let a dock be shown, or hide it until there is something in it."""
+        """Enable a dock's menu entry, or hide the dock until there is content."""
         self._docks[name].toggleViewAction().setVisible(offered)
         if not offered:
             self._docks[name].hide()
 
     def toggles(self) -> list[QAction]:
-        """Return the actions that show and hide each dock."""
+        """Return the show and hide actions of all docks."""
         return [dock.toggleViewAction() for dock in self._docks.values()]
 
     def fix(self, fixed: bool) -> None:
-        """Fix all docks in their places, or let them be moved, floated and closed."""
+        """Fix all docks, or allow moving, floating and closing."""
         for dock in self._docks.values():
             self._fix(dock, fixed)
 
     def hide_all(self, hidden: bool) -> None:
-        """Leave the canvas alone in the window, or bring back what was there."""
+        """Hide all docks, or show the hidden docks again."""
         if hidden:
             self._hidden = [dock for dock in self._docks.values() if not dock.isHidden()]
-            # Of docks that share a place only the one in front can be seen.
+            # Of tabbed docks only the front dock is visible.
             self._in_front = [dock for dock in self._hidden if not dock.visibleRegion().isEmpty()]
         for dock in self._hidden:
             dock.setHidden(hidden)
@@ -107,13 +107,13 @@ class Docks(QObject):
             self._hidden = self._in_front = []
 
     def state(self) -> QByteArray:
-        """Return where the docks are, for `arrange`."""
+        """Return the layout, for `arrange`."""
         return self._window.saveState(_VERSION)
 
     def arrange(
         self, shown: Collection[str], staying: Collection[str], state: QByteArray | None = None
     ) -> None:
-        """Put the docks where they were."""
+        """Restore a layout; without a valid layout, show the docks in `shown`."""
         first = self._first = self._first or self.state()
         before = {name: self._docks[name].isHidden() for name in staying}
         if state is None or not self._window.restoreState(state, _VERSION):
@@ -132,24 +132,24 @@ class Docks(QObject):
             tabs.setToolTip(tr("Which of the panels that share this place is shown"))
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Keep the focus from what lies outside the window."""
+        """Disable widgets outside the window, so that the focus skips them."""
         if event.type() == QEvent.Type.Move and isinstance(watched, QWidget):
             _follow_place(watched)
         return False
 
     def _fix(self, dock: QDockWidget, fixed: bool) -> None:
-        # An empty widget in place of the title bar keeps a fixed dock flat.
+        # An empty title bar widget makes a fixed dock flat.
         dock.setTitleBarWidget(QWidget() if fixed else None)  # type: ignore[arg-type]
         dock.setFeatures(_FIXED if fixed else _FREE)
 
 
 def _follow_place(widget: QWidget) -> None:
-    """Switch off what Qt has put aside: docks behind others and idle tabs, where Tab still goes."""
+    """Disable docks and tab bars that Qt moved off screen. Tab would still reach these."""
     widget.setEnabled(widget.isWindow() or widget.geometry().right() >= 0)
 
 
 class ColumnArea(QScrollArea):
-    """A column that scrolls up and down, at least as wide as its content asks."""
+    """A vertically scrolling column, at least as wide as the content."""
 
     def __init__(self, content: QWidget, least_px: int) -> None:
         super().__init__()
@@ -160,11 +160,11 @@ class ColumnArea(QScrollArea):
         self.setMinimumWidth(least_px)
 
     def sizeHint(self) -> QSize:
-        """Begin as narrow as can be: whoever wants it wider drags its edge."""
+        """Return the minimum width; users can drag the edge to widen the column."""
         return QSize(self.minimumWidth(), super().sizeHint().height())
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Follow the content's width."""
+        """Follow the content's minimum width."""
         if watched is self._content and event.type() == QEvent.Type.LayoutRequest:
             room = self.verticalScrollBar().sizeHint().width()
             asked = self._content.minimumSizeHint().width() + room
@@ -173,22 +173,29 @@ class ColumnArea(QScrollArea):
 
 
 class RowArea(QScrollArea):
-    """A strip as high as its content that scrolls sideways where the window is narrow."""
+    """A strip as high as the content, with horizontal scrolling in narrow windows."""
 
     def __init__(self, content: QWidget) -> None:
         super().__init__()
         self._content = content
         _bare(self, content)
+        content.installEventFilter(self)
         self.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
 
     def sizeHint(self) -> QSize:
-        """Return the content's, and room for the scroll bar below it."""
+        """Return the content's size plus the height of the scroll bar."""
         return self._content.sizeHint() + QSize(0, self._bar_px)
 
     def minimumSizeHint(self) -> QSize:
-        """Return the content's height, and room for the scroll bar below it."""
+        """Return the content's height plus the height of the scroll bar."""
         return QSize(0, self._content.minimumSizeHint().height() + self._bar_px)
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Keep the content at least at the minimum width."""
+        if watched is self._content and event.type() == QEvent.Type.LayoutRequest:
+            self._content.setMinimumWidth(self._content.minimumSizeHint().width())
+        return super().eventFilter(watched, event)
 
     @property
     def _bar_px(self) -> int:

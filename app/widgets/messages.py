@@ -1,4 +1,4 @@
-"""Messages over the canvas: what happened, with the next step as a button; never modal."""
+"""Messages over the canvas: an event, with the next step as a button; never modal."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from ..render.colour import screen_colours, told_screen
 from ..theme import GRID_PX
 from .controls import Elided, muted_label
 
-# What is done sooner after a message came was done without having read it.
+# Minimum display time, ms. An earlier action doesn't clear the message.
 UNREAD_MS: Final = 2000
 LINGER_MS: Final = 10_000
 _WIDEST_PX: Final = 720
@@ -26,7 +26,7 @@ _WIDEST_PX: Final = 720
 
 @dataclass(frozen=True, slots=True)
 class BarAction:
-    """A button of a message: its text and what it does."""
+    """A button of a message: text and callback."""
 
     text: str
     act: Callable[[], object]
@@ -34,20 +34,20 @@ class BarAction:
 
 @dataclass(frozen=True, slots=True)
 class Message:
-    """What the bar says."""
+    """A message for the bar."""
 
-    text: str  # what happened
-    steps: tuple[BarAction, ...] = ()  # what can be done about it
-    wrong: bool = True  # whether something went wrong
-    # Whether it still applies; such a message stays until it doesn't, or is answered.
+    text: str  # the event
+    steps: tuple[BarAction, ...] = ()  # buttons for possible next steps
+    wrong: bool = True  # True for a problem
+    # Whether the message still applies. Such a message stays until False or dismissed.
     applies: Callable[[], bool] | None = None
 
 
 class MessageBar(QFrame):
-    """One message at a time: the newest about the last action, else the newest that still applies.
+    """Shows one message: the newest about the last action, else the newest that still applies.
 
-    A message about the last action goes with the next step of the document (`move_on`) or the next
-    attempt to open, save or find something (`clear`). One that only informs also goes by itself.
+    A message about the last action disappears at the next edit (`move_on`) or the next attempt
+    to open, save or find something (`clear`). A purely informative message also times out.
     """
 
     left = Signal()
@@ -72,13 +72,13 @@ class MessageBar(QFrame):
         self._since.start()
         self._linger = QTimer(self, singleShot=True, interval=LINGER_MS)
         self._linger.timeout.connect(self._fade)
-        # What was said just before a step is read first, and goes then.
+        # Delays the removal of an unread message.
         self._unread = QTimer(self, singleShot=True)
         self._unread.timeout.connect(self.clear)
         self.hide()
 
     def say(self, message: Message) -> None:
-        """Show a message, in place of the last one unless that one holds."""
+        """Show a message; messages that still apply are shown again later."""
         if message.applies is None:
             self._last = message
         else:
@@ -87,7 +87,7 @@ class MessageBar(QFrame):
         self.refresh()
 
     def move_on(self) -> None:
-        """Take a step of the document as the answer to what was said of the last action."""
+        """Clear the last message after an edit. A message stays for at least UNREAD_MS."""
         unread_ms = UNREAD_MS - self._since.elapsed()
         if unread_ms <= 0:
             self._last = None
@@ -97,23 +97,23 @@ class MessageBar(QFrame):
 
     @property
     def shown(self) -> Message | None:
-        """What it says, if anything."""
+        """The visible message, or None."""
         return self._shown
 
     def dismiss(self) -> bool:
-        """Send away what is shown, as its last button does; return whether there was anything."""
+        """Dismiss the visible message, as the close button does; return whether one was visible."""
         if self._shown is None:
             return False
         self._take(self.dismissed.emit)
         return True
 
     def clear(self) -> None:
-        """Say nothing more of the last action."""
+        """Clear the message about the last action."""
         self._last = None
         self.refresh()
 
     def refresh(self) -> None:
-        """Show what still applies, and no more."""
+        """Drop messages that no longer apply, and show the current message."""
         self._lasting = [
             message for message in self._lasting if message.applies and message.applies()
         ]
@@ -126,7 +126,7 @@ class MessageBar(QFrame):
             self._fill(message)
 
     def size_in(self, width_px: int) -> QSize:
-        """Return the size at which the text stands in as few lines as fit a width."""
+        """Return the size with as few lines of text as possible, at most `width_px` wide."""
         lines = self.text.text().splitlines()
         text_px = max(map(self.fontMetrics().horizontalAdvance, lines), default=0)
         buttons_px = sum(button.sizeHint().width() + 2 * GRID_PX for button in self.buttons)
@@ -200,48 +200,48 @@ class StatusLine(QStatusBar):
             self.addPermanentWidget(label)
 
     def show_tool(self, text: str) -> None:
-        """Say what the tool in hand does, once it is another one."""
+        """Show a hint for the selected tool, if the tool has changed."""
         if text != self._tool:
             self._tool = text
             self.hint("")
 
     def hint(self, text: str) -> None:
-        """Say what is under way; an empty text brings the tool back."""
+        """Show an activity; an empty text shows the tool's hint again."""
         self._told = False
         self._lasting = text or self._tool
         self._hint.setText(self._lasting)
 
     def tell(self, text: str) -> None:
-        """Say what has just been done, until the next step."""
+        """Show a completed action, until the next edit."""
         self.hint(text)
         self._told = True
 
     def move_on(self) -> None:
-        """Take a step of the document as the end of what was done before."""
+        """Clear the last completed action after an edit."""
         if self._told:
             self.hint("")
 
     def name_point(self, text: str) -> None:
-        """Name the point in question; an empty name brings the hint back."""
+        """Show the name of a point; an empty name shows the hint again."""
         self._hint.setText(text or self._lasting)
 
     @property
     def hint_text(self) -> str:
-        """What the hint says."""
+        """The visible hint."""
         return self._hint.text()
 
     def show_cursor(self, x: float, y: float) -> None:
-        """Show the pixel under the cursor; negative ones are none."""
+        """Show the pixel position of the cursor; negative values clear the text."""
         inside = x >= -0.5 and y >= -0.5
         self._cursor.setText(tr("x {x:.0f}  y {y:.0f}", x=x, y=y) if inside else "")
 
     def show_photo(self, photo: Photo) -> None:
-        """Show size, depth, colour space, what reading changed and what a copy won't keep.
+        """Show size, depth, colour space, changes on reading and limits of a copy.
 
-        How long its picture takes isn't known yet.
+        The drawing time is not known yet.
         """
         size = f"{photo.width} × {photo.height}"  # noqa: RUF001
-        parts = [size, tr("{n}-bit", n=photo.bits)]
+        parts = [size] if photo.bits == 8 else [size, tr("{n}-bit", n=photo.bits)]
         colours = screen_colours(photo)
         if photo.icc_profile is not None:
             unusable = tr("colour profile can't be used")
@@ -259,8 +259,12 @@ class StatusLine(QStatusBar):
         self._speed.clear()
 
     def show_speed(self, took_ms: float) -> None:
-        """Show how long the newest picture took."""
+        """Show the drawing time of the newest frame."""
         self._speed.setText(tr("drawn in {ms:.0f} ms", ms=took_ms))
+
+    def show_times(self, shown: bool) -> None:
+        """Show or hide drawing times."""
+        self._speed.setVisible(shown)
 
     def show_zoom(self, zoom: float) -> None:
         """Show the zoom in %."""
@@ -268,7 +272,7 @@ class StatusLine(QStatusBar):
 
 
 def _copied_as(photo: Photo) -> FileFormat:
-    """Return the format of a copy like the photo, or the one that holds most."""
+    """Return the format of a copy: the photo's own if writable, else TIFF."""
     return next(
         (form for form in formats.WRITTEN if form.name == photo.format), formats.BY_NAME["TIFF"]
     )

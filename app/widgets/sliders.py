@@ -1,4 +1,4 @@
-"""Sliders: a drag or a held key previews, letting go commits."""
+"""Sliders: a drag or a held key previews, a release commits."""
 
 from __future__ import annotations
 
@@ -31,15 +31,15 @@ from ..i18n import bare, tr
 from .controls import column_of, muted_label, row_of, turn_in_focus_only
 from .typed import SliderScale, ValueField
 
-# Notches of a wheel that follow each other faster are one gesture, and so is a double click.
+# Pause that ends a gesture of wheel notches, and the time for a double click, ms.
 _REST_MS = 400
-# A drag with Ctrl or Shift goes so much slower.
+# Speed factor of a drag with Ctrl or Shift.
 _FINE = 0.1
 _FINELY = Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.ShiftModifier
 
 
 class GestureSlider(QSlider):
-    """A slider that tells a gesture from its end."""
+    """A slider with signals for the end of a gesture, a reset and text input."""
 
     rested = Signal()
     reset = Signal()
@@ -63,37 +63,37 @@ class GestureSlider(QSlider):
         self.setProperty("signed", self._is_signed)
 
     def abort(self) -> None:
-        """Ignore the mouse until its button is let go."""
+        """Ignore the mouse until the button is released."""
         self._aborted = self.isSliderDown()
 
     def show_amount(self, value: float) -> None:
-        """Stand on the step nearest to a value, without telling anyone."""
+        """Move the handle to the nearest step without emitting signals."""
         self._exact = value
         with QSignalBlocker(self):
             self.setValue(self.scale.step(value))
 
     def amount(self) -> float:
-        """Return the value shown: one that was typed may lie between two steps."""
+        """Return the visible value; a typed value may be between two steps."""
         step = self.value()
         nearest = min(max(self.scale.step(self._exact), self.minimum()), self.maximum())
         return self._exact if nearest == step else self.scale.value(step)
 
     def amount_text(self) -> str:
-        """Return how the value shown reads."""
+        """Return the text of the visible value."""
         return self.scale.text(self.amount())
 
     def take_figure(self, figure: float) -> None:
-        """Go where a figure is asked for, as a gesture of its own; kept within range."""
+        """Set the value from an assistive tool as one gesture, clamped to the range."""
         ends = self.scale.value(self.minimum()), self.scale.value(self.maximum())
         self.take_step(self.scale.step(min(max(self.scale.typed(figure), ends[0]), ends[1])))
 
     def take_step(self, step: int) -> None:
-        """Go to a step, as a gesture of its own."""
+        """Move to a step as one gesture."""
         self.setValue(step)
         self.rested.emit()
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Begin a gesture; a press beside the handle brings it there, to be dragged on."""
+        """Start a gesture; a press beside the handle moves the handle there."""
         self._rest.stop()
         self._aborted = self._dragged = False
         if event.button() == Qt.MouseButton.LeftButton:
@@ -102,7 +102,7 @@ class GestureSlider(QSlider):
         self._x, self._place = event.position().x(), float(self.value())
 
     def _parts(self) -> tuple[QRect, QRect, bool]:
-        """Return groove and handle, px, and whether the values grow to the left."""
+        """Return groove and handle, px, and whether values increase to the left."""
         option = QStyleOptionSlider()
         self.initStyleOption(option)
         groove, handle = (
@@ -122,7 +122,7 @@ class GestureSlider(QSlider):
         )
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        """Follow the mouse, slowly with Ctrl or Shift, unless the gesture was aborted."""
+        """Follow the mouse, slower with Ctrl or Shift, unless the gesture was aborted."""
         self._dragged = self.isSliderDown()
         if self._aborted or not self._dragged:
             return
@@ -134,7 +134,7 @@ class GestureSlider(QSlider):
         self.setValue(round(self._place))
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Fill the groove from 0 to the handle where values go either way."""
+        """Fill the groove from 0 to the handle if the range includes negative values."""
         super().paintEvent(event)
         if not self._is_signed:
             return
@@ -151,7 +151,7 @@ class GestureSlider(QSlider):
         painter.fillRect(QRect(zero, groove.bottom() + 2, 1, 3), self.palette().placeholderText())
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
-        """End the gesture; that of a click may still become a double click."""
+        """End the gesture; after a click, wait for a double click first."""
         with QSignalBlocker(self):
             super().mouseReleaseEvent(event)
         if not self._aborted and self._dragged:
@@ -161,38 +161,38 @@ class GestureSlider(QSlider):
         self._aborted = False
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
-        """Ask for the first value."""
+        """Emit `reset`."""
         event.accept()
         self._rest.stop()
         self.reset.emit()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Move by keys; Enter asks for a field to type in."""
+        """Move by keys; Enter emits `entered`."""
         if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
             self.entered.emit()
         else:
             super().keyPressEvent(event)
 
     def keyReleaseEvent(self, event: QKeyEvent) -> None:
-        """End a gesture made by keys; a held key repeats within one gesture."""
+        """End a gesture by keys; auto-repeat belongs to the same gesture."""
         super().keyReleaseEvent(event)
         if not event.isAutoRepeat():
             self.rested.emit()
 
     def focusOutEvent(self, event: QFocusEvent) -> None:
-        """End a gesture whose key is let go elsewhere."""
+        """End a gesture: the key release may reach another widget."""
         super().focusOutEvent(event)
         self._rest.stop()
         self.rested.emit()
 
     def wheelEvent(self, event: QWheelEvent) -> None:
-        """Move by notches: those that follow each other are one gesture."""
+        """Move by notches; notches in quick succession are one gesture."""
         super().wheelEvent(event)
         self._rest.start()
 
 
 class _Title(QLabel):
-    """The name of a slider, which tells when it is clicked twice."""
+    """The name of a slider; emits `doubled` on a double click."""
 
     doubled = Signal()
 
@@ -202,7 +202,7 @@ class _Title(QLabel):
 
 
 class ValueSlider(QWidget):
-    """A named slider, its value to be typed as well, and a line of explanation."""
+    """A named slider with a text field and a tooltip."""
 
     edited = Signal(float)
     rested = Signal()
@@ -238,12 +238,12 @@ class ValueSlider(QWidget):
         self.field.left.connect(self.slider.setFocus)
 
     def show_value(self, value: float) -> None:
-        """Show a value without telling anyone."""
+        """Show a value without emitting signals."""
         self.slider.show_amount(value)
         self.field.show_text(self.slider.scale.text(value))
 
     def rename(self, title: str, tip: str, scale: SliderScale) -> None:
-        """Take another name, with its mnemonic, another explanation, and texts for the values."""
+        """Set the name with mnemonic, the tooltip and the scale."""
         self._tip, self.slider.scale = tip, scale
         self.field.rename(bare(title), scale)
         self.title.setText(title)
@@ -251,7 +251,7 @@ class ValueSlider(QWidget):
         self._show_tip()
 
     def show_first(self, value: float) -> None:
-        """Say which value a double click brings back."""
+        """Set the default value, named in the tooltip."""
         if value != self._first:
             self._first = value
             self._show_tip()
@@ -278,7 +278,7 @@ class ValueSlider(QWidget):
 
 
 class SpokenSlider(QAccessibleWidget):
-    """What a screen reader learns of a slider: its value as it is shown, not the step."""
+    """Accessible slider with the visible value instead of the step."""
 
     def __init__(self, slider: GestureSlider) -> None:
         super().__init__(slider, QAccessible.Role.Slider)
@@ -286,12 +286,12 @@ class SpokenSlider(QAccessibleWidget):
         self._value, self._actions = _Value(slider), _SliderActions(slider)
 
     def text(self, kind: QAccessible.Text) -> str:
-        """Return its value with the unit, or what any widget says."""
+        """Return the value with unit, or another text of the base class."""
         value = kind == QAccessible.Text.Value
         return self._slider.amount_text() if value else super().text(kind)
 
     def interface_cast(self, kind: QAccessible.InterfaceType) -> Any:
-        """Return what tells and sets its value, and what it can be told to do."""
+        """Return the interface for the value or the actions."""
         casts = {
             QAccessible.InterfaceType.ValueInterface: self._value,
             QAccessible.InterfaceType.ActionInterface: self._actions,
@@ -300,7 +300,7 @@ class SpokenSlider(QAccessibleWidget):
 
 
 class _Value(QAccessibleValueInterface):
-    """Its figure, as it is shown."""
+    """The visible number."""
 
     def __init__(self, slider: GestureSlider) -> None:
         super().__init__()
@@ -319,13 +319,13 @@ class _Value(QAccessibleValueInterface):
         return self._slider.scale.figure(self._slider.scale.value(self._slider.maximum()))
 
     def minimumStepSize(self) -> float:
-        # Steps of a scale needn't be equal: those at its lower end are the smallest.
+        # Steps may differ in size: the smallest is at the low end.
         scale, low = self._slider.scale, self._slider.minimum()
         return abs(scale.value(low + 1) - scale.value(low))
 
 
 class _SliderActions(QAccessibleActionInterface):
-    """What it can be told to do."""
+    """Actions of an accessible slider."""
 
     def __init__(self, slider: GestureSlider) -> None:
         super().__init__()

@@ -1,4 +1,4 @@
-"""A value as a field to type in: flat until it is pointed at, and right or put back."""
+"""A flat text field for a value, which restores the old value after invalid input."""
 
 from __future__ import annotations
 
@@ -16,40 +16,40 @@ from ..theme import GRID_PX
 
 _NUMBER: Final = re.compile(r"[-+\N{MINUS SIGN}]?(?:\d+(?:[.,]\d*)?|[.,]\d+)")
 _WORD: Final = re.compile(r"[^\W\d_]+|%")
-# Finer than hundredths nothing is shown.
+# Values are shown with at most two decimals.
 _DECIMALS: Final = 2
 
 
 @dataclass(frozen=True, slots=True)
 class SliderScale:
-    """How the whole steps of a slider stand for values."""
+    """Mapping between the integer steps of a slider and values."""
 
     # Range and Page-key step of the slider.
     low: int
     high: int
     page: int
-    # Value of a step, and the step nearest to a value.
+    # Value of a step; step nearest to a value.
     value: Callable[[int], float]
     step: Callable[[float], int]
-    text: Callable[[float], str]  # how a value reads
-    # The value that a number typed in place of the one in `text` stands for.
+    text: Callable[[float], str]  # format a value
+    # Convert a typed number to a value.
     typed: Callable[[float], float] = lambda number: round(number, _DECIMALS)
-    least: float | None = None  # the least that may be typed, where the slider ends above it
+    least: float | None = None  # smallest typed value, if the slider starts higher
 
     @property
     def ends(self) -> tuple[str, str]:
-        """How the least and the largest value read."""
+        """Texts of the least and the largest value."""
         return self.text(self._least), self.text(self.value(self.high))
 
     def read(self, text: str) -> float | None:
-        """Return the value that a user has typed, with or without its unit; None for no value."""
+        """Parse typed text, with or without the unit; None if invalid or out of range."""
         number = number_in(text, self._words(*self.ends))
         value = None if number is None else self.typed(number)
         inside = value is not None and self._least <= value <= self.value(self.high)
         return value if inside else None
 
     def figure(self, value: float) -> float:
-        """Return the number in the text of a value: what is read aloud is what is seen."""
+        """Return the number in the text of a value, for screen readers."""
         text = self.text(value)
         number = number_in(text, self._words(text))
         return value if number is None else number
@@ -63,9 +63,9 @@ class SliderScale:
 
 
 def number_in(text: str, words: Collection[str] = ()) -> float | None:
-    """Return the one number in a text that else holds nothing but `words`; None otherwise.
+    """Return the only number in a text with no words except `words`, else None.
 
-    Comma and full stop are both the sign of the decimals.
+    Comma and full stop both mark decimals.
     """
     found = _NUMBER.findall(text)
     rest = _NUMBER.sub(" ", text).casefold()
@@ -76,10 +76,10 @@ def number_in(text: str, words: Collection[str] = ()) -> float | None:
 
 
 class ValueField(QLineEdit):
-    """Shows a value of a scale and takes another one.
+    """Shows a value of a scale and accepts another.
 
-    Enter and leaving the field take what is typed, Escape gives it up; after either the value
-    stands there again as it is.
+    Enter and leaving the field accept the text, Escape cancels. The field then shows the current
+    value.
     """
 
     typed = Signal(float)
@@ -92,34 +92,34 @@ class ValueField(QLineEdit):
         self.rename(name, scale)
         self.setProperty("value", "true")
         self.setAlignment(Qt.AlignmentFlag.AlignRight)
-        # A photo that is dropped here is for the window, and its address no value.
+        # A dropped photo is for the window; the URL is no value.
         self.setAcceptDrops(False)
         self.setToolTip(tr("Type a value; Enter takes it, Escape gives it up"))
         self.editingFinished.connect(self._take)
 
     def rename(self, name: str, scale: SliderScale) -> None:
-        """Take another name and other texts for the values."""
+        """Set the name and the scale."""
         self._name, self._scale = name, scale
         self.setAccessibleName(tr("{name}, in figures", name=name))
         self.updateGeometry()
 
     def show_text(self, text: str) -> None:
-        """Show a value; what is being typed stays until it is taken or given up."""
+        """Show a value. Unfinished input stays until accepted or cancelled."""
         self._shown = text
         if not (self.hasFocus() and self.isModified()):
             self._restore()
 
     def sizeHint(self) -> QSize:
-        """Return room for the longest value, so that nothing moves with the figures."""
+        """Return the size for the longest value, so that the layout doesn't move."""
         longest = max(map(self.fontMetrics().horizontalAdvance, (*self._scale.ends, self._shown)))
         return QSize(longest + 5 * GRID_PX, super().sizeHint().height())
 
     def minimumSizeHint(self) -> QSize:
-        """Return the same: a cut figure is a wrong one."""
+        """Return the same size: a truncated number would mislead."""
         return self.sizeHint()
 
     def event(self, event: QEvent) -> bool:
-        """Keep Escape from the window while something is typed here."""
+        """Handle Escape here instead of in the window's shortcuts."""
         asked = event.type() == QEvent.Type.ShortcutOverride
         if asked and isinstance(event, QKeyEvent) and event.key() == Qt.Key.Key_Escape:
             event.accept()
@@ -127,7 +127,7 @@ class ValueField(QLineEdit):
         return super().event(event)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Take what is typed with Enter, give it up with Escape."""
+        """Accept the text with Enter, cancel with Escape."""
         if event.key() == Qt.Key.Key_Escape:
             self._restore()
             self.left.emit()
@@ -137,7 +137,7 @@ class ValueField(QLineEdit):
             self.left.emit()
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Select all with the first click: what is typed comes in place of it."""
+        """Select the whole text with the first click, so that typing replaces the value."""
         first = not self.hasFocus() or not self.isModified()
         super().mousePressEvent(event)
         if first:

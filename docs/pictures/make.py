@@ -1,21 +1,22 @@
-"""Make the pictures of the documentation from the program's own sample.
+"""Make the pictures of the documentation and of the landing page.
 
 ``python docs/pictures/make.py docs/pictures [SHEETS]``
 
-With the folder that has SFHQ's sheets of generated faces, the moving picture of the README and the
-gallery are made, too. The window in Japanese needs a font with Japanese letters (Debian:
-fonts-noto-cjk).
+Without the folder of SFHQ's sheets, only the pictures of the built-in sample are made. The
+window in Japanese needs a font with Japanese letters (Debian: fonts-noto-cjk).
 """
 
 from __future__ import annotations
 
+import base64
 import io
+import json
 import os
 import subprocess
 import sys
 import tempfile
 from pathlib import Path
-from typing import Final
+from typing import Final, NamedTuple
 
 import cv2
 import jpeglib
@@ -25,16 +26,48 @@ from PIL import ImageDraw, ImageFont
 
 from kogao_core.base import assets
 from kogao_core.base.atomic import put
-from kogao_core.base.geometry import Image
+from kogao_core.base.geometry import Array, Image
 from kogao_core.faces.landmarks import MeshSource
-from kogao_core.lab.experiments.lens import shown as shown_at_the_edge
-from kogao_core.lab.subjects import Subject
 from kogao_core.photo import read
 from kogao_core.pipeline import render
 from kogao_core.recipe.recipe import Recipe
 
-PERCENT: Final = 6.0
+
+class Generated(NamedTuple):
+    """A generated face: a square of one of SFHQ's sheets. All are adults."""
+
+    sheet: str
+    left_px: int
+    top_px: int
+    side_px: int
+    name: str  # alternative text
+
+    def pixels(self, sheets: Path) -> Image:
+        """Return the square, RGB."""
+        x, y, side = self.left_px, self.top_px, self.side_px
+        return read(sheets / self.sheet).pixels[y : y + side, x : x + side]
+
+
+FACES: Final = (
+    Generated("sheet01.jpg", 1854, 86, 1794, "A man of about 30 with a short beard, smiling"),
+    Generated("sheet02.jpg", 930, 52, 890, "A woman of about 35 with long red hair"),
+    Generated("sheet05.jpg", 1848, 64, 570, "A man of about 45 with a shaved head"),
+    Generated("sheet02.jpg", 15, 1024, 890, "A woman of about 50 with long grey hair"),
+    Generated("sheet03.jpg", 1842, 42, 590, "A man of about 70 with spectacles"),
+    Generated("sheet01.jpg", 15, 86, 1794, "A man of about 60 with long grey hair"),
+)
+SAMPLES: Final = ("women", "men")  # averages that travel with the program
+SHOWN_PERCENT: Final = 8.0  # of the pictures that readers see first
 GAP_PX: Final = 12
+FRONT_PX: Final = 300
+LANDING_PX: Final = 384
+GALLERY_PX: Final = 420
+GALLERY_MS: Final = 1300
+TRIED_PX: Final = 420  # the faces that visitors of the landing page warp
+TRIED_PERCENTS: Final = (2, 4, 6, 8, 10)
+NODE_PX: Final = 8
+SOFT_PX: Final = 0.8
+UNITS_PER_PX: Final = 1024
 _INSPECT: Final = ("--workspace", "inspect")
 WINDOWS: Final = {
     "window": (),
@@ -50,96 +83,166 @@ WINDOWS: Final = {
 }
 FIGURES: Final = ("centers", "domains", "landmarks", "lattice")
 ORANGE: Final = (230, 159, 0)  # Okabe and Ito's
-# Of the sheet of faces: the left and upper edge of three of its pictures, and their side.
-SHEET: Final = "sheet02.jpg"
-TILES: Final = ((930, 52), (930, 1024), (2759, 1024))
-TILE_PX: Final = 890
-# Of another: two larger ones.
-LARGE_SHEET: Final = "sheet01.jpg"
-LARGE_TILES: Final = ((12, 86), (1852, 86))
-LARGE_TILE_PX: Final = 1796
-WIDE_PX: Final = 276
-GALLERY_PX: Final = 300
-EDGE_PX: Final = 900  # the sample's own
-EDGE_ROWS: Final = 316  # below, the generated pictures end
-AMOUNTS: Final = (0.0, 4.0, 8.0)
-FOLLOWS: Final = (0.0, 50.0, 100.0)
-STEPS: Final = 8
-HELD_MS: Final = 1100
-STEP_MS: Final = 70
-LARGEST_BYTES: Final = 600_000
+# The wide photo in which a face stands at the edge: size in px, focal length, place of the face.
+EDGE_PX: Final = (1800, 1200)
+EDGE_FOCAL_MM: Final = 26.0
+EDGE_AT: Final = (0.8, -0.15)  # of the half width and half height
+EDGE_FACE_PX: Final = 180  # width of the face
+EDGE_SHOWN: Final = (165, 190, 110)  # px shown beside, above and below the middle of the face
 
 
-def faces(sheets: Path) -> bytes:
-    """Return three generated faces as an animated WebP, while the amount goes up and down again."""
-    tiles = _tiles(sheets / SHEET, TILES, TILE_PX)
-    frames = [_frame(tiles, PERCENT * step / STEPS) for step in range(STEPS + 1)]
-    there_and_back = [*frames, *frames[-2:0:-1]]
-    held = [HELD_MS if step in (0, STEPS) else STEP_MS for step in range(len(there_and_back))]
-    file = io.BytesIO()
-    first, *rest = there_and_back
-    first.save(
-        file, "WEBP", save_all=True, append_images=rest, duration=held, loop=0, quality=80, method=6
-    )
-    if file.tell() > LARGEST_BYTES:
-        raise SystemExit(f"faces.webp would take {file.tell()} bytes")
-    return file.getvalue()
-
-
-def _frame(tiles: list[Image], percent: float) -> PIL.Image.Image:
-    """Return the pictures side by side at an amount, and the slider that says so below."""
-    row = [PIL.Image.fromarray(_warped(tile, percent)) for tile in tiles]
-    small = [one.resize((WIDE_PX, WIDE_PX), PIL.Image.Resampling.LANCZOS) for one in row]
-    frame = PIL.Image.new("RGB", (len(row) * (WIDE_PX + 6) - 6, WIDE_PX + 40), "white")
-    for number, one in enumerate(small):
-        frame.paste(one, (number * (WIDE_PX + 6), 0))
-    draw = ImageDraw.Draw(frame)
-    left, right, y = 24, frame.width - 90, WIDE_PX + 22
-    knob = left + (right - left) * percent / PERCENT
-    draw.line((left, y, right, y), "#999999", 4)
-    draw.line((left, y, knob, y), "#0072b2", 4)
-    draw.ellipse((knob - 9, y - 9, knob + 9, y + 9), "#0072b2")
-    font = ImageFont.load_default(20)
-    draw.text((frame.width - 8, y), f"{percent:.1f} %", "#333333", font, anchor="rm")
-    return frame
-
-
-def _tiles(sheet: Path, corners: tuple[tuple[int, int], ...], side_px: int) -> list[Image]:
-    pixels = read(sheet).pixels
-    return [pixels[y : y + side_px, x : x + side_px] for x, y in corners]
+def front(sheets: Path) -> dict[str, Image]:
+    """Return the README's pairs and the two pictures of the landing page's wipe."""
+    pairs = [(face.pixels(sheets), _warped(face.pixels(sheets), SHOWN_PERCENT)) for face in FACES]
+    shown = []
+    for before, after in pairs[1:3]:
+        shown += [_labelled(_square(before, FRONT_PX), "Before")]
+        shown += [_labelled(_square(after, FRONT_PX), "After")]
+    wipe = [np.hstack([_square(pair[k], LANDING_PX) for pair in pairs[:3]]) for k in (0, 1)]
+    return {
+        "before-after": _row(shown),
+        "landing-before": wipe[0],
+        "landing-after": wipe[1],
+    }
 
 
 def gallery(sheets: Path) -> dict[str, bytes]:
-    """Return the sample and five generated faces: by amount, as the head follows, at the edge."""
-    faces = [
-        read(assets.sample()).pixels[60:760, 100:800],
-        *_tiles(sheets / SHEET, TILES, TILE_PX),
-        *_tiles(sheets / LARGE_SHEET, LARGE_TILES, LARGE_TILE_PX),
+    """Return each face before and after by the default recipe, and faces at a photo's edge."""
+    pictures = [face.pixels(sheets) for face in FACES]
+    pictures += [
+        read(assets.sample().with_name(f"{name}.jpg")).pixels[60:760, 100:800] for name in SAMPLES
     ]
     made = {}
-    for number, face in enumerate(faces, 1):
-        amounts = [_warped(face, percent) for percent in AMOUNTS]
-        follows = [_warped(face, AMOUNTS[-1], "--head-follows", f"{far:g}") for far in FOLLOWS]
-        made[f"gallery-{number}-amount.jpg"] = _side_by_side(amounts)
-        made[f"gallery-{number}-follows.jpg"] = _side_by_side(follows)
-        if number > 1:  # the sample is in `lens`
-            made[f"gallery-{number}-lens.jpg"] = _jpeg(_at_the_edge(face)[:EDGE_ROWS])
+    for number, picture in enumerate(pictures, 1):
+        made[f"gallery-{number}.webp"] = _flip(picture, _warped(picture))
+    for number in (2, 3, 5):
+        made[f"lens-{number}.jpg"] = _jpeg(_at_the_edge(pictures[number - 1]))
     return made
 
 
-def _side_by_side(pictures: list[Image]) -> bytes:
-    side = (GALLERY_PX, GALLERY_PX)
-    small = [cv2.resize(one[..., :3], side, interpolation=cv2.INTER_AREA) for one in pictures]
-    gap = np.full((GALLERY_PX, GAP_PX // 2, 3), 255, np.uint8)
-    return _jpeg(np.hstack([small[0], gap, small[1], gap, small[2]]))
+def _flip(before: Image, after: Image) -> bytes:
+    """Return two pictures that alternate, as an animated WebP."""
+    words = ("Before", "After")
+    frames = [
+        PIL.Image.fromarray(_labelled(_square(picture, GALLERY_PX), word))
+        for picture, word in zip((before, after), words, strict=True)
+    ]
+    file = io.BytesIO()
+    frames[0].save(
+        file, "WEBP", save_all=True, append_images=frames[1:], duration=GALLERY_MS, loop=0,
+        quality=82, method=6,
+    )  # fmt: skip
+    return file.getvalue()
 
 
-def _warped(tile: Image, percent: float, *options: str) -> Image:
-    """Return what ``kogao-cli warp`` makes of a picture by itself."""
+def tried(sheets: Path) -> str:
+    """Return faces.js: faces that visitors warp in the page, with control points per Amount."""
+    faces = []
+    for face in FACES[1:5]:
+        # Slightly soft: the page may round a position to the next 1/32 px.
+        picture = cv2.GaussianBlur(_square(face.pixels(sheets), TRIED_PX), (0, 0), SOFT_PX)
+        jpeg = _jpeg(picture)
+        decoded = np.asarray(PIL.Image.open(io.BytesIO(jpeg)).convert("RGB"))
+        found = MeshSource().find(decoded)
+        fields = [
+            _control_points(render(decoded, found, Recipe(percent=percent)).field.on_grid)
+            for percent in TRIED_PERCENTS
+        ]
+        rows, columns = fields[0].shape[1:]
+        faces.append(
+            {
+                "name": face.name,
+                "picture": "data:image/jpeg;base64," + _base64(jpeg),
+                "width": TRIED_PX, "height": TRIED_PX,
+                "columns": columns, "rows": rows, "spacing": NODE_PX, "unit": UNITS_PER_PX,
+                "amounts": TRIED_PERCENTS,
+                "fields": [_base64(phi.astype("<i2").tobytes()) for phi in fields],
+            }
+        )  # fmt: skip
+    return f"window.KOGAO_FACES = {json.dumps(faces, indent=0)};\n"
+
+
+def _base64(data: bytes) -> str:
+    return base64.b64encode(data).decode()
+
+
+def _control_points(on_grid: object) -> Array:
+    """Return the cubic B-spline that meets a displacement on nodes, (2, rows, columns), rounded."""
+    assert callable(on_grid)
+    nodes = TRIED_PX // NODE_PX + 4
+    at = NODE_PX * (np.arange(nodes) - 1.0)
+    meets = (np.eye(nodes) * 4 + np.eye(nodes, k=1) + np.eye(nodes, k=-1)) / 6
+    values = np.asarray(on_grid(at, at))
+    phi = np.linalg.solve(meets, values)  # down
+    phi = np.linalg.solve(meets, phi.swapaxes(1, 2)).swapaxes(1, 2)  # across
+    return np.asarray(np.rint(phi * UNITS_PER_PX))
+
+
+def _at_the_edge(photo: Image) -> Image:
+    """Return a face at the edge of a wide photo, corrected, and in the middle, side by side.
+
+    A camera that turns maps the picture by a homography: so the face at the edge is exact, and the
+    face in the middle is the truth.
+    """
+    small = _square(photo, 600)
+    face = max(MeshSource().find(small), key=lambda one: one.interocular_px)
+    size = np.array(EDGE_PX, float)
+    focal = EDGE_FOCAL_MM / np.hypot(36.0, 24.0) * np.hypot(*size)
+    to = np.append(np.array(EDGE_AT) * size / 2, focal)
+    to /= np.linalg.norm(to)
+    axis = np.cross([0.0, 0.0, 1.0], to)
+    turn, _ = cv2.Rodrigues(axis / np.linalg.norm(axis) * np.arccos(to[2]))
+    scale = EDGE_FACE_PX / float(np.ptp(face.outline[:, 0]))
+    middle = np.mean(face.outline, axis=0)
+    on_axis = np.diag([scale, scale, 1.0])
+    on_axis[:2, 2] = -scale * middle
+    lens = np.diag([focal, focal, 1.0])
+    centred = np.array([[1, 0, size[0] / 2], [0, 1, size[1] / 2], [0, 0, 1.0]])
+    onto = centred @ lens @ turn @ np.linalg.inv(lens) @ on_axis
+    wide = cv2.warpPerspective(
+        small, onto, EDGE_PX, flags=cv2.INTER_AREA, borderMode=cv2.BORDER_REPLICATE
+    )
+    x, y = (centred @ lens @ to)[:2] / to[2]
+    beside, above, below = EDGE_SHOWN
+    box = slice(round(y - above), round(y + below)), slice(round(x - beside), round(x + beside))
+    corrected = _warped(wide, 0.0, "--lens", f"{EDGE_FOCAL_MM:g}")
+    # The same size: away from the middle, a lens draws the head larger by 1 / cos of the angle.
+    as_large = on_axis[:2] / to[2] + np.array([[0, 0, beside], [0, 0, above]])
+    middle_view = cv2.warpAffine(
+        small, as_large, (2 * beside, above + below), flags=cv2.INTER_AREA,
+        borderMode=cv2.BORDER_REPLICATE,
+    )  # fmt: skip
+    return _row([wide[box], corrected[box], np.asarray(middle_view)])
+
+
+def _square(picture: Image, side_px: int) -> Image:
+    size = (side_px, side_px)
+    return np.asarray(cv2.resize(picture[..., :3], size, interpolation=cv2.INTER_AREA))
+
+
+def _row(pictures: list[Image]) -> Image:
+    gap = np.full((len(pictures[0]), GAP_PX // 2, 3), 255, np.uint8)
+    parts = [part for picture in pictures for part in (gap, picture)]
+    return np.hstack(parts[1:])
+
+
+def _labelled(picture: Image, word: str) -> Image:
+    image = PIL.Image.fromarray(np.ascontiguousarray(picture))
+    draw, font = ImageDraw.Draw(image), ImageFont.load_default(18)
+    width = draw.textlength(word, font)
+    box = (8, image.height - 36, 24 + width, image.height - 8)
+    draw.rounded_rectangle(box, 14, "#000000")
+    draw.text((16, image.height - 22), word, "#ffffff", font, anchor="lm")
+    return np.asarray(image)
+
+
+def _warped(picture: Image, percent: float | None = None, *options: str) -> Image:
+    """Return a picture as ``kogao-cli warp`` makes it, by the default Amount if None."""
+    amount = () if percent is None else ("--percent", f"{percent:g}")
     with tempfile.TemporaryDirectory() as folder:
         before, after = Path(folder, "before.png"), Path(folder, "after.png")
-        cv2.imwrite(str(before), cv2.cvtColor(tile, cv2.COLOR_RGB2BGR))
-        _kogao_cli("warp", before, "-o", after, "--percent", f"{percent:g}", *options)
+        cv2.imwrite(str(before), cv2.cvtColor(picture, cv2.COLOR_RGB2BGR))
+        _kogao_cli("warp", before, "-o", after, *amount, *options)
         return read(after).pixels
 
 
@@ -152,7 +255,7 @@ def drawn() -> dict[str, bytes]:
 
 
 def blocks() -> Image:
-    """Return the sample's JPEG as it is saved, with the blocks that were written anew in orange."""
+    """Return the sample's JPEG as it is saved; blocks that were encoded again are orange."""
     with tempfile.TemporaryDirectory() as folder:
         saved = Path(folder, "saved.jpg")
         _kogao_cli("warp", "--sample", "-o", saved)
@@ -165,7 +268,7 @@ def blocks() -> Image:
 
 
 def templates() -> Image:
-    """Return our 27 landmarks of the sample beside the 189 that other programs are given."""
+    """Return our 27 landmarks of the sample next to the 189 points of other programs."""
     photo = read(assets.sample()).pixels
     (face,) = MeshSource().find(photo)
     ours = np.vstack([face.outline, face.eyes, face.mouth])
@@ -185,7 +288,7 @@ def _marked(photo: Image, points: Image, radius: int) -> Image:
 
 
 def doses() -> Image:
-    """Return one face of a study as its raters see it, at five doses."""
+    """Return one face of a study as its raters see it, at five Amounts."""
     photo = read(assets.sample()).pixels
     faces = MeshSource().find(photo)
     made = [render(photo, faces, Recipe(percent=percent)).pixels for percent in (0, 3, 6, 9, 12)]
@@ -196,18 +299,12 @@ def doses() -> Image:
 
 
 def lens() -> Image:
-    """Return the sample at the edge of 26 mm: as the lens draws it, corrected, and on the axis."""
+    """Return the sample at the edge of a 26 mm photo, corrected, and in the middle."""
     return _at_the_edge(read(assets.sample()).pixels)
 
 
-def _at_the_edge(photo: Image) -> Image:
-    small = cv2.resize(photo[..., :3], (EDGE_PX, EDGE_PX), interpolation=cv2.INTER_AREA)
-    subject = Subject("", small, tuple(MeshSource().find(small)))
-    return np.hstack(shown_at_the_edge(subject, Recipe()))
-
-
 def edit_window(path: Path) -> None:
-    """Take a picture of the window as another program sees it that has asked for a photo."""
+    """Take a picture of the window that another program has opened to edit a photo."""
     from kogao_app.editor import Editor
     from kogao_app.start import Screenshot
     from kogao_app.storage import Storage
@@ -227,6 +324,20 @@ def edit_window(path: Path) -> None:
             raise SystemExit(f"{path} wasn't made")
 
 
+def windows(folder: Path, sheets: Path | None) -> None:
+    """Take pictures of the window: generated faces where there are any, else the sample."""
+    for number, (name, options) in enumerate(WINDOWS.items()):
+        picture = ["--screenshot", str(folder / f"{name}.png"), *options]
+        with tempfile.TemporaryDirectory() as temporary:
+            photo = Path(temporary, "portrait.jpg")
+            if sheets is None or name == "protect":  # whose stroke is placed on the sample
+                photo.write_bytes(assets.sample().read_bytes())
+            else:
+                face = FACES[number % len(FACES)].pixels(sheets)
+                photo.write_bytes(_jpeg(_square(face, 1100)))
+            subprocess.run([sys.executable, "-m", "kogao_app", str(photo), *picture], check=True)
+
+
 def _kogao_cli(*words: object) -> None:
     program = "from kogao_core.cli import main; main()"
     command = [sys.executable, "-c", program, *map(str, words)]
@@ -238,35 +349,24 @@ def _jpeg(picture: Image) -> bytes:
     return cv2.imencode(".jpg", bgr, [cv2.IMWRITE_JPEG_QUALITY, 88])[1].tobytes()
 
 
-def before_after() -> Image:
-    """Return the sample and its warp side by side, cut to head and shoulders, RGB."""
-    photo = read(assets.sample()).pixels
-    faces = MeshSource().find(photo)
-    after = render(photo, faces, Recipe(percent=PERCENT)).pixels
-    x, y, width, height = faces[0].box
-    rows = slice(max(0, int(y - 0.9 * height)), int(y + 1.6 * height))
-    columns = slice(max(0, int(x - 0.6 * width)), int(x + 1.6 * width))
-    gap = np.full((rows.stop - rows.start, GAP_PX, 3), 255, np.uint8)
-    return np.hstack([photo[rows, columns], gap, after[rows, columns]])
-
-
 def main(arguments: list[str]) -> None:
     """Write all pictures into the folder named first."""
     folder = Path(arguments[0])
     folder.mkdir(parents=True, exist_ok=True)
-    if arguments[1:]:
-        sheets = Path(arguments[1])
-        for name, picture in {"faces.webp": faces(sheets), **gallery(sheets)}.items():
-            put(picture, folder / name)
-    for make in (before_after, blocks, templates, doses, lens):
-        put(_jpeg(make()), folder / f"{make.__name__.replace('_', '-')}.jpg")
+    sheets = Path(arguments[1]) if arguments[1:] else None
+    if sheets is not None:
+        for name, picture in front(sheets).items():
+            put(_jpeg(picture), folder / f"{name}.jpg")
+        for name, file in gallery(sheets).items():
+            put(file, folder / name)
+        put(tried(sheets).encode(), folder.parent / "site/landing/faces.js")
+    for make in (blocks, templates, doses, lens):
+        put(_jpeg(make()), folder / f"{make.__name__}.jpg")
     for name, figure in drawn().items():
         put(figure, folder / name)
     os.environ["QT_QPA_PLATFORM"] = "offscreen"
     edit_window(folder / "edit.png")
-    for name, options in WINDOWS.items():
-        window = ["--sample", "--screenshot", str(folder / f"{name}.png"), *options]
-        subprocess.run([sys.executable, "-m", "kogao_app", *window], check=True)
+    windows(folder, sheets)
 
 
 if __name__ == "__main__":

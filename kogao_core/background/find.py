@@ -1,4 +1,4 @@
-"""The background near faces: its straight lines, how far the warp bends each, and neighbours."""
+"""Find the background near faces (lines, edges, neighbours) and measure bent lines."""
 
 from __future__ import annotations
 
@@ -11,108 +11,100 @@ from typing import Final, Protocol
 
 import numpy as np
 
+from kogao_core.background.edges import Edges, edges_of, no_edges
 from kogao_core.background.holding import NOTHING_HELD, Held
 from kogao_core.background.lines import (
     SEEN_PX,
     BentLine,
     bends,
     off_faces,
-    rough_lines,
     shortest_px,
     straight_lines,
 )
 from kogao_core.background.people import PersonFinder, PersonMask
 from kogao_core.base.assets import AssetMissing
-from kogao_core.base.geometry import Array, Box, Image, Line, ramp
+from kogao_core.base.geometry import Array, Box, Image, Line
 from kogao_core.base.language import Text
 from kogao_core.faces.face import Face
 from kogao_core.faces.landmarks import ModelRefused
 from kogao_core.faces.landmarks.pixels import Pyramid
 from kogao_core.projects.sidecar import Applied
-from kogao_core.recipe.recipe import Recipe
 from kogao_core.warp.domain import Domain
 from kogao_core.warp.field import Field
 
-# Hair stands off further than the mask's edge: lines keep so far from people, in sides of a face.
+# Lines end this far from the mask of people, in sides of a face: hair extends beyond the mask.
 _APART: Final = 0.03
-_CUTS: Final = 256  # steps along a line at which it can be cut
+_CUTS: Final = 256  # samples along a line where the mask is read
 _HALF: Final = 0.5
-# Lines come and go with noise, the shorter the more: from the shortest to so many lengths more they
-# count from nothing to all, the weight of a row being felt over several powers of ten.
-_LONGER: Final = 4.0
-_SLOWLY: Final = 6
-_LENSED: Final = 2  # the same where a lens' correction moves what is behind a head much farther
 _HAIR_COUNTS: Final = Text("lines of hair and clothes count as lines of the background")
-# Lines so near to one that is let go are its other edge, or itself found a little elsewhere: in the
-# shortest line that counts.
+# Lines this near to a released line are the same line. Unit: the shortest line that counts.
 _SAME: Final = 0.3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Background:
-    """What was seen of a photo's background."""
+    """Lines, edges and neighbours near the faces of a photo."""
 
     lines: Array  # (N, 2, 2): ends (x, y) of each straight line, px
     # (M, 2): for each face, points of other people beside it, px.
     neighbours: tuple[Array, ...] = ()
-    shortest_px: float = 1.0  # how long a line must be to count
-    note: str = ""  # why they may not all be lines of the background; empty where they are
-    told: bool = True  # whether people could be told from the background: else no line is held
-    # (M, 2, 2): lines that are measured and not held (`lines.rough_lines`), px.
-    rough: Array = dataclasses.field(default_factory=lambda: np.zeros((0, 2, 2)))
+    shortest_px: float = 1.0  # length of the shortest line that counts
+    note: str = ""  # why some lines may not belong to the background
+    told: bool = True  # False: the mask of people is missing, and no edge is held
+    edges: tuple[Edges, ...] = ()  # for each face, the edges to hold
+    # The newest `Held`, by the released lines.
+    newest: dict[tuple[Line, ...], Held] = dataclasses.field(default_factory=dict)
 
-    def held(self, recipe: Recipe, loose: Sequence[Line] = ()) -> Held:
-        """Return what a rendering is to hold."""
+    def held(self, loose: Sequence[Line] = ()) -> Held:
+        """Return the edges and neighbours that a rendering must hold, without released lines."""
         if not self.told:
             return NOTHING_HELD
-        free = [self.is_loose(line, loose) for line in self.lines]
-        lines = self.lines[~np.array(free, bool)]
-        lengths = np.linalg.norm(lines[:, 1] - lines[:, 0], axis=1)
-        slowly = _SLOWLY if recipe.lens == "off" else _LENSED
-        weights = ramp((lengths / self.shortest_px - 1.0) / _LONGER) ** slowly
-        return Held(lines, self.neighbours, weights)
+        key = tuple(loose)
+        if key not in self.newest:
+            lines = np.array(key).reshape(-1, 2, 2)
+            edges = (one.without(lines) for one in self.edges)
+            self.newest.clear()
+            self.newest[key] = Held(tuple(edges), self.neighbours)
+        return self.newest[key]
 
     def toggled(self, line: Line, loose: Sequence[Line]) -> tuple[Line, ...]:
-        """Return the lines let go, with one more, or without it where it is one of them."""
+        """Return the released lines after releasing a line, or holding a released line again."""
         ends, reach = np.array(line), _SAME * self.shortest_px
         others = [one for one in loose if not _is_part_of(ends, np.array(one), reach)]
         return tuple(others) if len(others) < len(loose) else (*loose, line)
 
     def is_loose(self, line: Array, loose: Sequence[Line]) -> bool:
-        """Return whether a line is one of those that the user lets go. `line` (2, 2) px."""
+        """Return whether the user has released a line. `line` (2, 2) px."""
         reach = _SAME * self.shortest_px
         return any(_is_part_of(line, np.array(other), reach) for other in loose)
 
 
 @dataclass(frozen=True, slots=True)
 class Bends:
-    """What the meter says."""
+    """The lines near the faces and how far each is bent."""
 
     lines: tuple[BentLine, ...]  # the most bent first
     note: str = ""  # see `Background`
 
 
 class Warped(Protocol):
-    """What the meter looks at of a rendering; `kogao_core.pipeline.Rendering` is one."""
+    """The parts of `kogao_core.pipeline.Rendering` that `measure` needs."""
 
     @property
     def field(self) -> Field:
-        """The displacement that was drawn."""
+        """Displacement of the result."""
 
     @property
     def unheld(self) -> Field:
-        """The displacement as it would be, were nothing held."""
+        """Displacement without held lines and neighbours."""
 
     @property
     def domain(self) -> Domain:
-        """Where pixels move."""
+        """Region of moving pixels."""
 
 
 class BackgroundFinder:
-    """Looks at the background of photos; what it saw of the newest is kept.
-
-    One finder may be shared between threads.
-    """
+    """Finds the background near faces and caches the newest result. Thread-safe."""
 
     def __init__(self, people: PersonFinder | None = None) -> None:
         self.people = people or PersonFinder()
@@ -122,10 +114,9 @@ class BackgroundFinder:
         self._newest: Background | None = None
 
     def find(self, photo: Image, faces: Sequence[Face], others: Sequence[Face] = ()) -> Background:
-        """Find straight lines of the background, and neighbours.
+        """Find straight lines, edges and neighbours.
 
-        Lines that touch a person are cut there. Where people can't be told from the background,
-        only lines on the faces are left out.
+        Lines end at people. Without a mask of people, only lines on faces are left out.
         """
         with self._lock:
             keys = tuple(tuple(f.points.tobytes() for f in some) for some in (faces, others))
@@ -156,43 +147,41 @@ class BackgroundFinder:
             note = Text("{why}, so {hair_counts}", why=why, hair_counts=_HAIR_COUNTS)
         if note:
             return Background(lines(), (), shortest, note, told=False)
-        sharp, grown = lines(people), people.grown(_APART)
-        rough = off_faces(rough_lines(photo, sharp, people), [face.outline for face in faces])
+        looks = dict(zip(people.whose, people.looks, strict=True))
+        edges = (
+            edges_of(photo, looks[k], face.anchor.spacing_px) if k in looks else no_edges()
+            for k, face in enumerate(faces)
+        )
         return Background(
-            _cut(sharp, grown, shortest),
+            _cut(lines(people), people.grown(_APART), shortest),
             people.neighbours(faces, others),
             shortest,
             _missed(people.missed),
-            rough=_cut(rough, grown, shortest),
+            edges=tuple(edges),
         )
 
 
 def held_of(photo: Image, done: Applied, finder: BackgroundFinder) -> Held:
-    """Return what is to be held where a project, or choices, are done to a photo.
+    """Return the edges and neighbours to hold for edits of a photo.
 
-    Without looking, where the recipe holds nothing.
+    A recipe that holds nothing starts no search.
     """
     if not done.faces or not done.recipe.hold_background:
         return NOTHING_HELD
-    return finder.find(photo, done.faces, done.others).held(done.recipe, done.loose)
+    return finder.find(photo, done.faces, done.others).held(done.loose)
 
 
 def measure(photo: Image, rendering: Warped, done: Applied, finder: BackgroundFinder) -> Bends:
-    """Measure how far a rendering bends the straight lines of its background.
-
-    Result: of the lines near the warp's domain.
-    """
+    """Measure how far a rendering bends the straight lines near the warp's domain."""
     if not done.faces:
         return Bends(())
     found = finder.find(photo, done.faces, done.others)
     holds, bounds = done.recipe.hold_background and found.told, rendering.domain.bounds
-    sharp, rough = (
-        bends(rendering.field, lines[_touches(lines, bounds)], photo, rendering.unheld)
-        for lines in (found.lines, found.rough)
-    )
+    lines = found.lines[_touches(found.lines, bounds)]
+    bent = bends(rendering.field, lines, photo, rendering.unheld)
     if holds:
-        sharp = [_marked(line, found, done.loose) for line in sharp]
-    return Bends(tuple(sorted([*sharp, *rough], key=lambda line: -line.bend_px)), found.note)
+        bent = [_marked(line, found, done.loose) for line in bent]
+    return Bends(tuple(bent), found.note)
 
 
 def _marked(line: BentLine, found: Background, loose: Sequence[Line]) -> BentLine:
@@ -203,7 +192,7 @@ def _marked(line: BentLine, found: Background, loose: Sequence[Line]) -> BentLin
 
 
 def _touches(lines: Array, box: Box) -> Array:
-    """Return which lines come near a box."""
+    """Return which lines are near a box, (N,) bool."""
     near = box.grown(max(box.width, box.height) // 4)
     low, high = lines.min(axis=1), lines.max(axis=1)
     return np.asarray(
@@ -212,7 +201,7 @@ def _touches(lines: Array, box: Box) -> Array:
 
 
 def _is_part_of(line: Array, other: Array, reach_px: float) -> bool:
-    """Return whether two lines lie on each other, at least in part."""
+    """Return whether two lines coincide along a part."""
     along = other[1] - other[0]
     length = float(np.hypot(*along))
     if length == 0.0:
@@ -235,14 +224,14 @@ def _missed(count: int) -> str:
 
 
 def _cut(lines: Array, people: PersonMask, shortest: float) -> Array:
-    """Return the parts of lines that are long enough and lie on the background."""
+    """Return the parts of lines on the background that are at least `shortest` long."""
     if len(lines) == 0:
         return lines
     t = np.linspace(0.0, 1.0, _CUTS)
     along = lines[:, 1] - lines[:, 0]
     places = lines[:, :1] + t[:, None] * along[:, None]
     free = np.zeros((len(lines), _CUTS + 2), np.int8)
-    free[:, 1:-1] = people.at(places) < _HALF  # unknown is not free
+    free[:, 1:-1] = people.at(places) < _HALF  # NaN counts as a person
     steps = np.diff(free, axis=1)
     line, first = np.nonzero(steps > 0)
     _, behind = np.nonzero(steps < 0)

@@ -1,12 +1,10 @@
-"""Straight lines stay straight and neighbours stay put: a change of the fit that no landmark feels.
+"""Keep straight background edges straight and neighbours in place by a change of the lattices.
 
-A line may slide along itself, so only what the displacement does across it is asked to vanish: a
-row ``n . d = 0`` for each sample, in which x and y meet. At the edge of somebody else both vanish.
-The change c keeps to the control points of the fit and is nothing at every landmark and protected
-place, so the field stays one spline that does to the face what the fit does. Among all such changes
-it makes least ``c' L c + sum w (n . (d + c))^2``, L being the (screened) Laplacian of neighbouring
-control points: what is moved for a line's sake is in proportion to the bend that it saves, and
-weights, not decisions, say how much each line counts.
+Each row of `Edges` asks that a second difference of the displacement is zero across an edge. Such
+a row costs nothing when the edge shifts or turns as a whole. On the outline of a neighbour the
+displacement itself must be zero. The change c is zero at every landmark. Among all such changes it
+minimises ``c' L c + sum of w (row of (d + c))^2``, where L is the screened Laplacian of
+neighbouring control points. Everything but d and the landmarks' places is built once.
 """
 
 from __future__ import annotations
@@ -14,111 +12,128 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final
 
 import cv2
 import numpy as np
-import numpy.typing as npt
 
+from kogao_core.background.edges import Edges, no_edges
 from kogao_core.base.geometry import Affine, Array, ramp
 from kogao_core.faces.face import Face
 from kogao_core.warp.field import Field
-from kogao_core.warp.fit import STILL_STEP, Problem, on_quanta, summed
+from kogao_core.warp.fit import Problem, on_quanta, summed
 from kogao_core.warp.frame import edges_px
-from kogao_core.warp.guard import bisected, is_safe
+from kogao_core.warp.guard import LEAST_DET, bisected, is_safe
 from kogao_core.warp.lattice import Grid, Lattice, groups, matrices
 from kogao_core.warp.one_to_one import least_det
 
-# In lattice spacings: so near to a landmark a line's ends are free, and so far from it all counts.
-_FREE: Final = 0.25
-_ALL: Final = 0.75
+# All lengths are in lattice spacings. A row counts nothing so near to a landmark, and in full so
+# far from it.
+_FREE: Final = 0.15
+_ALL: Final = 0.6
+# Landmarks move inwards, at most to this share of their distance from the middle of the outline.
+_INNERMOST: Final = 0.9
 # A neighbour nearer to a landmark than this touches the face, and moves with it.
 _TOUCHING: Final = 1.0
-# Lines whose ends lie so near to a longer one, in lattice spacings, are pieces of it.
-_ASIDE: Final = 0.15
-# Pieces that a gap of more than this share of the face's longer side parts count as lines of their
-# own: somebody stands between them, and where they would part nobody sees.
-_BEHIND: Final = 0.5
+_STEP: Final = 0.5  # between points of neighbours
 # The face goes on above the ends of its outline, by this share of their distance: brows, glasses.
 _ABOVE: Final = 0.25
-_LINE: Final = 3e4  # weight of a line's row, 1 being that of a control point's
+# Weights; 1 is that of a difference of neighbouring control points.
 _LEAST: Final = 1e-2  # rows of less weight are left out
 _NEIGHBOUR: Final = 3e4
-_WITHIN: Final = 60.0  # of a place within the face, which is to go where it went
-_INSIDE: Final = 1.5  # lattice spacings between those
+_PERSON: Final = 10.0  # of a place on the person's hair and clothes, where the change is to be zero
+_WITHIN: Final = 60.0  # the same of a place within the face
+_INSIDE: Final = 1.5  # between those
 _CORNER: Final = 1e6  # of eyes and mouth
-_HARD: Final = 1e8  # of a landmark, a protected place, and the photo's edge
-_RIGID: Final = (
-    30.0  # of a line's shift and turn, for the square of its samples: free, but not for nothing
-)
-_SCREEN: Final = 0.06  # in L beside neighbours' differences: a change dies out over four spacings
-_PINNED: Final = 3.5  # a line is followed so far beyond what the fit moves, in spacings
-_MARGIN: Final = 1.0  # so far beyond that control points change, in spacings
-_SOFT: Final = 2.0  # the last of them less and less
-_MOST_NODES: Final = 4000  # of a change; of more it takes a lattice twice as coarse
-# For lines, and for each other purpose; of more, samples stand farther apart.
-_MOST_ROWS: Final = 350
-# A change leaves det J at least so large, and at least this share of what it was without.
+_EDGE: Final = 1e6  # of the photo's edge, across which nothing moves
+_RIDGE: Final = 1e-9  # of the equations of the landmarks
+_SCREEN: Final = 0.06  # in L beside neighbours' differences: a change fades over four spacings
+# The change acts in a square of this half side, moved up from the middle of the outline by so much.
+_HALF: Final = 20.0
+_HALF_NEAR: Final = 8.0  # the same of a first change, which holds neighbours alone
+_UP: Final = 2.5
+_SOFT: Final = 2.0  # its outermost control points change less and less
+# The change's lattice is the fit's, or that at double the spacing until it is at least this share
+# of the landmark spacing.
+_FINEST: Final = 1.4
+_FINEST_NEAR: Final = 0.7
+_MOST_PLACES: Final = 350  # of neighbours and within the face; of more, places are farther apart
+# A change leaves det J at least so large, or at least this share of its value before.
 _LEAST_DET: Final = 0.5
 _LEAST_SHARE: Final = 0.9
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Held:
-    """What a warp leaves as it is where it can."""
+    """Edges to keep straight and people to leave in place, for each face of a rendering."""
 
-    # (N, 2, 2): ends (x, y) of straight lines of the background, px.
-    lines: Array = dataclasses.field(default_factory=lambda: np.zeros((0, 2, 2)))
-    # (M, 2): for each face, points on the edge of other people, whom it isn't to drag along, px;
-    # empty where there are none.
+    edges: tuple[Edges, ...] = ()  # one for each face; empty: none
+    # (M, 2): for each face, points on the edge of other people, px; empty where there are none.
     neighbours: tuple[Array, ...] = ()
-    # (N,): how much each line counts, 0 to 1; all of them in full, if not given.
-    weights: Array | None = None
+    # What `hold` has built for a face, by everything it depends on beside this.
+    built: dict[Any, tuple[_Steady, ...]] = dataclasses.field(default_factory=dict)
 
     def mapped(self, transform: Affine) -> Held:
         """Return the same in another image's px."""
-        lines = transform(self.lines.reshape(-1, 2)).reshape(-1, 2, 2)
         neighbours = tuple(transform(points) for points in self.neighbours)
-        return dataclasses.replace(self, lines=lines, neighbours=neighbours)
+        return Held(tuple(edges.mapped(transform) for edges in self.edges), neighbours)
 
 
 NOTHING_HELD: Final = Held()
 
 
 def hold(field: Field, problems: Sequence[Problem], faces: Sequence[Face], held: Held) -> Field:
-    """Change a field so that lines stay straight and neighbours where they are.
+    """Change a field so that edges stay straight and neighbours stay in place.
 
-    Where that would squeeze the photo too much, all of the change gives way, as little as it takes;
-    faces never do. `problems` are what its lattices were fitted to, `faces` whose they are. What
-    comes back is one-to-one where `field` is.
+    A change that would squeeze the picture is reduced. The result is one-to-one where `field` is.
     """
-    if not len(held.lines) and not any(len(points) for points in held.neighbours):
+    if not held.edges and not any(len(points) for points in held.neighbours):
         return field
-    lattices, rooms = list(field.lattices), [_Room.of(problem) for problem in problems]
-    for group in groups([room.empty for room in rooms]):
-        among = [problems[k] for k in group]
-        landmarks = np.vstack([problem.target_px[: problem.movers] for problem in among])
+    lattices = list(field.lattices)
+    for group in groups(field.lattices):
+        targets = [problems[k].target_px[: problems[k].movers] for k in group]
         changed = []
         for k in group:
-            near = held.neighbours[k] if held.neighbours else np.zeros((0, 2))
-            if field.lattices[k].phi.any():
-                before = field.lattices[k]
-                rows = _rows(problems[k], rooms[k].empty, faces[k], landmarks, before, held, near)
-                alone = _changed(before, problems[k], rooms[k], rows)
-                lattices[k] = _allowed(field, [k], [alone])[0]
+            before = field.lattices[k]
+            changes = _changes(field, problems[k], faces[k], held, k) if before.phi.any() else ()
+            if changes:
+                after = before
+                for steady in changes:
+                    after = summed(after, steady.change(after, np.vstack(targets)))
+                after = on_quanta(problems[k].within(after))
+                lattices[k] = _allowed(field, [k], [after])[0]
                 changed.append(k)
         if len(changed) > 1:
-            after = [lattices[k] for k in changed]
-            for k, lattice in zip(changed, _allowed(field, changed, after), strict=True):
+            together = [lattices[k] for k in changed]
+            for k, lattice in zip(changed, _allowed(field, changed, together), strict=True):
                 lattices[k] = lattice
     return dataclasses.replace(field, lattices=tuple(lattices))
 
 
+def _changes(field: Field, problem: Problem, face: Face, held: Held, k: int) -> tuple[_Steady, ...]:
+    """Return the equations of the changes of a face: neighbours on a fine lattice, then all."""
+    edges = held.edges[k] if held.edges else None
+    near = held.neighbours[k] if held.neighbours else np.zeros((0, 2))
+    key = (k, problem.grid, problem.photo, face.points.tobytes())
+    if key not in held.built:
+        both = (_Steady(problem, face, rows, near) for rows in (None, edges or no_edges()))
+        held.built[key] = tuple(steady for steady in both if len(steady.weights))
+    found = list(held.built[key])
+    if field.protection.strokes:
+        alone = Field((field.lattices[k],), protection=field.protection)
+        for number, steady in enumerate(found):
+            shares = alone.protected_share(steady.places)
+            if (shares < 1.0).any():  # a protected part pins its edge
+                found[number] = _Steady(problem, face, steady.edges, near, shares)
+    return tuple(found)
+
+
 def _allowed(field: Field, which: Sequence[int], after: Sequence[Lattice]) -> Sequence[Lattice]:
-    """Return as much of some lattices' change as leaves the photo in shape."""
+    """Return the lattices with as much of their change as does not squeeze the picture."""
     before = [field.lattices[k] for k in which]
     unchanged = dataclasses.replace(field, lattices=tuple(before))
-    least = min(_LEAST_DET, _LEAST_SHARE * least_det(unchanged))
+    was = least_det(unchanged)
+    least = min(was, _LEAST_DET, max(LEAST_DET, _LEAST_SHARE * was))
     was_safe = is_safe(unchanged)
 
     def mixed(share: float) -> list[Lattice]:
@@ -136,261 +151,184 @@ def _allowed(field: Field, which: Sequence[int], after: Sequence[Lattice]) -> Se
     return mixed(bisected(lambda share: allow(mixed(share)), 1.0))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Rows:
-    """What is asked of a change, a row for each place and direction.
+class _Steady:
+    """The equations of one face's change."""
 
-    `places_px` and `across` are of shape (S, 2), `wanted_px` and `weight` of shape (S,): the change
-    along `across`, and how much it counts. `line` says whose shift and turn a row leaves free, by
-    number; -1 for none's.
-    """
+    def __init__(
+        self,
+        problem: Problem,
+        face: Face,
+        edges: Edges | None,
+        near: Array,
+        shares: Array | None = None,
+    ) -> None:
+        """Build the equations; without `edges`, on a small fine lattice for neighbours alone.
 
-    places_px: Array
-    across: Array
-    wanted_px: Array
-    weight: Array
-    line: npt.NDArray[np.int64]
-
-    @classmethod
-    def of(cls, places: Array, across: Array, wanted: Array, weight: Array | float) -> _Rows:
-        count = len(places)
-        weights = np.broadcast_to(np.asarray(weight, np.float64), (count,))
-        return cls(places, across, wanted, weights, np.full(count, -1))
-
-    @classmethod
-    def both_ways(cls, places: Array, wanted: Array, weight: Array | float) -> _Rows:
-        """Return rows for x and for y; `wanted` is of shape (N, 2)."""
-        weights = np.broadcast_to(np.asarray(weight, np.float64), (len(places),))
-        ways = np.repeat(np.eye(2), len(places), axis=0)
-        return cls.of(np.tile(places, (2, 1)), ways, wanted.T.ravel(), np.tile(weights, 2))
-
-    @classmethod
-    def joined(cls, parts: Sequence[_Rows]) -> _Rows:
-        return cls(
-            *(
-                np.concatenate([getattr(part, field.name) for part in parts])
-                for field in dataclasses.fields(cls)
-            )
+        `shares`: of the displacement that protection leaves at `places`.
+        """
+        source, h, self.edges = face.outline, face.anchor.spacing_px, edges
+        size = (_HALF_NEAR, _FINEST_NEAR) if edges is None else (_HALF, _FINEST)
+        self._room, self._free = _room(problem, source, h, *size)
+        middle = source.mean(axis=0)
+        swept = np.vstack(
+            [middle + f * (source - middle) for f in (1.0, (1.0 + _INNERMOST) / 2.0, _INNERMOST)]
         )
+        triples, normals, weights = _near_rows(edges, self._room, swept, h)
+        near = near[self._room.reaches(near)]
+        near = _thinned(near[_away(near, swept, h) > _TOUCHING], _STEP * h)
+        touching = np.clip((_away(near, swept, h) - _TOUCHING) / _TOUCHING, 0.0, 1.0) ** 2
+        self._edges, self._normals = len(weights), normals
+        self.weights = np.concatenate([weights, _NEIGHBOUR * touching])
+        self.places = np.concatenate([triples.reshape(-1, 2), near])
+        factors = np.concatenate([np.tile((1.0, -2.0, 1.0), len(weights)), np.ones(len(near))])
+        self._factors = factors if shares is None else factors * shares
+        if not len(self.weights):
+            return
+        self._rows = self._combined(self._felt(self.places))
+        self._matrix = self._built(problem, face, edges, swept)
+        self._inverse: Array | None = None
+        self._is_used = False
 
-    @property
-    def rigid(self) -> Array:
-        """What each line's shift and turn do to the rows, shape (S, two for each line)."""
-        own = np.flatnonzero(self.line >= 0)
-        _, first, which = np.unique(self.line[own], return_index=True, return_inverse=True)
-        count = np.bincount(which)
-        places, across = self.places_px[own], self.across[own]
-        middles = np.stack([np.bincount(which, one) for one in places.T], axis=-1) / count[:, None]
-        way = across[first][which]
-        apart = places - middles[which]
-        t = apart[:, 0] * way[:, 1] - apart[:, 1] * way[:, 0]
-        most = np.zeros(len(count))
-        np.maximum.at(most, which, np.abs(t))
-        # The longer a line, the less it moves.
-        share = (across * way).sum(axis=1) / count[which]
-        columns = np.zeros((len(self.line), 2 * len(count)))
-        columns[own, 2 * which] = share
-        columns[own, 2 * which + 1] = share * t / np.maximum(most, 1e-12)[which]
-        return columns
-
-
-def _rows(
-    problem: Problem,
-    room: Lattice,
-    face: Face,
-    landmarks: Array,
-    lattice: Lattice,
-    held: Held,
-    near: Array,
-) -> _Rows:
-    """Return what lines and neighbours ask of a face's lattice, and what must not feel it.
-
-    `room` is where the lattice can change.
-    """
-    step, reaches = STILL_STEP * problem.grid.spacing_px, room.reaches
-    parts = [_line_rows(problem, landmarks, lattice, held)]
-    near = near[reaches(near)]
-    apart = _away(problem, landmarks, near)
-    near = _thinned(near[apart > _TOUCHING], step)
-    apart = _away(problem, landmarks, near)
-    weight = _NEIGHBOUR * np.clip((apart - _TOUCHING) / _TOUCHING, 0.0, 1.0) ** 2
-    parts.append(_Rows.both_ways(near, -lattice.at(near), weight))
-    if not any(len(part.weight) for part in parts):
-        return _Rows.joined(parts)
-    still = np.vstack(
-        [landmarks, _thinned(problem.target_px[problem.movers + problem.features :], step)]
-    )
-    still = still[reaches(still)]
-    inside, corners = _face_places(problem), np.vstack([face.eyes, face.mouth])
-    inside, corners = inside[reaches(inside)], corners[reaches(corners)]
-    parts.append(_Rows.both_ways(still, np.zeros_like(still), _HARD))
-    parts.append(_Rows.both_ways(inside, np.zeros_like(inside), _WITHIN))
-    parts.append(_Rows.both_ways(corners, np.zeros_like(corners), _CORNER))
-    parts.extend(_edge_rows(problem, room))
-    return _Rows.joined(parts)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Room:
-    """The control points that a change may move, and each column's and row's share of that.
-
-    At its edge nothing changes: a control point more or less makes no difference.
-    """
-
-    empty: Lattice
-    columns: Array
-    rows: Array
-
-    @classmethod
-    def of(cls, problem: Problem) -> _Room:
-        origin, spacing = np.array(problem.grid.origin_px), problem.grid.spacing_px
-        low, high = problem.near_px + np.array([[-_MARGIN], [_MARGIN]]) * spacing
-        while np.prod((high - low) / spacing) > _MOST_NODES:
-            spacing *= 2.0
-        low, high = (low - origin) / spacing, (high - origin) / spacing
-        first, last = np.floor(low).astype(int), np.ceil(high).astype(int)
-        axes = [np.arange(a, b + 1) for a, b in zip(first, last, strict=True)]
-        columns, rows = (
-            ramp(np.minimum(nodes - a, b - nodes) / _SOFT)
-            for nodes, a, b in zip(axes, low, high, strict=True)
+    def change(self, lattice: Lattice, landmarks: Array) -> Lattice:
+        """Return the change of a lattice, zero at landmarks (N, 2)."""
+        n, parts = self._rows.shape[1], self._combined(lattice.at(self.places))
+        parts = self.weights[:, None] * parts
+        count = self._edges
+        parts[:count] = (parts[:count] * self._normals).sum(axis=1)[:, None] * self._normals
+        wanted = -(self._rows.T @ parts).T.ravel()
+        felt = self._felt(landmarks[self._room.reaches(landmarks)])
+        m = len(felt)
+        both = np.zeros((2 * m, 2 * n))
+        both[:m, :n] = both[m:, n:] = felt
+        sides = np.column_stack([wanted, both.T])
+        # An inverse pays off from the second change on.
+        if self._is_used and self._inverse is None:
+            self._inverse = np.asarray(np.linalg.inv(self._matrix), np.float64)
+        self._is_used, inverse = True, self._inverse
+        solved = np.asarray(
+            np.linalg.solve(self._matrix, sides) if inverse is None else inverse @ sides
         )
-        grid, zeros = Grid(problem.grid.origin_px, spacing), np.zeros((len(rows), len(columns), 2))
-        return cls(Lattice(grid, (int(first[0]), int(first[1])), zeros), columns, rows)
+        free, ways = solved[:, 0], solved[:, 1:]
+        strength = np.linalg.solve(both @ ways + _RIDGE * np.eye(2 * m), both @ free)
+        phi = (free - ways @ strength).reshape(2, *self._room.shape) * self._free
+        return dataclasses.replace(self._room, phi=np.ascontiguousarray(phi.transpose(1, 2, 0)))
+
+    def _combined(self, values: Array) -> Array:
+        """Return second differences, then values of neighbours, of values (places, N)."""
+        values, ends = values * self._factors[:, None], 3 * self._edges
+        triples = values[:ends].reshape(self._edges, 3, values.shape[1]).sum(axis=1)
+        return np.concatenate([triples, values[ends:]])
+
+    def _felt(self, places: Array) -> Array:
+        """Return how much each control point of the room moves places, (places, n)."""
+        (((bx, by),),) = matrices([self._room.window_at(*places.T)])
+        felt = by[:, :, None] * bx[:, None] * self._free
+        return np.asarray(felt.reshape(len(places), self._free.size))
+
+    def _built(self, problem: Problem, face: Face, edges: Edges | None, swept: Array) -> Array:
+        """Return the symmetric matrix of the change's x, then y components."""
+        (rows, columns), n = self._room.shape, self._rows.shape[1]
+        still: Array = np.zeros((n, n))
+        index = np.arange(n).reshape(rows, columns)
+        still[index, index] = 4.0 + _SCREEN
+        for one, other in ((index[:, 1:], index[:, :-1]), (index[1:], index[:-1])):
+            still[one, other] = still[other, one] = -1.0
+        h, outline = face.anchor.spacing_px, swept[-len(face.outline) :]
+        inside, corners = _face_places(outline, h), np.vstack([face.eyes, face.mouth])
+        groups_of = [
+            (inside, np.full(len(inside), _WITHIN)),
+            (corners, np.full(len(corners), _CORNER)),
+        ]
+        if edges is not None:
+            groups_of.append((edges.people_px, _PERSON * edges.opacities))
+        for places, weights in groups_of:
+            on = self._room.reaches(places)
+            felt = self._felt(places[on])
+            still += felt.T @ (weights[on, None] * felt)
+        count = self._edges
+        near = self._rows[count:]
+        still += near.T @ (self.weights[count:, None] * near)
+        lines, matrix = self._rows[:count], np.zeros((2, n, 2, n))
+        for a, b in ((0, 0), (0, 1), (1, 1)):
+            weights = self.weights[:count] * self._normals[:, a] * self._normals[:, b]
+            matrix[a, :, b] = lines.T @ (weights[:, None] * lines)
+        matrix[1, :, 0] = matrix[0, :, 1].T
+        for axis in (0, 1):
+            matrix[axis, :, axis] += still
+        for axis, places in _edge_places(problem, self._room):
+            felt = self._felt(places)
+            matrix[axis, :, axis] += _EDGE * felt.T @ felt
+        return matrix.reshape(2 * n, 2 * n)
 
 
-def _changed(lattice: Lattice, problem: Problem, room: _Room, rows: _Rows) -> Lattice:
-    """Return a lattice with the change that rows ask for."""
-    if not rows.wanted_px.any():
-        return lattice
-    (((bx, by),),) = matrices([room.empty.window_at(*rows.places_px.T)])
-    waves_x, costs_x = _waves(room.columns)
-    waves_y, costs_y = _waves(room.rows)
-    costs = costs_y[:, None] + costs_x + _SCREEN
-    x, y = bx @ waves_x, by @ waves_y
-    felt = (y[:, :, None] * x[:, None, :] / np.sqrt(costs)).reshape(len(x), -1)
-    gram = (felt @ felt.T) * (rows.across @ rows.across.T)
-    rigid = rows.rigid
-    gram += _RIGID * rigid @ rigid.T + np.diag(1.0 / np.maximum(rows.weight, 1e-9))
-    strength = np.linalg.solve(gram, rows.wanted_px)[:, None] * rows.across
-    phi = np.stack(
-        [waves_y @ ((y.T @ (one[:, None] * x)) / costs) @ waves_x.T for one in strength.T], -1
+def _room(
+    problem: Problem, outline: Array, h: float, half: float, finest: float
+) -> tuple[Lattice, Array]:
+    """Return the lattice that a change can move, and each control point's share of the change."""
+    spacing, origin = problem.grid.spacing_px, np.array(problem.grid.origin_px)
+    while spacing < finest * h:
+        spacing *= 2.0
+    up = (outline[0] + outline[-1]) / 2.0 - outline.mean(axis=0)
+    middle = (outline.min(axis=0) + outline.max(axis=0)) / 2.0
+    middle = middle + _UP * h * up / max(1e-9, float(np.hypot(*up)))
+    low, high = ((middle + way * half * h - origin) / spacing for way in (-1.0, 1.0))
+    first, last = np.floor(low).astype(int), np.ceil(high).astype(int)
+    columns, rows = (
+        ramp(np.minimum(nodes - a, b - nodes) / _SOFT)
+        for nodes, a, b in zip(
+            (np.arange(a, b + 1) for a, b in zip(first, last, strict=True)), low, high, strict=True
+        )
     )
-    whole = summed(lattice, dataclasses.replace(room.empty, phi=phi))
-    return on_quanta(problem.within(whole))
+    zeros = np.zeros((len(rows), len(columns), 2))
+    grid = Grid(problem.grid.origin_px, spacing)
+    return Lattice(grid, (int(first[0]), int(first[1])), zeros), rows[:, None] * columns
 
 
-def _waves(shares: Array) -> tuple[Array, Array]:
-    """Return the eigenvectors of the second difference of values, as far as those may change.
+def _near_rows(
+    edges: Edges | None, room: Lattice, landmarks: Array, h: float
+) -> tuple[Array, Array, Array]:
+    """Return places, normals and weights of the rows that a change can serve."""
+    if edges is None:
+        return np.zeros((0, 3, 2)), np.zeros((0, 2)), np.zeros(0)
+    places, normals, weights = edges.places_px, edges.normals, edges.weights
+    on = room.reaches(places.reshape(-1, 2)).reshape(-1, 3).any(axis=1)
+    places, normals, weights = places[on], normals[on], weights[on]
+    apart = _away(places.reshape(-1, 2), landmarks, h).reshape(-1, 3).min(axis=1, initial=np.inf)
+    weights = weights * np.clip((apart - _FREE) / (_ALL - _FREE), 0.0, 1.0) ** 2
+    on = weights > _LEAST
+    return places[on], normals[on], weights[on]
 
-    In columns, and their eigenvalues.
-    """
-    numbers = np.arange(1, len(shares) + 1)
-    turns = np.pi * numbers / (len(shares) + 1)
-    waves = np.sqrt(2.0 / (len(shares) + 1)) * np.sin(np.outer(numbers, turns))
-    return shares[:, None] * waves, 2.0 - 2.0 * np.cos(turns)
 
-
-def _edge_rows(problem: Problem, room: Lattice) -> Iterator[_Rows]:
-    """Yield rows along the photo's edges, across which nothing moves."""
+def _edge_places(problem: Problem, room: Lattice) -> Iterator[tuple[int, Array]]:
+    """Yield places along each edge of the photo in the room, and the axis across it."""
     if problem.photo is None:
         return
     reach = np.array(room.reach_px).reshape(2, 2)
     edges = edges_px(problem.photo)
-    for axis, way in enumerate(np.eye(2)):
-        other = 1 - axis
-        low, high = np.clip(reach[:, other], *edges[:, other])
+    for axis in (0, 1):
+        low, high = np.clip(reach[:, 1 - axis], *edges[:, 1 - axis])
         for edge in edges[:, axis]:
             if reach[0, axis] < edge < reach[1, axis] and low < high:
-                along = np.arange(low, high, problem.grid.spacing_px)
+                along = np.arange(low, high, room.grid.spacing_px)
                 places = np.empty((len(along), 2))
-                places[:, axis], places[:, other] = edge, along
-                ways = np.repeat(way[None], len(along), axis=0)
-                yield _Rows.of(places, ways, np.zeros(len(along)), _HARD)
+                places[:, axis], places[:, 1 - axis] = edge, along
+                yield axis, places
 
 
-def _line_rows(problem: Problem, landmarks: Array, lattice: Lattice, held: Held) -> _Rows:
-    """Return the rows of the lines that come near: samples all along them.
-
-    Beyond the lattice's reach nothing can change: what lies there pins a line's shift and turn.
-    """
-    box = problem.near_px + np.array([[-1.0], [1.0]]) * _PINNED * problem.grid.spacing_px
-    lines, weights = held.lines, np.ones(len(held.lines)) if held.weights is None else held.weights
-    along = lines[:, 1] - lines[:, 0]
-    lengths = np.hypot(along[:, 0], along[:, 1])
-    units = along / np.maximum(lengths, 1e-12)[:, None]
-    start, end = _spans_in(lines[:, 0], units, lengths, box)
-    kept = (end > start) & (weights > 0.0)
-    lines, units, lengths, weights = lines[kept], units[kept], lengths[kept], weights[kept]
-    start, spans = start[kept], (end - start)[kept]
-    length_px = STILL_STEP * problem.grid.spacing_px
-    dense = spans * weights ** (1.0 / 6.0)  # what hardly counts needs few samples
-    step = max(length_px, float(dense.sum()) / _MOST_ROWS)
-    counts = np.ceil(dense / step).astype(int) + 1
-    line = np.repeat(np.arange(len(lines)), counts)
-    sample = np.arange(len(line)) - np.repeat(np.cumsum(counts) - counts, counts)
-    far = start[line] + sample / (counts - 1.0)[line] * spans[line]
-    places, ways = lines[line, 0] + far[:, None] * units[line], _normals(units)[line]
-    apart = (_away(problem, landmarks, places) - _FREE) / (_ALL - _FREE)
-    share = (spans / (length_px * counts))[line]
-    weight = _LINE * weights[line] * share * np.clip(apart, 0.0, 1.0) ** 2
-    felt = weight > _LEAST
-    line, places, ways, weight = line[felt], places[felt], ways[felt], weight[felt]
-    rows = _Rows.of(places, ways, -(lattice.at(places) * ways).sum(axis=1), weight)
-    aside_px = _ASIDE * problem.grid.spacing_px
-    most_px = _BEHIND * float(np.ptp(problem.target_px[: problem.movers], axis=0).max())
-    wholes = _wholes(lines, units, lengths, aside_px, most_px)
-    return dataclasses.replace(rows, line=wholes[line])
-
-
-def _spans_in(starts: Array, units: Array, lengths: Array, box: Array) -> tuple[Array, Array]:
-    """Return from where to where along each line it lies in a box, px; empty where it doesn't."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        ends = np.sort((box - starts[:, None]) / units[:, None], axis=1)
-    along = np.abs(units) > 1e-9
-    inside = along | ((starts >= box[0]) & (starts <= box[1]))
-    low = np.where(along, ends[:, 0], np.where(inside, 0.0, np.inf)).max(axis=1)
-    high = np.where(along, ends[:, 1], np.inf).min(axis=1)
-    return np.maximum(low, 0.0), np.minimum(high, lengths)
-
-
-def _normals(units: Array) -> Array:
-    """Return what is across directions of shape (N, 2)."""
-    return np.stack([-units[:, 1], units[:, 0]], axis=-1)
-
-
-def _wholes(
-    lines: Array, units: Array, lengths: Array, aside_px: float, most_px: float
-) -> npt.NDArray[np.int64]:
-    """Return the longest line that each is a piece of: a shelf is found between what is on it."""
-    if not len(lines):
-        return np.zeros(0, np.int64)
-    normals = _normals(units)
-    mine = np.einsum("knec,kc->kne", lines - lines[:, None, :1], normals)
-    others = np.einsum("knec,nc->kne", lines[:, None] - lines[:, :1], normals)
-    forth = np.einsum("knec,kc->kne", lines - lines[:, None, :1], units)
-    gaps = np.maximum(forth.min(axis=2) - lengths[:, None], -forth.max(axis=2))
-    longer = lengths[:, None] >= lengths
-    pieces = np.where(longer, np.abs(mine).max(axis=2), np.abs(others).max(axis=2)) <= aside_px
-    pieces &= gaps <= most_px
-    return np.asarray(np.where(pieces, lengths, -1.0).argmax(axis=1))
-
-
-def _away(problem: Problem, landmarks: Array, places: Array) -> Array:
-    """Return how far places are from the nearest landmark, in lattice spacings, shape (N,)."""
+def _away(places: Array, landmarks: Array, h: float) -> Array:
+    """Return the distance of places from the nearest landmark, (N,)."""
     apart = places[:, None] - landmarks
-    nearest = np.hypot(apart[..., 0], apart[..., 1]).min(axis=1, initial=np.inf)
-    return np.asarray(nearest / problem.grid.spacing_px)
+    return np.asarray(np.hypot(apart[..., 0], apart[..., 1]).min(axis=1, initial=np.inf) / h)
 
 
-def _face_places(problem: Problem) -> Array:
+def _face_places(outline: Array, h: float) -> Array:
     """Return places all over a face, from the chin to the brows, (N, 2), px."""
-    outline = problem.target_px[: problem.movers]
     first, last = outline[0], outline[-1]
     up = _ABOVE * np.array([last[1] - first[1], first[0] - last[0]])
     up = up if (outline.mean(axis=0) - first) @ up < 0.0 else -up
     hull = cv2.convexHull(np.vstack([outline, last + up, first + up]).astype(np.float32))[:, 0]
     low, high = hull.min(axis=0).astype(np.float64), hull.max(axis=0).astype(np.float64)
-    step = max(_INSIDE * problem.grid.spacing_px, float(np.sqrt(np.prod(high - low) / _MOST_ROWS)))
+    step = max(_INSIDE * h, float(np.sqrt(np.prod(high - low) / _MOST_PLACES)))
     x, y = np.meshgrid(np.arange(low[0], high[0], step), np.arange(low[1], high[1], step))
     places = np.column_stack([x.ravel(), y.ravel()])
     within = [cv2.pointPolygonTest(hull, place, measureDist=False) > 0 for place in places.tolist()]
@@ -401,7 +339,7 @@ def _thinned(places: Array, step_px: float) -> Array:
     """Return one place for each small square, of squares so large that few are left."""
     while len(places):
         _, first = np.unique(np.floor(places / step_px), axis=0, return_index=True)
-        if len(first) <= _MOST_ROWS:
+        if len(first) <= _MOST_PLACES:
             return np.asarray(places[np.sort(first)])
         step_px *= 2.0
     return places

@@ -1,4 +1,4 @@
-"""Where people stand against the background: a soft mask, looked at round each face."""
+"""Segment people near each face, as a soft mask."""
 
 from __future__ import annotations
 
@@ -19,34 +19,34 @@ from kogao_core.base.geometry import Affine, Array, Box, Image, degrees_of
 from kogao_core.faces.face import Face
 from kogao_core.faces.landmarks import locked
 from kogao_core.faces.landmarks.blazeface import INPUT_PX, Square
-from kogao_core.faces.landmarks.pixels import Pyramid, planes
+from kogao_core.faces.landmarks.pixels import Pyramid, planes, read_network
 
 Opacity = npt.NDArray[np.float32]
 
-_FINE: Final = 2  # the mask has so many pixels for each of the network's
-_SIDES: Final = 3.0  # of a look, in longer sides of the face's box
-# The guided filter looks at so many pixels round each and calls that spread of light an edge.
+_FINE: Final = 2  # pixels of the mask per pixel of the network, along each axis
+_SIDES: Final = 3.0  # side of a crop, in longer sides of the face's box
+# Radius of the guided filter, and the standard deviation of brightness that it keeps as an edge.
 _REACH_PX: Final = 8
 _EDGE: Final = 2.5
-# A look is believed that finds the face itself to be a person.
+# A crop is used if at least this share of its face is segmented as a person.
 _LEAST_SURE: Final = 0.8
 _HALF: Final = 0.5
-_FREE, _TAKEN = np.uint8(1), np.uint8(2)  # what a look sees; 0 where nobody looked
-_LEAST_OTHER: Final = 0.1  # sides of a face: what is smaller isn't another person
-_EVERY_PX: Final = 4  # points in a neighbour are so far apart, px of the network's
+_FREE, _TAKEN = np.uint8(1), np.uint8(2)  # 0: outside all crops
+_LEAST_OTHER: Final = 0.1  # side of the smallest figure that is a person, in sides of a face
+_EVERY_PX: Final = 4  # distance between points in a neighbour, px of the network
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PersonLook:
-    """What the network made of the surroundings of one face."""
+    """Segmentation of a crop round one face."""
 
-    opacity: Opacity  # float32 (N, N): 0 where the background is, 1 where a person is
+    opacity: Opacity  # float32 (N, N): 0 is background, 1 a person
     to_image: Affine  # maps its pixels to the photo
-    sure: float  # which part of the face itself it takes for a person, 0 to 1
+    sure: float  # share of the face that is segmented as a person, 0 to 1
 
     @property
     def box(self) -> Box:
-        """What it sees of the photo, and what the photo's edges may cut off, px."""
+        """Bounding box of the crop, px of the photo; may extend beyond the photo."""
         side = len(self.opacity) - 0.5
         corners = self.to_image([(-0.5, -0.5), (side, -0.5), (side, side), (-0.5, side)])
         low, high = np.floor(corners.min(axis=0)), np.ceil(corners.max(axis=0)) + 1
@@ -55,17 +55,14 @@ class PersonLook:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PersonMask:
-    """People against the background, as far as faces were looked at."""
+    """Mask of people, known inside the crops round faces."""
 
-    looks: tuple[PersonLook, ...] = ()  # those that can be believed; none tells nothing
-    missed: int = 0  # how many faces were looked at in vain
-    whose: tuple[int, ...] = ()  # which of the faces each look is of
+    looks: tuple[PersonLook, ...] = ()  # crops that are sure enough
+    missed: int = 0  # number of faces whose crop is not sure enough
+    whose: tuple[int, ...] = ()  # index of the face of each crop
 
     def at(self, points: Array) -> Array:
-        """Return how much of a person is at each point.
-
-        Result (H, W): 0 is background, 1 a person; NaN where nobody looked.
-        """
+        """Return the mask at points (H, W, 2): 0 background, 1 a person, NaN outside all crops."""
         shown = np.full(points.shape[:2], np.nan)
         for look in self.looks:
             x, y = np.moveaxis(look.to_image.inverse(points), -1, 0)
@@ -73,12 +70,12 @@ class PersonMask:
             seen = cv2.remap(look.opacity, *at, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
             middle = (len(look.opacity) - 1) / 2.0
             within = np.maximum(np.abs(x - middle), np.abs(y - middle)) <= middle + 0.5
-            # A look can miss a neighbour at its rim; whom any of them sees is there.
+            # A crop can miss a neighbour at its edge: the largest value counts.
             shown = np.fmax(shown, np.where(within, seen, np.nan))
         return shown
 
     def grown(self, share: float) -> PersonMask:
-        """Return the mask with people larger by `share` of a face's longer side all round."""
+        """Return the mask dilated by `share` of a face's longer side."""
         reach = round(share / _SIDES * _FINE * INPUT_PX)
         disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * reach + 1, 2 * reach + 1))
         looks = (
@@ -88,13 +85,11 @@ class PersonMask:
         return replace(self, looks=tuple(looks))
 
     def neighbours(self, faces: Sequence[Face], others: Sequence[Face] = ()) -> tuple[Array, ...]:
-        """Return where other people are beside each face.
+        """Return points (M, 2), px, on and inside other people, for each face.
 
-        A figure apart from the face's own is somebody else's; where figures touch, what lies nearer
-        to another face, in sizes of the faces, is that one's. `faces` don't count as others here:
-        their outlines go where they are asked to, whoever is beside them. Result (M, 2): for each
-        face points at the edge of others and in them, px of the photo; landmarks alone where people
-        couldn't be told from the background.
+        Another person is a separate figure. A figure that touches the face's own is divided: each
+        pixel belongs to the nearest face, in sizes of the faces. Other members of `faces` are left
+        out, because their outlines move. Without a mask the points are landmarks of `others`.
         """
         found = []
         for index, face in enumerate(faces):
@@ -106,12 +101,12 @@ class PersonMask:
         return tuple(found)
 
     def mapped(self, transform: Affine) -> PersonMask:
-        """Return the mask in other coordinates, such as those of a smaller photo."""
+        """Return the mask in transformed coordinates."""
         looks = (replace(look, to_image=transform.after(look.to_image)) for look in self.looks)
         return replace(self, looks=tuple(looks))
 
     def free(self, width: int, height: int) -> npt.NDArray[np.uint8]:
-        """Return where somebody looked and nobody is. Result uint8 (H, W): 1 there, 0 elsewhere."""
+        """Return 1 for known background, 0 for people and unknown pixels. uint8 (H, W)."""
         shown = np.zeros((height, width), np.uint8)
         for look, box in self._seen(width, height):
             to_box = Affine(look.to_image.matrix, look.to_image.shift - (box.left, box.top))
@@ -123,10 +118,7 @@ class PersonMask:
         return np.asarray(shown == _FREE, np.uint8)
 
     def picture(self, width: int, height: int) -> Rgb8:
-        """Return the mask as a picture of the photo's size.
-
-        Result uint8 (H, W): 255 is a person, 0 the background or where nobody looked.
-        """
+        """Return the mask as uint8 (H, W): 255 is a person, 0 background or unknown."""
         picture = np.zeros((height, width), np.uint8)
         for _, box in self._seen(width, height):
             x, y = np.meshgrid(np.arange(box.left, box.right), np.arange(box.top, box.bottom))
@@ -136,7 +128,7 @@ class PersonMask:
         return picture
 
     def _seen(self, width: int, height: int) -> Iterator[tuple[PersonLook, Box]]:
-        """Yield each look that sees anything of a photo of this size, and what it sees."""
+        """Yield each crop that overlaps a photo of this size, with the overlap, px."""
         for look in self.looks:
             box = look.box.clipped(Box(0, 0, width, height))
             if box.area > 0:
@@ -147,10 +139,10 @@ class PersonNetwork:
     """The segmentation network; not thread-safe."""
 
     def __init__(self, weights: Path) -> None:
-        self._net = cv2.dnn.readNetFromTFLite(str(weights))
+        self._net = read_network(weights)
 
     def look(self, image: Pyramid, view: Square, face: Face) -> PersonLook:
-        """Return what the network makes of a view round a face."""
+        """Segment a square crop round a face."""
         fine_px = _FINE * INPUT_PX
         to_image = view.to_image.after(Affine.resize(_FINE, _FINE).inverse)
         picture = image.sample(to_image, fine_px, cv2.BORDER_REPLICATE)
@@ -162,13 +154,10 @@ class PersonNetwork:
 
 
 class PersonFinder:
-    """Looks for people round faces; what it saw of the newest photo is kept.
-
-    The weights are read at the first use. One finder may be shared between threads.
-    """
+    """Segments people near faces and caches the crops of the newest photo. Thread-safe."""
 
     def __init__(self) -> None:
-        self._lock = threading.Lock()  # OpenCV's networks keep state between their calls
+        self._lock = threading.Lock()  # an OpenCV network keeps state between calls
         self._photo: Callable[[], Image | None] = lambda: None
         self._kept: dict[tuple[float, ...], PersonLook] = {}
 
@@ -177,11 +166,7 @@ class PersonFinder:
         return PersonNetwork(locked.network(locked.PERSON))
 
     def find(self, photo: Image | Pyramid, faces: Sequence[Face]) -> PersonMask:
-        """Tell people from the background round faces.
-
-        Result: without looks where the network wasn't sure of any face. Raises AssetMissing,
-        ModelRefused.
-        """
+        """Return the mask of people near faces. Raises AssetMissing, ModelRefused."""
         with self._lock:
             image = Pyramid.of(photo)
             known = self._kept if self._photo() is image.image else {}
@@ -210,14 +195,14 @@ def _view(face: Face) -> Square:
 
 
 def _refined(rough: Opacity, picture: Rgb8) -> Opacity:
-    """Move the edge of a mask onto the picture's."""
+    """Align the edge of a mask with the edge in the picture."""
     guide = cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY)
     fine = cv2.ximgproc.guidedFilter(guide, rough, _REACH_PX, _EDGE**2)
     return np.asarray(np.clip(fine, 0.0, 1.0), np.float32)
 
 
 def _others(look: PersonLook, face: Face, rest: Sequence[Face]) -> Array:
-    """Return points of people in the mask that are others than a face's, shape (M, 2), px."""
+    """Return points (M, 2), px, on people in the mask other than the face's own figure."""
     people = (cv2.resize(look.opacity, None, fx=0.5, fy=0.5) > _HALF).astype(np.uint8)
     to_image = look.to_image.after(Affine.resize(0.5, 0.5).inverse)
     _, figures, counts, _ = cv2.connectedComponentsWithStats(people, connectivity=8)
@@ -240,14 +225,14 @@ def _others(look: PersonLook, face: Face, rest: Sequence[Face]) -> Array:
 
 
 def _sides_away(points: Array, face: Face) -> Array:
-    """Return how far points are from a face's middle, in its longer sides."""
+    """Return the distance of points from the middle of a face, in longer sides of the face."""
     low, high = face.points.min(axis=0), face.points.max(axis=0)
     offsets = points - (low + high) / 2.0
     return np.asarray(np.hypot(offsets[:, 0], offsets[:, 1]) / float((high - low).max()))
 
 
 def _is_near(one: Face, face: Face) -> bool:
-    """Return whether some of a face lies in a look at another."""
+    """Return whether a landmark of one face lies in the crop of another."""
     return bool(_sides_away(one.points, face).min() < _SIDES / 2.0)
 
 
@@ -259,6 +244,6 @@ def _hull(shape: tuple[int, ...], points: Array) -> npt.NDArray[np.uint8]:
 
 
 def _of_the_face(opacity: Opacity, points: Array) -> float:
-    """Return which part of the face of some points is a person, 0 to 1."""
+    """Return the share of a face that is a person, 0 to 1."""
     face = _hull(opacity.shape, points)
     return float(opacity[face > 0].mean()) if face.any() else 0.0

@@ -1,4 +1,4 @@
-"""Files that appear whole or not at all."""
+"""Write files atomically: completely or not at all."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _KINDS: Final = (
     (stat.S_ISSOCK, Text("a socket")),
 )
 _swept: Final[set[Path]] = set()
-_mine: Final[set[Path]] = set()  # folders of `aside` that are in use
+_mine: Final[set[Path]] = set()  # temporary folders of this process, from `aside`
 _TRIES: Final = 100
 
 Pieces = Sequence[bytes | memoryview]
@@ -38,11 +38,11 @@ Pieces = Sequence[bytes | memoryview]
 
 
 class NotAFile(OSError):
-    """What is there isn't a regular file and must not be replaced by one."""
+    """The output path isn't a regular file and must not be replaced."""
 
 
 def check_target(path: str | os.PathLike[str]) -> None:
-    """Check that a regular file is there, or nothing yet, at the end of all links.
+    """Check that `path` is a regular file or doesn't exist, after resolving links.
 
     Raises NotAFile.
     """
@@ -53,7 +53,7 @@ def check_target(path: str | os.PathLike[str]) -> None:
             raise NotAFile(
                 errno.ELOOP, Text("it is a link that leads in a circle"), str(path)
             ) from None
-        return  # whoever writes there finds out what is wrong, if anything
+        return  # writing the file will report the error, if any
     for is_kind, name in _KINDS:
         if is_kind(mode):
             raise NotAFile(errno.EEXIST, Text("it is {name}, not a file", name=name), str(path))
@@ -64,10 +64,16 @@ def put(
     path: str | os.PathLike[str],
     check: Callable[[], object] | None = None,
     like: Path | None = None,
+    *,
+    private: bool = False,
 ) -> None:
-    """Write a file aside, flush it to the disk, and put it in place in one step."""
+    """Write a temporary file, flush it to the disk, and rename it to `path`.
+
+    `check` runs just before the rename. The file gets the owner and permissions of `like`, or of
+    the file that it replaces; with `private` only its owner may read it.
+    """
     check_target(path)
-    # Through a link to the file it names, and beside it: a rename must not cross file systems.
+    # Resolve symbolic links and use the target's folder: a rename can't cross file systems.
     target = Path(os.path.realpath(path))
     with aside(target.parent) as place:
         fresh = place / "fresh"
@@ -76,6 +82,8 @@ def put(
             file.flush()
             if like is not None or target.exists():
                 _resemble(like or target, fresh)
+            if private:
+                fresh.chmod(0o600)
             os.fsync(file.fileno())
         if check is not None:
             check()
@@ -85,15 +93,15 @@ def put(
 
 
 def _resemble(old: Path, new: Path) -> None:
-    """Give a file the owner, attributes and permissions of another one."""
+    """Copy owner, extended attributes and permissions from `old` to `new`."""
     if sys.platform != "win32":
         state = old.stat()
         for owner in (state.st_uid, -1):  # -1: at least the group
             with suppress(OSError):
                 os.chown(new, owner, state.st_gid)
                 break
-    if sys.platform == "linux":  # access control lists are among them
-        with suppress(OSError):  # a file system without any
+    if sys.platform == "linux":  # extended attributes include access control lists
+        with suppress(OSError):  # a file system without extended attributes
             wanted, there = os.listxattr(old), os.listxattr(new)
             for name in set(there) - set(wanted):
                 with suppress(OSError):
@@ -105,7 +113,7 @@ def _resemble(old: Path, new: Path) -> None:
 
 
 def _flush(folder: Path) -> None:
-    """Flush the names in a folder to the disk, where the system can."""
+    """Flush a folder's entries to the disk. No effect on Windows."""
     if sys.platform == "win32":
         return
     with suppress(OSError):
@@ -117,9 +125,9 @@ def _flush(folder: Path) -> None:
 
 
 def appended(path: Path) -> BinaryIO:
-    """Open a file to add lines to it; it and its folder are made if need be.
+    """Open a file for appending lines. Create the file and the folder if needed.
 
-    A line that a killed program left unfinished doesn't swallow the next one.
+    Add a line break after an incomplete last line, left by a killed program.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     check_target(path)
@@ -131,10 +139,9 @@ def appended(path: Path) -> BinaryIO:
 
 @contextmanager
 def aside(folder: Path) -> Iterator[Path]:
-    """Make a hidden folder for what isn't finished, and remove it in the end.
+    """Yield a locked, hidden temporary folder inside `folder`; delete the folder on exit.
 
-    It is held while this program runs. What programs that were killed have left in the same folder
-    is removed first, once a process.
+    The first call per process also deletes leftovers of killed programs.
     """
     if folder not in _swept:
         _swept.add(folder)
@@ -150,7 +157,7 @@ def aside(folder: Path) -> Iterator[Path]:
 
 
 def _clear() -> None:
-    """Remove what isn't finished; other threads may still be at it."""
+    """Delete the temporary folders of this process. Retry: other threads may still be writing."""
     for place in tuple(_mine):
         for _ in range(_TRIES):
             shutil.rmtree(place, ignore_errors=True)
@@ -164,7 +171,7 @@ if sys.platform != "win32":
 
 
 def is_aside(path: Path) -> bool:
-    """Tell whether a path leads into a folder of `aside`."""
+    """Return True if a path is inside a temporary folder of `aside`."""
     return any(part.startswith(_PREFIX) and part.endswith(_SUFFIX) for part in path.parts)
 
 
@@ -180,26 +187,31 @@ def _made(folder: Path) -> tuple[Path, int | None]:
             if lock is not None:
                 os.close(lock)
         except (BlockingIOError, FileNotFoundError):
-            _mine.discard(place)  # another program was sweeping just now and took it for an old one
+            _mine.discard(place)  # another program deleted the folder as stale
 
 
 def _locked(place: Path) -> int | None:
-    """Lock a folder for as long as this program runs; None where the system can't."""
-    if sys.platform == "win32":
-        return None
-    opened = os.open(place, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
-    try:
-        fcntl.flock(opened, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError as error:
-        os.close(opened)
-        if isinstance(error, BlockingIOError):
-            raise
-        return None
-    return opened
+    """Lock a folder until this program ends. Return the descriptor, or None without locks.
+
+    Raises BlockingIOError if another program has locked the folder.
+    """
+    if sys.platform != "win32":
+        opened = os.open(place, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
+        try:
+            fcntl.flock(opened, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            return opened
+        except OSError as error:
+            os.close(opened)
+            if isinstance(error, BlockingIOError):
+                raise
+    return None
 
 
 def _sweep(folder: Path) -> None:
-    """Remove what programs left that are gone; what a running one holds stays."""
+    """Delete temporary folders of programs that have ended; skip locked folders.
+
+    On Windows, delete folders older than one day.
+    """
     for place in folder.glob(_NAMES):
         with suppress(OSError):
             if sys.platform == "win32":

@@ -1,4 +1,4 @@
-"""Pixels of any depth as people see them: 8-bit RGB, reduced, and as the bytes of files."""
+"""Convert images of any depth for display: 8-bit RGB, reduced size, PNG and JPEG bytes."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Rgb8 = npt.NDArray[np.uint8]
 def rgb8(image: Image) -> Rgb8:
     """Return `image` as 8-bit RGB.
 
-    Result uint8 (H, W, 3); `image` itself where it already is one.
+    Result uint8 (H, W, 3); `image` itself if it already has this form.
     """
     if image.ndim not in (2, 3) or 0 in image.shape or (image.ndim == 3 and image.shape[2] > 4):
         raise ValueError(f"expected an image of shape (H, W) or (H, W, 1..4), got {image.shape}")
@@ -30,7 +30,7 @@ def rgb8(image: Image) -> Rgb8:
 
 
 def rgba8(image: Image) -> Rgb8:
-    """Return `image` as 8-bit RGB, with its alpha where anything shows through.
+    """Return `image` as 8-bit RGB, or RGBA if any pixel is transparent.
 
     Result uint8 (H, W, 3), or of shape (H, W, 4) with straight alpha.
     """
@@ -42,7 +42,7 @@ def rgba8(image: Image) -> Rgb8:
 
 
 def eight_bits(image: Image) -> Rgb8:
-    """Return an image of any depth in 8 bits, shape and channels as they are."""
+    """Return an image of any depth with 8 bits per channel, of the same shape."""
     if image.dtype == np.uint8:
         return np.asarray(image, np.uint8)
     if image.dtype == np.uint16:
@@ -66,12 +66,12 @@ def _three_channels(image: Rgb8) -> Rgb8:
 
 
 def preview(image: Image, longest_px: int = NOTEBOOK_PX) -> bytes:
-    """Return an image of any depth as the bytes of an 8-bit PNG file; a larger one is reduced."""
+    """Return the bytes of an 8-bit PNG of an image, reduced to at most `longest_px`."""
     return png(reduced(rgb8(image), longest_px))
 
 
 def reduced(pixels: Image, longest_px: int = REPORT_PX) -> Image:
-    """Return an 8-bit picture, made smaller if its longer side is above `longest_px`."""
+    """Return an 8-bit image, reduced if its longer side exceeds `longest_px`."""
     shrink = longest_px / max(pixels.shape[:2])
     if shrink >= 1.0:
         return pixels
@@ -80,12 +80,12 @@ def reduced(pixels: Image, longest_px: int = REPORT_PX) -> Image:
 
 
 def png(pixels: Image) -> bytes:
-    """Return an 8-bit picture, grey (H, W) or RGB (H, W, 3), as the bytes of a PNG file."""
+    """Return the bytes of a PNG file of an 8-bit image, grey (H, W) or RGB (H, W, 3)."""
     return _file(pixels, ".png")
 
 
 def data_uri(pixels: Image, *, exact: bool) -> str:
-    """Return such a picture as a data URI: its very pixels (PNG), or JPEG."""
+    """Return an 8-bit image as a data URI: PNG if `exact`, or else JPEG."""
     jpeg = cv2.IMWRITE_JPEG_QUALITY, _QUALITY
     data = png(pixels) if exact else _file(pixels, ".jpg", *jpeg)
     return f"data:image/{'png' if exact else 'jpeg'};base64,{base64.b64encode(data).decode()}"

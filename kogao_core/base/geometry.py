@@ -15,35 +15,33 @@ Array = npt.NDArray[np.float64]
 Line = tuple[tuple[float, float], tuple[float, float]]
 # Pixels of shape (H, W) or (H, W, C); depth and channels are checked where they matter.
 Image = npt.NDArray[Any]
+_MAX_CHANNELS: Final = 4
 
 
 def degrees_of(across: npt.ArrayLike) -> float:
-    """Return by how much a vector (x, y) is turned from +x towards +y, -180 to 180.
-
-    `across` (2,).
-    """
+    """Return the angle of a vector (x, y) from +x towards +y, -180 to 180 degrees."""
     x, y = np.asarray(across, np.float64)
     return float(np.degrees(np.arctan2(y, x)))
 
 
 def smoothstep(share: Array) -> Array:
-    """Return a step from 0 at 0 and below to 1 at 1 and above, level at both ends."""
+    """Return the cubic smoothstep: 0 up to 0, 1 from 1 on, with slope 0 at both ends."""
     t = np.clip(share, 0.0, 1.0)
     return np.asarray(t * t * (3.0 - 2.0 * t))
 
 
 def arc_lengths(line: Array) -> Array:
-    """Return how far along a line (N, 2) each of its points lies, (N,); the first at 0."""
+    """Return the arc length of each point of a polyline (N, 2); the first is 0. Result: (N,)."""
     return np.append(0.0, np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1)))
 
 
-_ROUND: Final = 0.3  # of the way of a ramp are its round ends, each
+_ROUND: Final = 0.3  # fraction of `ramp` that is rounded at each end
 
 
 def ramp(share: Array) -> Array:
-    """Return a step from 0 at 0 and below to 1 at 1 and above, straight but for round ends.
+    """Return a linear ramp with rounded ends: 0 up to 0, 1 from 1 on.
 
-    Its steepest slope is 1.43; that of a smoothstep is 1.5, of a quintic one 1.88.
+    The largest slope is 1.43; a cubic smoothstep has 1.5, a quintic one 1.88.
     """
     t = np.clip(share, 0.0, 1.0)
     slope = 1.0 / (1.0 - _ROUND)
@@ -108,6 +106,33 @@ class Box:
         return Box(0, 0, image.shape[1], image.shape[0])
 
 
+def check_image(image: object) -> None:
+    """Raise TypeError or ValueError if a value is not an array of pixels that can be warped."""
+    if not isinstance(image, np.ndarray):
+        kind = type(image).__name__
+        raise TypeError(
+            f"an image must be a numpy array, got {kind}; pass photo.pixels of a Photo, or "
+            "numpy.asarray(image) of a PIL image"
+        )
+    if image.dtype not in (np.uint8, np.uint16, np.float32):
+        convert = "; convert with .astype(numpy.float32)" if image.dtype == np.float64 else ""
+        raise ValueError(f"pixels must be uint8, uint16 or float32, got {image.dtype}{convert}")
+    channels = image.shape[2] if image.ndim == 3 else 1
+    if image.ndim not in (2, 3) or not 1 <= channels <= _MAX_CHANNELS or 0 in image.shape:
+        raise ValueError(
+            "an image must have shape (H, W) or (H, W, 1..4) with at least one pixel, "
+            f"got {image.shape}"
+        )
+
+
+def points_of(points_px: npt.ArrayLike) -> Array:
+    """Return points as a float64 array of shape (N, 2). Raises ValueError."""
+    points = np.asarray(points_px, np.float64)
+    if points.ndim != 2 or points.shape[1] != 2:
+        raise ValueError(f"points must have shape (N, 2), got {points.shape}")
+    return points
+
+
 def frozen(
     points: npt.ArrayLike, shape: tuple[int | None, ...] | None = None, *, gaps: bool = False
 ) -> Array:
@@ -120,7 +145,11 @@ def frozen(
         )
     ):
         raise ValueError(
-            Text("expected points of shape {shape}, got {got}", shape=shape, got=array.shape)
+            Text(
+                "expected points of shape {shape}, got {got}",
+                shape=str(shape).replace("None", "N"),
+                got=array.shape,
+            )
         )
     if np.isinf(array).any() or (not gaps and np.isnan(array).any()):
         raise ValueError(Text("coordinates must be finite numbers"))

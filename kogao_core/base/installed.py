@@ -1,4 +1,4 @@
-"""How this program came here, where it keeps a user's data, and what of the system it lacks."""
+"""Installation source, user data folder and missing system libraries."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from urllib.parse import unquote
 
 from kogao_core.base.language import Text
 
-# What Qt 6's xcb and offscreen plugins, QtGui and QtWidgets of the PySide6 wheel load from the
-# system; a test derives it from the installed wheel.
+# System libraries loaded by Qt 6's xcb and offscreen plugins, QtGui and QtWidgets of the PySide6
+# wheel. A test compares this list with the installed wheel.
 LIBRARIES: Final = (
     *("libEGL.so.1", "libGL.so.1", "libX11-xcb.so.1", "libX11.so.6", "libdbus-1.so.3"),
     *("libfontconfig.so.1", "libfreetype.so.6", "libglib-2.0.so.0", "libgthread-2.0.so.0"),
@@ -27,7 +27,7 @@ LIBRARIES: Final = (
     *("libxcb-xkb.so.1", "libxcb.so.1", "libxkbcommon-x11.so.0", "libxkbcommon.so.0"),
     *("libz.so.1", "libzstd.so.1"),
 )
-# Packages that aren't called as Debian calls most, by a library's name and version.
+# Debian packages with irregular names, by library.
 _CALLED: Final = {
     "libglib-2.0.so.0": "libglib2.0-0",
     "libgthread-2.0.so.0": "libglib2.0-0",
@@ -36,7 +36,7 @@ _CALLED: Final = {
 
 
 def missing_libraries() -> dict[str, str]:
-    """Return the libraries that Qt needs and the system hasn't, with their Debian packages."""
+    """Return Qt's missing system libraries, with the Debian package of each. Linux only."""
     if sys.platform != "linux":
         return {}
     return {name: _package(name) for name in LIBRARIES if not _loads(name)}
@@ -57,14 +57,14 @@ def _loads(library: str) -> bool:
 
 
 def is_bundle() -> bool:
-    """Tell whether this is a bundle, into which nothing can be installed."""
+    """Return True if this is a bundle. Packages can't be installed into a bundle."""
     return bool(getattr(sys, "frozen", False))
 
 
 def program(name: str) -> Path | None:
-    """Return the path of ``kogao`` or ``kogao-cli``: beside this one, else on the path.
+    """Return the path of ``kogao`` or ``kogao-cli``, or None if not installed.
 
-    None where it isn't installed.
+    Search the folder of this installation first, then PATH.
     """
     ending = ".exe" if sys.platform == "win32" else ""
     folder = Path(sys.executable).parent if is_bundle() else Path(sysconfig.get_path("scripts"))
@@ -74,12 +74,12 @@ def program(name: str) -> Path | None:
 
 
 def has_laboratory() -> bool:
-    """Tell whether the laboratory is here; without it nothing offers an experiment."""
+    """Return True if the laboratory is installed. Experiments are hidden otherwise."""
     return find_spec("kogao_core.lab") is not None
 
 
 def data_folder() -> Path:
-    """Return where the system keeps this user's data of this program, as Qt would say."""
+    """Return the user's data folder for this program, inside Qt's GenericDataLocation."""
     home = Path.home()
     if sys.platform == "win32":
         base = Path(os.environ.get("LOCALAPPDATA") or home / "AppData" / "Local")
@@ -92,7 +92,7 @@ def data_folder() -> Path:
 
 
 def adding(extra: str) -> str:
-    """Return how the libraries of an extra are got, as the end of a sentence."""
+    """Return instructions for installing an extra, as the end of a sentence."""
     if is_bundle():
         return Text("not in this bundle, but where pip has installed Kogao")
     what = _requirement(extra)
@@ -100,27 +100,27 @@ def adding(extra: str) -> str:
 
 
 def again(*options: str) -> str:
-    """Return the command that installs Kogao anew from where it came, or what to do instead."""
+    """Return the command that reinstalls Kogao from the original source, or instructions."""
     what = _requirement()
-    if what is None:  # an index would be asked for a name that isn't ours there
+    if what is None:  # never use an index: the name may belong to another package there
         return Text("install Kogao again from where you have it")
     return _pip("--force-reinstall", *options, *what)
 
 
 def without(packages: list[str]) -> str:
-    """Return the command that takes packages away."""
+    """Return the command that uninstalls packages."""
     return _pip(*packages, does="uninstall")
 
 
 def _pip(*words: str, does: str = "install") -> str:
-    """Return a command of the pip that serves the Python at work."""
+    """Return a pip command for the running Python. Fall back to uv if pip is missing."""
     if find_spec("pip") is None and shutil.which("uv"):
         return shlex.join(["uv", "pip", does, "--python", sys.executable, *words])
     return shlex.join([sys.executable, "-m", "pip", does, *words])
 
 
 def _requirement(extra: str = "") -> list[str] | None:
-    """Return what pip is to be given to install Kogao from where it came; None if that is lost."""
+    """Return pip's arguments to install Kogao from the original source. None if unknown."""
     from importlib import metadata  # loads a lot
 
     try:

@@ -1,7 +1,7 @@
-"""SIGINT, SIGTERM and SIGHUP end a program at once: one line, exit code 130, nothing left aside.
+"""End the program on SIGINT, SIGTERM or SIGHUP: one line on stderr, exit code 130, no leftovers.
 
-Not by an exception: one that is raised within an import, a lock or the start of a thread can hang
-Python for ever. What a program does is done so that it may be killed at any moment (`atomic`).
+The handler raises no exception: an exception inside an import, a lock or the start of a thread can
+hang Python. All file writes are safe against a kill at any moment (`atomic`).
 """
 
 from __future__ import annotations
@@ -18,32 +18,32 @@ from types import FrameType
 CODE = 130
 _NAMES = ("SIGINT", "SIGTERM", "SIGHUP")
 _ERROR_FD = 2
-_CHILDREN_S = 1.0  # for which processes that share the work are waited for
+_CHILDREN_S = 1.0  # time to wait for worker processes to end
 _leaving: list[Callable[[], object]] = []
 
 
 def leaving(act: Callable[[], object]) -> None:
-    """Let something be called before this process is ended by a signal; it must not wait."""
+    """Register a callback to run before a signal ends the process. It must not block."""
     _leaving.append(act)
 
 
 def clear() -> None:
-    """Call what was to be called."""
+    """Run the registered callbacks."""
     for act in _leaving:
         act()
 
 
 def end_when_told(program: str = "", code: int = CODE) -> None:
-    """Let signals end this process, with a line on standard error by the name of the program.
+    """Install signal handlers that end this process and print a line with the program's name.
 
-    Whoever has one ignored, as nohup has, is let alone. Without a name nothing is said.
+    Signals that are ignored, as under nohup, stay ignored. Without a name, no line is printed.
     """
     own = os.getpid()
-    # Decoders' complaints are kept from the descriptor 2 for a moment: the line isn't.
+    # Keep a copy of stderr: decoders' warnings are redirected away from descriptor 2 at times.
     error = _copied(_ERROR_FD) if program else None
 
     def end(*_: object) -> None:
-        if os.getpid() != own:  # a copy that has not come to its own orders yet
+        if os.getpid() != own:  # a forked child that has not installed its own handler yet
             os._exit(code)
         _set(signal.SIG_IGN)
         _end_children()
@@ -57,13 +57,13 @@ def end_when_told(program: str = "", code: int = CODE) -> None:
 
 
 def let_be() -> None:
-    """Let signals do nothing any more: all is said and done but for Python's own end."""
+    """Ignore signals from now on: only the interpreter's shutdown is left."""
     _set(signal.SIG_IGN)
 
 
 @contextmanager
 def raised() -> Iterator[None]:
-    """Let a signal raise KeyboardInterrupt, in a program that waits for one to go on."""
+    """Raise KeyboardInterrupt on a signal inside the ``with`` block, for a waiting server."""
     before = {number: signal.getsignal(number) for number in _numbers()}
     _set(signal.default_int_handler)
     try:
@@ -81,19 +81,19 @@ def _set(handler: Callable[[int, FrameType | None], object] | signal.Handlers) -
 
 def _numbers() -> list[signal.Signals]:
     if threading.current_thread() is not threading.main_thread():
-        return []  # Python refuses
+        return []  # Python allows handlers in the main thread only
     return [getattr(signal, name) for name in _NAMES if hasattr(signal, name)]
 
 
 def _copied(descriptor: int) -> int | None:
     try:
         return os.dup(descriptor)
-    except OSError:  # there is none where a program was started without
+    except OSError:  # the program was started without this descriptor
         return None
 
 
 def _end_children() -> None:
-    """End the processes that this one has started to share its work, and wait for them."""
+    """Terminate the worker processes of this process and wait for them."""
     multiprocessing = sys.modules.get("multiprocessing.process")
     if multiprocessing is None:
         return
@@ -106,6 +106,6 @@ def _end_children() -> None:
 
 
 def _translated(text: str) -> str:
-    # The module may be half loaded: nothing is imported in here.
+    # Don't import here: a module may be half loaded when the signal arrives.
     looked_up = getattr(sys.modules.get("kogao_core.base.language"), "looked_up", None)
     return text if looked_up is None else str(looked_up(text))

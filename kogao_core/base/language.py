@@ -1,8 +1,8 @@
-"""The words of both programs in the user's language.
+"""Translate the texts of both programs into the user's language.
 
-A `Text` is its finished English sentence, so files, logs and other programs read English
-wherever it goes; it keeps the template and the values that it was made of, and whoever shows it to
-people asks `translated` for it. Catalogues are GNU gettext's (`docs/extending.md`).
+A `Text` is the finished English sentence, so that files, logs and other programs read English. The
+object also keeps its template and values; `translated` formats them in the current language.
+Catalogues are GNU gettext files (`docs/extending.md`).
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ _VARIABLES: Final = ("LANGUAGE", "LC_ALL", "LC_MESSAGES", "LANG")  # the first o
 
 
 class Text(str):
-    """An English sentence that knows how to be said in another language."""
+    """An English sentence that keeps its template and values for translation."""
 
     __slots__ = ("many", "template", "values")
     template: str
@@ -29,17 +29,17 @@ class Text(str):
     values: dict[str, Any]
 
     def __new__(cls, template: str, /, **values: object) -> Text:
-        """Make one."""
+        """Format `template` with `values`."""
         return cls._made(template, "", values)
 
     @classmethod
     def counted(cls, count: int, one: str, many: str, /, **values: object) -> Text:
-        """Make one that counts."""
+        """Format the singular or plural template for `count`, which is also the field ``n``."""
         return cls._made(one, many, {"n": count, **values})
 
     @classmethod
     def joined(cls, between: str, messages: Iterable[str]) -> Text:
-        """Return messages one after the other, something between two; empty ones are skipped."""
+        """Join non-empty messages with `between`."""
         values = {f"part{i}": one for i, one in enumerate(filter(None, messages))}
         return cls._made(between.join(f"{{{name}}}" for name in values), "", values)
 
@@ -52,16 +52,16 @@ class Text(str):
         return made
 
     def __str__(self) -> str:
-        """Return the message itself, so that an exception's text is still one."""
+        """Return this `Text`, so that ``str(exception)`` can still be translated."""
         return self
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Go to another process whole."""
+        """Pickle the template and the values, so that the receiver can translate."""
         return Text._made, (self.template, self.many, self.values)
 
 
 def translated(what: object) -> str:
-    """Return what something says of itself, in the language at work. Result: plain."""
+    """Return ``str(what)`` as plain text in the current language."""
     text = str(what)
     if not isinstance(text, Text):
         return text
@@ -73,47 +73,47 @@ def translated(what: object) -> str:
 
 
 def tr(text: str, /, **values: object) -> str:
-    """Return a literal in the language at work, with ``{name}`` fields filled in afterwards."""
+    """Translate a literal, then fill in its ``{name}`` fields."""
     return translated(Text(text, **values)) if values else looked_up(text)
 
 
 def tr_count(count: int, one: str, many: str, /, **values: object) -> str:
-    """Return a sentence that counts, ``{n}`` and all, in the language at work."""
+    """Translate the singular or plural literal for `count`, then fill in ``{n}`` and fields."""
     return translated(Text.counted(count, one, many, **values))
 
 
 def looked_up(text: str, /) -> str:
-    """Return what the language at work has for a text that isn't ours, such as a library's."""
+    """Return the translation of a text that is no literal here, such as a library's message."""
     return _catalogue.gettext(text) if text else text
 
 
 def in_context(context: str, text: str, /) -> str:
-    """Return a text that alone could mean several things, in the language at work."""
+    """Translate a text that is ambiguous without a context."""
     return _catalogue.pgettext(context, text)
 
 
 def languages() -> tuple[str, ...]:
-    """Return the languages there are, English first, by their codes, such as ``ja``."""
+    """Return the codes of all available languages, such as ``ja``; English first."""
     folder = _folder()
     found = () if folder is None else folder.glob(f"*/LC_MESSAGES/{DOMAIN}.mo")
     return (ENGLISH, *sorted(path.parts[-3] for path in found))
 
 
 def language() -> str:
-    """Return the code of the language at work."""
+    """Return the code of the current language."""
     return _code
 
 
 def system_languages() -> tuple[str, ...]:
-    """Return what the environment asks for, best first, after gettext's rules; nothing if unset."""
+    """Return the languages that the environment requests, best first, by gettext's rules."""
     said = next(filter(None, map(os.environ.get, _VARIABLES)), "")
     return tuple(filter(None, said.split(":")))
 
 
 def use_language(*wanted: str) -> str:
-    """Let everything be said in a language from here on, by this process and those it starts.
+    """Select the first available language, for this process and for processes it starts.
 
-    Result: the code of the first one that there is; English if none is.
+    Return the code of the selected language: English if none is available.
     """
     for code in wanted:
         name = code.replace("-", "_")
@@ -125,7 +125,7 @@ def use_language(*wanted: str) -> str:
             place = Path(str(found))
             with place.open("rb") as file:
                 use_catalogue(place.parts[-3], gettext.GNUTranslations(file))
-            # Here click and argparse look for their own words.
+            # click and argparse look up their texts in this domain.
             gettext.bindtextdomain(DOMAIN, str(folder))
             gettext.textdomain(DOMAIN)
             os.environ["LANGUAGE"] = _code
@@ -136,7 +136,7 @@ def use_language(*wanted: str) -> str:
 
 
 def use_catalogue(code: str, catalogue: gettext.NullTranslations) -> None:
-    """Let a catalogue have the word from here on, wherever it comes from."""
+    """Use a catalogue for all texts from now on."""
     global _code, _catalogue
     _code, _catalogue = code, catalogue
 
@@ -161,7 +161,7 @@ def _spoken(values: dict[str, Any]) -> Iterator[tuple[str, Any]]:
 
 
 class _Float(float):
-    """A number that is written with a language's own decimal point."""
+    """A number that formats with the decimal point of a language."""
 
     def __new__(cls, value: float, point: str) -> _Float:
         made = super().__new__(cls, value)

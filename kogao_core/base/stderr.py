@@ -1,7 +1,7 @@
-"""What C libraries write to standard error, which no hook of theirs turns off.
+"""Capture the messages that C libraries write to stderr.
 
-libjpeg, libtiff, libpng and LibRaw complain there about damaged files, past Python, amid what the
-program itself says.
+libjpeg, libtiff, libpng and LibRaw write messages about damaged files directly to stderr, and no
+hook turns these messages off.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ from typing import IO, Final, TypeVar
 _Result = TypeVar("_Result")
 _FD: Final = 2
 _LOCK: Final = threading.RLock()
-# Pillow hands libtiff a file of this name, rawpy hands LibRaw one without a name. libtiff's lines
-# are the name of a function or codec and a sentence with its full stop, which those of Python's
-# exceptions lack. The rest are what libjpeg says of files.
+# Pillow passes libtiff a file named tempfile.tif; rawpy passes LibRaw an unnamed file. A libtiff
+# line is the name of a function or codec and a sentence with a full stop; lines of Python
+# exceptions have no full stop. The other patterns are messages of libjpeg.
 _DAMAGE: Final = re.compile(r"(?:\w+: )?Corrupt JPEG data: (.+)|unknown file: (.+)")
 _NOISE: Final = re.compile(
     r"tempfile\.tif: |unknown file: |libpng (?:warning|error): "
@@ -40,17 +40,17 @@ _NOISE: Final = re.compile(
     r"|DCT coefficient |Didn't expect more than|JPEG datastream contains no |Cannot transcode "
     r"|Sorry, |Caution: |Requested feature was omitted|Not implemented yet|Image too wide for )"
 )
-# Without a handler of the user's, Python's own prints what Pillow logs.
+# Without a handler, Python's default handler would print Pillow's log.
 logging.getLogger("PIL").addHandler(logging.NullHandler())
 
 
 @contextmanager
 def hushed() -> Iterator[list[str]]:
-    """Keep decoders' complaints from standard error, and Python's warnings.
+    """Suppress decoder messages on stderr, and Python warnings. One thread at a time.
 
-    Whatever else comes meanwhile, from other threads say, is passed on at the end. Where
-    `faulthandler` is on, to tell of crashes, or there is no standard error, nothing is kept. One
-    thread at a time. Result: filled at the end: the complaints about damage, in words for a note.
+    Yield a list that contains the messages about damage after exit. Other text, for example from
+    other threads, is written to stderr on exit. If `faulthandler` is enabled or stderr is closed,
+    messages are not captured.
     """
     complaints: list[str] = []
     with _LOCK, warnings.catch_warnings():
@@ -66,9 +66,9 @@ def hushed() -> Iterator[list[str]]:
 
 
 def if_unsaid(work: Callable[[], _Result]) -> _Result | None:
-    """Return what some work of decoders returns, if nothing comes to standard error meanwhile.
+    """Run `work`. Return the result, or None if any text was written to stderr.
 
-    Their complaints are forgotten. None, too, where nothing can be kept from there (`hushed`).
+    Decoder messages are discarded. None, without calling `work`: stderr can't be captured.
     """
     with _LOCK:
         caught = _memory()
@@ -84,7 +84,7 @@ def if_unsaid(work: Callable[[], _Result]) -> _Result | None:
 
 @contextmanager
 def _led_into(caught: IO[bytes]) -> Iterator[None]:
-    """Lead standard error into a file, which is at its start at the end."""
+    """Redirect stderr to a temporary file; rewind the file on exit."""
     aside = os.dup(_FD)
     os.dup2(caught.fileno(), _FD)
     try:
@@ -96,24 +96,24 @@ def _led_into(caught: IO[bytes]) -> Iterator[None]:
 
 
 def _memory() -> IO[bytes] | None:
-    """Return a file that nothing waits for, however much is written.
+    """Return an in-memory or temporary file for captured stderr.
 
-    A pipe could fill up under a library that holds Python's lock. None where there is no room, and
-    where nothing may be kept from standard error.
+    A pipe could fill up and block a library that holds the GIL. None: the file can't be created,
+    stderr is closed or `faulthandler` is enabled.
     """
     if sys.__stderr__ is None or faulthandler.is_enabled():
         return None
     try:
         if sys.platform == "linux":
             return os.fdopen(os.memfd_create("stderr"), "w+b")
-        else:  # noqa: RET505 (mypy knows platforms by it)
+        else:  # noqa: RET505 (mypy needs this to narrow the platform)
             return TemporaryFile()
     except OSError:
         return None
 
 
 def _complaints_in(data: bytes) -> list[str]:
-    """Return the complaints about damage; pass on what no decoder wrote."""
+    """Return the messages about damage; write all text that isn't from a decoder to stderr."""
     complaints = []
     for line in data.splitlines(keepends=True):
         text = line.decode(errors="replace").strip()
@@ -126,9 +126,10 @@ def _complaints_in(data: bytes) -> list[str]:
 
 
 def open_standard_streams() -> None:
-    """Open what a program was started without: a file of ours would get the descriptor.
+    """Open missing standard streams as the null device.
 
-    What a C library writes to standard error would then stand in a photo.
+    Otherwise an output file could get descriptor 2, and C libraries would write messages into the
+    photo.
     """
     while (opened := os.open(os.devnull, os.O_RDWR)) <= _FD:
         os.set_inheritable(opened, True)

@@ -1,4 +1,4 @@
-"""Threads that help and threads that hurt; and memory that is used again."""
+"""Run work in threads, limit the threads of libraries, and reuse freed memory."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _Tool = TypeVar("_Tool")
 
 
 class Stopped(Exception):
-    """Nobody wants any more what was under way."""
+    """The caller cancelled the work."""
 
 
 _unwanted: ContextVar[Callable[[], bool]] = ContextVar("unwanted", default=lambda: False)
@@ -35,7 +35,7 @@ _unwanted: ContextVar[Callable[[], bool]] = ContextVar("unwanted", default=lambd
 
 @contextmanager
 def stoppable(unwanted: Callable[[], bool]) -> Iterator[None]:
-    """Let what is shared out in the ``with`` block be stopped. Raises Stopped."""
+    """Cancel `share_out` in the ``with`` block as soon as `unwanted` is true. Raises Stopped."""
     before = _unwanted.set(unwanted)
     try:
         yield
@@ -44,19 +44,18 @@ def stoppable(unwanted: Callable[[], bool]) -> Iterator[None]:
 
 
 def default_threads() -> int:
-    """Return how many threads resample by default: the processors, up to 4."""
+    """Return the default number of resampling threads: the number of processors, at most 4."""
     return min(MOST_THREADS, os.cpu_count() or 1)
 
 
 def share_out(
     tasks: Iterable[_Task], hand: Callable[[], Callable[[_Task], object]], threads: int
 ) -> None:
-    """Do all tasks in this thread and, as far as they are free, in helpers of the program's pool.
+    """Run all tasks in this thread and in idle threads of the shared pool.
 
-    When this returns or raises, no helper works on a task any more: one that is busy is waited for,
-    one that still queues behind other work is cancelled. Raises Stopped.
+    Before returning or raising, wait for busy helpers and cancel queued helpers. Raises Stopped.
     """
-    # Each thread takes the next task when it is done with one; a future per task costs more.
+    # Each thread takes the next task from a queue: one future per task would cost more.
     waiting, unwanted = deque(tasks), _unwanted.get()
 
     def work() -> None:
@@ -71,7 +70,7 @@ def share_out(
                     return
                 do(task)
         except BaseException:
-            waiting.clear()  # nobody goes on with what is lost
+            waiting.clear()  # drop the remaining tasks: the call fails anyway
             raise
 
     helpers: list[Future[None]] = []
@@ -92,7 +91,7 @@ def share_in_order(
     take: Callable[[_Task, _Result], object],
     threads: int,
 ) -> None:
-    """Share tasks out and hand each result on in the order of the tasks, one at a time."""
+    """Run tasks in parallel; call `take` with each result, one at a time, in task order."""
     lock, results, taken = threading.Lock(), dict[int, _Result](), 0
 
     def work(numbered: tuple[int, _Task]) -> None:
@@ -109,7 +108,7 @@ def share_in_order(
 
 
 class Spares(Generic[_Tool]):
-    """Things that only one thread may use at a time: as many as there are threads at work."""
+    """A pool of objects that are not thread-safe. Each concurrent user borrows a separate one."""
 
     def __init__(self, make: Callable[[], _Tool]) -> None:
         self._make = make
@@ -117,7 +116,7 @@ class Spares(Generic[_Tool]):
 
     @contextmanager
     def one(self) -> Iterator[_Tool]:
-        """Lend one to the ``with`` block, made when all others are in use."""
+        """Borrow an object for the ``with`` block; create one if all others are in use."""
         try:
             tool = self._free.pop()
         except IndexError:
@@ -129,7 +128,7 @@ class Spares(Generic[_Tool]):
 
 
 def take_short_turns() -> None:
-    """Let a thread that keeps the interpreter busy hand it over after 0.5 ms, not Python's 5.
+    """Set Python's thread switch interval to 0.5 ms instead of 5 ms.
 
     A window needs it for every event, a decoder for every piece of a file: 5 ms each add up. A
     photo of 25 megapixels took 2.2 s to read beside a busy thread, and takes 0.4; alone 0.2.
@@ -164,17 +163,17 @@ def _controller() -> threadpoolctl.ThreadpoolController:
     return threadpoolctl.ThreadpoolController()
 
 
-# Numbers of glibc's mallopt: what is free at the top stays; large pieces are no mappings of their
-# own; threads share one heap, or what one of them frees would be of no use to the others.
+# Parameters of glibc's mallopt: keep free memory at the top of the heap, don't use mmap for large
+# blocks, and share one heap between threads, so that every thread can reuse freed memory.
 _TRIM_THRESHOLD, _MMAP_THRESHOLD, _ARENA_MAX = -1, -3, -8
 _MOST_BYTES: Final = 1 << 30
 
 
 def keep_freed() -> bool:
-    """Let what is freed be used again instead of going back to the system; return whether it will.
+    """Keep freed memory in the process for reuse. Return whether the C library agreed.
 
-    The arrays of a photo come and go, and every page of a fresh one costs a fault. Not for a
-    program that stays open: its memory would never shrink. Only glibc can be told so.
+    Each page of a new array costs a page fault. Don't use this in a program that stays open: its
+    memory would never shrink. Works with glibc only.
     """
     if sys.platform != "linux":
         return False
@@ -186,5 +185,5 @@ def keep_freed() -> bool:
 
 
 def end_at_once() -> None:
-    """Spare the end of the program a last look through all there is, 0.1 s for nothing."""
+    """Skip the final garbage collection at exit, which takes 0.1 s."""
     atexit.register(gc.freeze)

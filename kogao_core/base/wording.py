@@ -1,4 +1,4 @@
-"""Values and sentences as messages show them: short, on one line, no orders to a terminal."""
+"""Format values and sentences for messages: short, on one line, without control codes."""
 
 from __future__ import annotations
 
@@ -30,26 +30,26 @@ _REASONS: Final[dict[str, str]] = {
 }
 _LONGEST_VALUE: Final = 40
 _LONGEST_SENTENCE: Final = 600
-_END: Final = 200  # letters of a long sentence that stay behind the gap: they say what to do
+_END: Final = 200  # characters kept at the end of a long sentence, which says what to do
 
 
 def shown(value: object) -> str:
-    """Return a value as Python writes it, at most 40 letters: somebody else may have written it."""
-    # Nothing that is cut anyway is written out, whatever its size and depth.
+    """Return the repr of an untrusted value, cut to 40 characters."""
+    # reprlib doesn't format the parts that would be cut.
     text = repr(value) if isinstance(value, int | float) else _SHORT.repr(value)
     return text if len(text) <= _LONGEST_VALUE else f"{text[:_LONGEST_VALUE]}…"
 
 
 def system_reason(error: OSError) -> str:
-    """Return why the system refuses something; the usual reasons can be said in any language."""
+    """Return the reason of an OSError; the usual reasons can be translated."""
     said = error.strerror or str(error)
     return _REASONS.get(said, said)
 
 
 def sentence(text: str) -> str:
-    """Return a message as one line: what can't be printed becomes '?', a long middle a gap.
+    """Return a message as one safe line: '?' for unprintable characters, '…' for a long middle.
 
-    Names of files may hold anything, orders to the terminal too, and thousands of letters.
+    File names may contain terminal control codes and thousands of characters.
     """
     if len(text) > _LONGEST_SENTENCE:
         text = f"{text[: _LONGEST_SENTENCE - _END]} … {text[-_END:]}"
@@ -57,9 +57,9 @@ def sentence(text: str) -> str:
 
 
 def printable(text: str) -> str:
-    """Return a line with '?' for whatever a terminal doesn't print but may obey.
+    """Replace unprintable characters, which may be terminal control codes, by '?'.
 
-    Python takes spaces of other widths, as in names of macOS and in Japanese, for unprintable.
+    Keeps all kinds of spaces: `str.isprintable` rejects the wide spaces of Japanese and macOS.
     """
     return "".join(
         letter if letter.isprintable() or unicodedata.category(letter) == "Zs" else "?"
@@ -68,9 +68,9 @@ def printable(text: str) -> str:
 
 
 def columns(text: str) -> int:
-    """Return how wide a text is in a terminal: Chinese and Japanese letters are as wide as two."""
+    """Return the width of a text in terminal columns; Chinese and Japanese letters take two."""
     return len(text) + sum(unicodedata.east_asian_width(letter) in "WF" for letter in text)
 
 
 _SHORT: Final = reprlib.Repr()
-_SHORT.maxstring = _SHORT.maxother = 3 * _LONGEST_VALUE  # its gaps lie behind ours
+_SHORT.maxstring = _SHORT.maxother = 3 * _LONGEST_VALUE  # `shown` cuts before these gaps

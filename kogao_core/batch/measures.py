@@ -1,4 +1,4 @@
-"""What each face of each picture asked for, achieved and measures: one table, and its codebook."""
+"""Table of requested and achieved warp distances and lengths per face, with a codebook."""
 
 from __future__ import annotations
 
@@ -9,39 +9,40 @@ from pathlib import Path
 from typing import Any, Final
 
 from kogao_core.base.atomic import put
+from kogao_core.base.wording import printable
 from kogao_core.faces.face import Face
 from kogao_core.pipeline import Rendering
 from kogao_core.warp.measures import asked_percent, measures, moved
 
-_DIGITS: Final = 6  # behind the point
-# The columns, and what each one means.
+_DIGITS: Final = 6  # decimals
+# Name and meaning of each column.
 COLUMNS: Final = {
-    "picture": "the picture's file",
-    "photo": "the file that it was made of",
+    "picture": "file of the result",
+    "photo": "file of the source photo",
     "face": "number of the face in the photo, from 1",
-    "asked_percent": "how far the targets lie towards the centre, % of D; below 0 larger",
-    "achieved_percent": "how far the landmarks came there, % of D",
+    "asked_percent": "requested move of the targets towards the centre, % of D; below 0: larger",
+    "achieved_percent": "achieved move of the landmarks towards the centre, % of D",
     "center": "centre candidate",
-    "lattice": "lattice spacing R, as the recipe's unit says",
-    "fit": "how the lattice takes up the moves",
+    "lattice": "lattice spacing R, in the unit of the recipe",
+    "fit": "fit of the lattice: approximation, exact or multilevel",
     "width_px": "width of the outline, px of the photo",
-    "jaw_px": "width at the height of the mouth's corners, px",
+    "jaw_px": "width at the height of the mouth corners, px",
     "area_px2": "area inside the outline, px squared",
-    "interocular_px": "between the outer corners of the eyes, px",
-    "jaw_to_eyes": "jaw_px in shares of interocular_px",
+    "interocular_px": "distance between the outer eye corners, px",
+    "jaw_to_eyes": "jaw_px divided by interocular_px",
     "width_change_percent": "change of width_px, %",
     "jaw_change_percent": "change of jaw_px, %",
     "area_change_percent": "change of area_px2, %",
-    "smallest_det_sampled": "least det J of 8 x 8 samples a cell; below 1 stretch, at 0 a fold",
-    "one_to_one_proven": "1 where it is proven that nothing folds",
-    "share_let_through": "share of the displacement that the guard let through",
+    "smallest_det_sampled": "smallest det J of 8 x 8 samples per cell; 0 or less is a fold",
+    "one_to_one_proven": "1 if the absence of folds is proven",
+    "share_let_through": "fraction of the displacement that the guard allowed",
 }
 
 
 def measured(
     picture: str, photo: str, rendering: Rendering, faces: Sequence[Face]
 ) -> list[dict[str, Any]]:
-    """Return a row of the table for each face that was warped."""
+    """Return one row of the table for each warped face."""
     rows = []
     pairs = zip(faces, rendering.pairs, rendering.achieved, rendering.shares, strict=True)
     for number, (face, pair, achieved, share) in enumerate(pairs, start=1):
@@ -81,21 +82,40 @@ def _rounded(value: object) -> object:
 
 
 def codebook_of(file: Path) -> Path:
-    """Return where the codebook of a table lies."""
+    """Return the path of the codebook of a table."""
     return file.with_name(f"{file.stem}-codebook.csv")
 
 
 def write(rows: Iterable[Mapping[str, Any]], file: Path) -> None:
-    """Write a table and its codebook: CSV in UTF-8, a point before decimals, 1 for yes."""
+    """Write a table and its codebook: CSV in UTF-8, decimal points, 1 for true."""
     told = [("column", "meaning"), *COLUMNS.items()]
     lines = [list(COLUMNS), *([row[name] for name in COLUMNS] for row in rows)]
     file.parent.mkdir(parents=True, exist_ok=True)
     for table, to in ((lines, file), (told, codebook_of(file))):
-        put(table_text(table).encode(errors="backslashreplace"), to)  # names may be no text at all
+        put(table_text(table).encode(errors="backslashreplace"), to)  # names may be invalid text
 
 
 def table_text(rows: Iterable[Iterable[object]]) -> str:
-    """Return rows as CSV for any program: an empty field where there is nothing."""
+    """Return rows as CSV text; None becomes an empty field.
+
+    Text that a spreadsheet would take for a formula gets an apostrophe in front.
+    """
     text = io.StringIO()
-    csv.writer(text, lineterminator="\n").writerows(rows)
+    csv.writer(text, lineterminator="\n").writerows(map(_cell, row) for row in rows)
     return text.getvalue()
+
+
+def _cell(value: object) -> object:
+    if not isinstance(value, str):
+        return value
+    value = printable(value)
+    is_formula = value.startswith(("=", "+", "-", "@")) and not _is_number(value)
+    return f"'{value}" if is_formula else value
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True

@@ -1,4 +1,4 @@
-"""Which photos a batch works on and where their results go: in one folder and nowhere else."""
+"""Plan a batch: collect the photos and choose an output path inside one folder for each."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from kogao_core.recipe.recipe import Recipe
 
 
 class NothingToDo(ValueError):
-    """The inputs can't be worked on; the message says why."""
+    """The inputs can't be processed; the message says why."""
 
 
 def plan(
@@ -43,11 +43,11 @@ def plan(
     points: Path | None = None,
     points_map: str | None = None,
 ) -> list[Task]:
-    """Return the tasks for files and folders; a folder's photos keep their place in it.
+    """Return the tasks for files and folders, in order. Subfolders are kept in the output.
 
-    `points` is a file of landmarks, or a folder of them by the photos' names, `edits` the user's
-    own folder of projects that don't lie beside their photos; what `results` lists isn't worked on
-    again. Result: in the order of the inputs; `run` does them. Raises NothingToDo, BadFile.
+    `points`: file of landmarks, or folder with one file per photo name. `edits`: the user's folder
+    of projects that are not stored next to their photos. `results`: list of photos that Kogao made
+    and that are skipped. Raises NothingToDo, BadFile.
     """
     found: dict[Path, Path] = {}
     for path in inputs:
@@ -88,10 +88,7 @@ def plan(
 
 
 def check_free(tasks: Sequence[Task]) -> None:
-    """Check that none of the outputs exists, before a first run into a folder.
-
-    Raises NothingToDo.
-    """
+    """Check that no output exists, before a first run into a folder. Raises NothingToDo."""
     taken = [task.output for task in tasks if Path(task.output).exists()]
     if taken:
         count = Text.counted(len(taken), "a file exists", "{n} files exist")
@@ -105,7 +102,7 @@ def check_free(tasks: Sequence[Task]) -> None:
 
 
 def _check_places(found: Mapping[Path, Path], folder: Path) -> None:
-    """Refuse outputs that are photos of the batch, or that links lead out of the folder."""
+    """Refuse outputs that would overwrite a source photo or follow a link out of the folder."""
     home = _real(folder)
     sources = {_real(photo) for photo in found.values()}
     for output in found:
@@ -129,22 +126,22 @@ def _check_places(found: Mapping[Path, Path], folder: Path) -> None:
 
 
 def _real(path: Path) -> Path:
-    return Path(os.path.realpath(path))  # unlike `resolve`, at ease with links in a circle
+    return Path(os.path.realpath(path))  # unlike `resolve`, accepts circular links
 
 
 def _percent(photo: Path, recipe: Recipe, projects: bool, edits: Path | None) -> float:
-    """Return the amount that a name tells: that of a photo's project, if that is done."""
+    """Return the Amount for the file name: from the photo's project, or else from the recipe."""
     project = kept(photo, edits) if projects else None
     try:
         return sheet_of(load(project)).recipe.percent if project else recipe.percent
-    except BadFile:  # it fails by name once it is to be done
+    except BadFile:  # the task reports the error later
         return recipe.percent
 
 
 def _photos(path: Path, folder: Path) -> Iterator[tuple[Path, Path]]:
-    """Yield photos and their places below the output folder.
+    """Yield each photo and its path relative to the output folder.
 
-    Pipes and links to nothing whose names are those of photos are among them: they fail by name.
+    Pipes and broken links with a photo's extension are included: their tasks report the error.
     """
     if path.is_dir():
         for below in sorted(path.rglob("*")):

@@ -1,4 +1,4 @@
-"""One photo of a batch, what became of it, and the report: a line of JSON for each, once done."""
+"""Process one photo of a batch, and write the report: one line of JSON per photo."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import hashlib
 import json
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any, Final, Literal
@@ -20,7 +20,7 @@ from kogao_core.base.strict import BadFile
 from kogao_core.batch.measures import COLUMNS, measured
 from kogao_core.faces.doubt import AllDoubted, choose
 from kogao_core.faces.face import Face
-from kogao_core.faces.landmarks import CHOICES, source
+from kogao_core.faces.landmarks import source
 from kogao_core.photo import Photo, bits_of, read
 from kogao_core.photo.disclosure.disclosing import NO_DISCLOSURE, Disclosure
 from kogao_core.photo.export import AS_IT_IS, Export
@@ -42,83 +42,52 @@ _START: Final = b'{"s'  # ource, the first field of a report's line
 
 
 class _NoFace(Exception):
-    """There is no face in the photo."""
+    """No face was found in the photo."""
 
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """One photo of a batch, as plain values that travel to other processes and machines."""
+    """One photo of a batch, as plain values that can be pickled."""
 
-    # Where to read and where to write.
-    source: str
-    output: str
+    source: str  # path to read
+    output: str  # path to write
     recipe: Mapping[str, Any]  # `Recipe.to_dict`
-    which: str = "all"  # faces to work on: all, largest, or numbers
+    which: str = "all"  # faces to warp: all, largest, or numbers
     max_megapixels: float = 300.0  # refuse larger photos
-    landmarks: str | None = None  # where they come from, see `landmarks.source`
-    project: str = ""  # a project file to do instead, or ""
-    disclosure: Disclosure = NO_DISCLOSURE  # what results disclose of their retouching
-    # What an earlier run wrote for the same source and choices (`Outcome.key`), or "".
-    done: str = ""
-    doubtful: bool = False  # whether doubtful faces are worked on, too
-    # The list by which results are known that aren't worked on again, or "" to do so.
-    results: str = ""
-    export: Export = AS_IT_IS  # size, quality, colours and the like of results
-    points: str = ""  # a file of landmarks to take instead of looking for faces, or ""
-    points_map: str | None = None  # which of its points are which, see `interchange.template`
-
-    def rooted(self) -> Task:
-        """Return a task that names the same files in whatever folder a worker was started."""
-        told, model = self.disclosure, self.landmarks
-        is_file = model is not None and model not in {choice.name for choice in CHOICES}
-        if told.picture is not None:
-            told = replace(told, picture=replace(told.picture, file=_rooted(told.picture.file)))
-        if told.signer is not None:
-            files = _rooted(told.signer.certificate), _rooted(told.signer.key)
-            told = replace(told, signer=replace(told.signer, certificate=files[0], key=files[1]))
-        return replace(
-            self,
-            source=_rooted(self.source),
-            output=_rooted(self.output),
-            project=_rooted(self.project),
-            points=_rooted(self.points),
-            results=_rooted(self.results),
-            landmarks=_rooted(model) if model and is_file else model,
-            disclosure=replace(told, font=_rooted(told.font) if told.font else None),
-        )
-
-
-def _rooted(path: str) -> str:
-    return str(Path.cwd() / path) if path else path
+    landmarks: str | None = None  # name of the landmark source
+    project: str = ""  # project file to apply instead of the recipe, or ""
+    disclosure: Disclosure = NO_DISCLOSURE  # edit record, labels and signature of the result
+    done: str = ""  # `Outcome.key` of an earlier run for the same source and options, or ""
+    doubtful: bool = False  # also warp doubtful faces
+    results: str = ""  # list of Kogao's own results to skip; "" processes them again
+    export: Export = AS_IT_IS  # size, quality and colours of the result
+    points: str = ""  # file of landmarks to use instead of face detection, or ""
+    points_map: str | None = None  # template of the landmark file, see `interchange.template`
 
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What became of one photo: a line of the report."""
+    """Outcome of one photo: one line of the report."""
 
-    # As in the task.
-    source: str
-    output: str
-    status: Status  # skipped photos were done by an earlier run; results by this program before
-    # A sentence where something went wrong; else what is worth knowing of the result.
-    reason: str = ""
-    key: str = ""  # hash of the bytes of source, project and output, and of the choices
-    faces: int = 0  # how many were worked on
-    seconds: float = 0.0  # time from reading to written
-    # How far each face came towards its centre, % of D (`kogao_core.warp.measures`).
-    achieved_percent: tuple[float, ...] = ()
-    edit: str = ""  # hash of the project that was done
-    # What each face measures (`kogao_core.batch.measures.COLUMNS`).
-    measures: tuple[dict[str, Any], ...] = ()
-    doubtful: bool = False  # whether faces or points of it had better be looked at
+    source: str  # as in the task
+    output: str  # as in the task
+    status: Status  # "skipped": an earlier run made the output; "result": Kogao made the photo
+    reason: str = ""  # error message, or notes on the result
+    key: str = ""  # hash of source, project, output and options
+    faces: int = 0  # number of warped faces
+    seconds: float = 0.0  # time from reading to writing
+    achieved_percent: tuple[float, ...] = ()  # per face, % of D (`kogao_core.warp.measures`)
+    edit: str = ""  # hash of the applied project
+    measures: tuple[dict[str, Any], ...] = ()  # per face (`kogao_core.batch.measures.COLUMNS`)
+    doubtful: bool = False  # some faces or points should be checked
 
     def to_json(self) -> str:
-        """Return the line of the report."""
-        return json.dumps(asdict(self))  # in ASCII: names of files may be no text at all
+        """Return the line of the report as ASCII: file names may be invalid Unicode."""
+        return json.dumps(asdict(self))
 
 
 def work(task: Task) -> Outcome:
-    """Read, find, render and write one photo; whatever goes wrong ends up in the outcome."""
+    """Read, detect, render and write one photo. Errors are returned in the outcome."""
     start = time.perf_counter()
     try:
         if task.done and task.done == _key(task):
@@ -137,7 +106,7 @@ def work(task: Task) -> Outcome:
         return Outcome(task.source, task.output, "no face", Text("no face found"))
     except AllDoubted as doubts:
         return Outcome(task.source, task.output, "no face", doubts.args[0], doubtful=True)
-    except Exception as error:  # one photo must not take the others with it
+    except Exception as error:  # one bad photo must not stop the batch
         return Outcome(task.source, task.output, "failed", _sentence(error))
 
 
@@ -155,9 +124,9 @@ def _render(task: Task) -> tuple[tuple[dict[str, Any], ...], str, bool]:
         look=seen.append, threads=1, export=task.export,
     )  # fmt: skip
     (rendering,) = seen
-    notes = [done.note, made.lens, rendering.note, made.written, made.undisclosed]
+    notes = [done.note, *made.notes, rendering.note, made.written]
     rows = measured(task.output, task.source, rendering, done.faces)
-    # Of a project, a note is about the photo; of a search, about doubts.
+    # With a project, the note is about the photo; otherwise the note is about doubtful faces.
     return tuple(rows), Text.joined("; ", notes), bool(done.note) and not task.project
 
 
@@ -187,7 +156,7 @@ def _replayed(task: Task, photo: Photo) -> Applied:
 
 
 def _key(task: Task) -> str:
-    """Return the hash of files and choices; empty while one of the files can't be read."""
+    """Return a hash of files and options; "" if a file can't be read."""
     choices = task.recipe, task.which, task.doubtful, task.landmarks, bool(task.project)
     told = asdict(task.disclosure), asdict(task.export)
     points = [task.points_map or ""] * bool(task.points)
@@ -196,13 +165,13 @@ def _key(task: Task) -> str:
     label = task.disclosure.picture
     files = task.source, task.project, task.points, task.output, label.file if label else ""
     for path in map(Path, filter(None, files)):
-        if not path.is_file():  # a pipe would be waited for
+        if not path.is_file():  # reading a pipe would block
             return ""
         try:
             with path.open("rb") as file:
                 while chunk := file.read(_CHUNK_BYTES):
                     total.update(chunk)
-        except OSError:  # whoever reads it finds a sentence
+        except OSError:  # `work` reports the error
             return ""
         total.update(b"\0next\0")
     return total.hexdigest()
@@ -218,7 +187,7 @@ def _sentence(error: Exception) -> str:
     built_in = type(error).__module__ == "builtins"
     if built_in and not isinstance(error, OSError | ValueError | RuntimeError):
         return Text(
-            "an error in the program itself ({kind}: {text}); please report it",
+            "internal error ({kind}: {text}); please report it",
             kind=type(error).__name__,
             text=text,
         )
@@ -231,7 +200,7 @@ def record(
     results: Results,
     then: Callable[[Outcome], object],
 ) -> None:
-    """Add every outcome to a report, which is made or gone on with, and results to their list."""
+    """Append each outcome to a new or existing report, and each result to the list of results."""
     if report.is_file():
         with report.open("rb") as file:
             if not _START.startswith(file.read(len(_START))):
@@ -246,14 +215,14 @@ def record(
 
 
 def keys_of(report: Path | None) -> dict[str, str]:
-    """Return the keys of what a report lists as done, by output."""
+    """Return the key of each finished output of a report."""
     done = (entry for entry in _entries(report) if entry["status"] in ("done", "skipped"))
     return {entry["output"]: entry["key"] for entry in done}
 
 
 def measures_of(report: Path, tasks: Sequence[Task]) -> list[Mapping[str, Any]]:
-    """Return what a report says of each face of the tasks' results, in their order."""
-    # Of what was done before and skipped now, the line before tells.
+    """Return the measures of each face of the tasks, from a report, in order."""
+    # A skipped photo has its measures in the line of an earlier run.
     latest = {one["output"]: one for one in _entries(report) if one["status"] != "skipped"}
     of_each = (latest.get(task.output, {}).get("measures") for task in tasks)
     rows = (row for rows in of_each if isinstance(rows, list) for row in rows)
@@ -261,7 +230,7 @@ def measures_of(report: Path, tasks: Sequence[Task]) -> list[Mapping[str, Any]]:
 
 
 def _entries(report: Path | None) -> Iterator[dict[str, Any]]:
-    """Yield the lines of a report; damaged ones don't count."""
+    """Yield the entries of a report; skip damaged lines."""
     if report is None or not report.is_file():
         return
     for entry in objects_in(report):

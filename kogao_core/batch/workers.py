@@ -1,9 +1,8 @@
-"""Who works on a batch: processes of this machine, or a cluster."""
+"""Run the tasks of a batch in worker processes."""
 
 from __future__ import annotations
 
 import concurrent.futures
-import dataclasses
 import multiprocessing
 import os
 import signal
@@ -24,46 +23,21 @@ from kogao_core.base.stderr import open_standard_streams
 from kogao_core.base.threads import keep_freed
 from kogao_core.batch.tasks import Outcome, Task, work
 
-# Photos handed out ahead of each worker: enough to keep it busy, few enough to stop at once.
+# Tasks submitted per worker: enough to keep the worker busy, few enough to stop quickly.
 _AHEAD: Final = 2
-# What a cluster is given to answer, and its workers to join: tasks would wait for them for ever.
-_ANSWER_S, _JOIN_S = 10.0, 8.0
-
-
-class NoWorkers(Exception):
-    """A cluster's scheduler has nobody to do the work."""
-
-
-def _send(executor: Executor, task: Task) -> Future[Outcome]:
-    return executor.submit(work, task)
-
-
-def _send_afar(executor: Executor, task: Task) -> Future[Outcome]:
-    """Hand a task to workers that were started in other folders; the report names it as here."""
-    return executor.submit(_work_afar, task.rooted(), task.source, task.output)
-
-
-def _work_afar(task: Task, source: str, output: str) -> Outcome:
-    return dataclasses.replace(work(task), source=source, output=output)
 
 
 class Workers:
-    """Where tasks are worked on; a context manager."""
+    """A pool of worker processes, as a context manager. `make` starts the executor."""
 
-    def __init__(
-        self,
-        make: Callable[[], Executor],
-        count: int,
-        close: Callable[[], object] = lambda: None,
-        send: Callable[[Executor, Task], Future[Outcome]] = _send,
-    ) -> None:
+    def __init__(self, make: Callable[[], Executor], count: int) -> None:
         self.count = count
-        self._make, self._close, self._send = make, close, send
+        self._make = make
         self._executor: Executor | None = None
 
     @staticmethod
     def processes(count: int) -> Workers:
-        """Return workers in `count` processes of this machine, one warping thread each."""
+        """Return a pool of `count` processes that warp with one thread each."""
         return Workers(
             lambda: concurrent.futures.ProcessPoolExecutor(
                 count, mp_context=multiprocessing.get_context(_start()), initializer=_settle
@@ -71,54 +45,36 @@ class Workers:
             count,
         )
 
-    @staticmethod
-    def dask(address: str) -> Workers:
-        """Return the workers of a dask.distributed cluster that sees the same files.
-
-        Raises NoWorkers.
-        """
-        from distributed import Client  # an extra
-
-        client = Client(address, timeout=_ANSWER_S)
-        try:
-            client.wait_for_workers(1, timeout=_JOIN_S)
-        except TimeoutError:
-            client.close()
-            raise NoWorkers from None
-        count = max(1, sum(client.nthreads().values()))
-        return Workers(lambda: client.get_executor(retries=2), count, client.close, _send_afar)
-
     def submit(self, task: Task) -> Future[Outcome]:
-        """Hand out a task."""
+        """Submit a task; start new processes if the pool is broken."""
         for _ in range(2):
             if self._executor is None:
                 self._executor = self._make()
             try:
                 with _uninterrupted():
-                    return self._send(self._executor, task)
+                    return self._executor.submit(work, task)
             except BrokenProcessPool:
                 self._executor = None
         raise RuntimeError("workers can't be started on this machine")
 
     def __enter__(self) -> Workers:
-        """Workers start with the first task."""
+        """Return the pool. Processes start with the first task."""
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Let running tasks end."""
+        """Wait for running tasks and end the processes."""
         if self._executor is not None:
             self._executor.shutdown(wait=True)
             self._executor = None
-        self._close()
 
 
 def run(
     tasks: Iterable[Task], workers: Workers, stop: Callable[[], bool] = lambda: False
 ) -> Iterator[Outcome]:
-    """Work on tasks and yield outcomes as they come, in no order.
+    """Run tasks and yield outcomes in order of completion.
 
-    Only a few tasks are handed out at a time, so memory is bounded by the number of workers. A
-    worker that dies, for want of memory say, fails the photo it was at; the others go on.
+    Only a few tasks are submitted at a time, so the number of workers limits the memory. If a
+    worker process dies, its photo fails and the other photos continue.
     """
     doubtful: list[Task] = []
     with workers:
@@ -127,7 +83,7 @@ def run(
                 doubtful.append(task)
             else:
                 yield outcome
-        # A dying worker takes down all that were handed out: one by one shows which it was.
+        # A crashed worker fails every submitted task. Retry one task at a time to find the cause.
         for task in doubtful:
             if stop():
                 return
@@ -135,7 +91,7 @@ def run(
                 task.source,
                 task.output,
                 "failed",
-                Text("the worker died at it; work on fewer at a time"),
+                Text("the worker process died; run fewer photos at a time"),
             )
 
 
@@ -162,7 +118,7 @@ def _spread(
 
 
 def _result(future: Future[Outcome]) -> Outcome | None:
-    """Return what a worker made of a task; None when it died, for `work` itself never raises."""
+    """Return the outcome of a task; None if the worker process died (`work` never raises)."""
     try:
         return future.result()
     except Exception:
@@ -171,7 +127,7 @@ def _result(future: Future[Outcome]) -> Outcome | None:
 
 @contextmanager
 def _uninterrupted() -> Iterator[None]:
-    """Let processes that start meanwhile see no interrupt, not even before they have settled."""
+    """Block SIGINT, so that new processes start with the signal blocked. No effect on Windows."""
     if sys.platform == "win32":
         yield
         return
@@ -183,18 +139,18 @@ def _uninterrupted() -> Iterator[None]:
 
 
 def _start() -> Literal["fork", "spawn"]:
-    """Return how a worker begins: as a copy of this process, or afresh."""
-    # A copy has all modules already, which take 0.2 s. Of several threads it would have one, and
-    # what the others had locked.
+    """Return the start method of worker processes."""
+    # fork saves 0.2 s of imports. A forked process has only one thread, so locks that other
+    # threads hold would stay locked.
     is_alone = sys.platform == "linux" and len([*Path("/proc/self/task").glob("*")]) == 1
     return "fork" if is_alone else "spawn"
 
 
 def _settle() -> None:
-    # Photos are spread over processes already: threads inside each would only get in the way. An
-    # interrupt is for the process that hands out tasks, which ends this one.
+    # Processes already use all cores, so disable threads inside each. Ignore SIGINT: the parent
+    # process handles the interrupt and ends the workers.
     open_standard_streams()
-    keep_freed()  # the next photo is often as large as the last
+    keep_freed()  # the next photo often has the same size
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     interrupts.end_when_told(code=1)
     cv2.setNumThreads(1)
@@ -202,7 +158,7 @@ def _settle() -> None:
 
 
 def _end_with_parent() -> None:
-    # A program that is killed tells nobody: its workers would wait for tasks for ever.
+    # Without this, workers of a killed parent would wait for tasks forever.
     parent = multiprocessing.parent_process()
     if parent is not None:
         parent.join()

@@ -1,6 +1,6 @@
 """``kogao-cli``: the same rendering as the editor, without Qt.
 
-It may use all rooms; of the laboratory it knows the name of one module.
+It may import all packages. Only ``commands`` names a module of the laboratory.
 """
 
 from __future__ import annotations
@@ -12,11 +12,11 @@ from kogao_core.base import interrupts
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Run the program and exit; `arguments` default to the process's own."""
+    """Run the program and exit. `arguments` default to ``sys.argv[1:]``."""
     is_program = arguments is None
     if is_program:
         interrupts.end_when_told("kogao-cli")
-    # All else takes its time to load, and may be interrupted meanwhile.
+    # Slow imports come last, so that a signal can interrupt them.
     from kogao_core.cli.commands import run
 
     code = run(arguments)

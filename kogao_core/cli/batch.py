@@ -1,4 +1,4 @@
-"""``kogao-cli batch``: many photos, some of them bad; interrupted and gone on with at will."""
+"""``kogao-cli batch``: process many photos; resume after an interruption."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from typing import Any, Final
 import click
 
 from kogao_core import batch
-from kogao_core.base import installed, wording
+from kogao_core.base import wording
 from kogao_core.base.language import Text, tr, translated
 from kogao_core.base.strict import BadFile
-from kogao_core.batch import NoWorkers, Outcome, Workers
+from kogao_core.batch import Outcome, Workers
 from kogao_core.batch.measures import codebook_of, write
 from kogao_core.cli import common, ending, options, reading, words
 from kogao_core.photo.disclosure.disclosing import Disclosure
@@ -25,57 +25,59 @@ from kogao_core.projects.results import Results
 from kogao_core.projects.sidecar import own_folder
 
 
-@words.command("batch")
+@words.command(
+    "batch",
+    examples=(
+        "kogao-cli batch photos/ -o slim/",
+        "kogao-cli batch photos/ 'more/*.jpg' -o slim/ --amount 6 --jobs 4",
+        "kogao-cli batch photos/ -o web/ --longest-side 2048 --srgb --to jpg",
+    ),
+)
 @click.argument("inputs", metavar="IN...", nargs=-1, required=True, type=common.PHOTO)
 @words.option(
     "-o", "--output", "folder", required=True, type=common.FOLDER, metavar="DIR",
-    help="Folder for the results; made if need be.",
+    help="Folder for the results; created if missing",
 )  # fmt: skip
 @options.chooses
 @words.option(
     "-j", "--jobs", type=click.IntRange(1, 256), default=lambda: os.cpu_count() or 1,
-    help="Photos worked on at a time; each takes about 8 times its pixels in memory [processors].",
+    help="Photos processed in parallel; each needs about 8 times its pixels in memory "
+    "[processors]",
 )  # fmt: skip
 @words.option(
-    "--report", type=common.FILE, metavar="FILE",
-    help="JSON lines, one a photo; what it lists as done is skipped [OUTPUT/kogao-batch.jsonl].",
+    "--report", type=common.FILE, metavar="FILE", section=options.OUTPUT,
+    help="Report, one JSON line per photo; photos listed as done are skipped "
+    "[DIR/kogao-batch.jsonl]",
 )  # fmt: skip
 @words.option(
-    "--measures", type=common.FILE, metavar="FILE",
-    help="Write what each face asked for, achieved and measures as a table (CSV), with a codebook.",
+    "--measures", type=common.FILE, metavar="FILE", section=options.OUTPUT,
+    help="Write requested and achieved amounts and face measures (CSV), with a codebook",
 )  # fmt: skip
 @words.option(
-    "--projects", is_flag=True,
-    help="Do what the edits of a photo say (PHOTO.kogao.json); the options above are for others.",
+    "--projects", is_flag=True, section=reading.INPUT,
+    help="Apply the saved edits of photos (PHOTO.kogao.json); options apply to the others",
 )  # fmt: skip
 @options.discloses
 @options.exports
 @words.option(
-    "--to", "form", type=click.Choice(reading.NAMED_ENDINGS),
-    help="Format of all results [that of each photo].",
+    "--to", "form", type=click.Choice(reading.NAMED_ENDINGS), section=options.OUTPUT,
+    help="Format of all results [format of each photo]",
 )  # fmt: skip
 @words.option(
-    "--names", "name", metavar="PATTERN", default="{name}",
-    help="Names of results, with {name}, {n} (001, 002, …) and {amount} [{name}].",
+    "--names", "name", metavar="PATTERN", default="{name}", section=options.OUTPUT,
+    help="File names of results, with {name}, {n} (001, 002, …) and {amount} [{name}]",
 )  # fmt: skip
+@words.option("--force", is_flag=True, help="Overwrite files in the output folder")
 @words.option(
-    "--force", is_flag=True, help="Start in a folder that holds files of the results' names."
-)
-@words.option(
-    "--as", "suffix", default="jpg",
+    "--as", "suffix", default="jpg", section=options.OUTPUT,
     type=click.Choice(reading.NAMED_ENDINGS),
-    help="Format of results of HEIC and raw photos; others keep theirs [jpg].",
+    help="Format of results of HEIC and raw photos [jpg]",
 )  # fmt: skip
 @reading.takes_results
-@words.option("--again", is_flag=True, help="Do everything again, whatever the report says.")
-@common.limits_megapixels
+@words.option("--again", is_flag=True, help="Ignore the report and process all photos again")
+@words.section(reading.INPUT, common.limits_megapixels)
 @reading.chooses_landmarks
 @reading.takes_point_files
-@words.option(
-    "--dask", metavar="ADDRESS", excludes=("--jobs",),
-    help="Let a dask.distributed cluster work (the extra [cluster]); it sees the files, "
-    "and its scheduler and workers have the same Kogao.",
-)  # fmt: skip
 def command(
     inputs: tuple[Path, ...],
     folder: Path,
@@ -96,10 +98,12 @@ def command(
     again: bool,
     max_megapixels: float,
     landmarks: str | None,
-    dask: str | None,
     **choices: Any,
 ) -> int:
-    """Make the faces in many photos smaller: files, folders, patterns such as 'in/*.jpg'."""
+    """Make the faces in many photos smaller.
+
+    IN is a photo, a folder or a pattern such as 'in/*.jpg'.
+    """
     recipe = options.recipe_of(recipe_file, choices)
     report = report or folder / batch.REPORT
     points, points_map = reading.point_files()
@@ -125,22 +129,22 @@ def command(
                 batch.check_free(tasks)
             except batch.NothingToDo as error:
                 raise ending.Stop(
-                    Text("{error}, or --force to replace them", error=error)
+                    Text("{error}, or use --force to overwrite", error=error)
                 ) from None
-    reading.landmark_source(landmarks)
     reading.check_networks()
     reading.mention_fallback(landmarks)
-    workers = _workers(dask, jobs)
     progress = _Progress(len(tasks))
     with ending.refusing(
         lambda reason: Text(
-            "the report {report} can't be written ({reason}); make room or "
-            "choose another one, and start again: what is done stays done",
+            "the report {report} can't be written ({reason}); free some space or choose another "
+            "file, then run the batch again to resume",
             report=report,
             reason=reason,
         )
     ):
-        batch.record(batch.run(tasks, workers), report, Results.of_user(), progress.add)
+        batch.record(
+            batch.run(tasks, Workers.processes(jobs)), report, Results.of_user(), progress.add
+        )
     if measures is not None:
         with ending.writing(measures):
             write(batch.measures_of(report, tasks), measures)
@@ -151,7 +155,7 @@ def command(
 
 
 def _expanded(inputs: tuple[Path, ...]) -> list[Path]:
-    """Expand patterns that the shell has left alone."""
+    """Expand patterns that the shell did not expand."""
     paths: list[Path] = []
     for path in inputs:
         if path.exists() or not any(sign in str(path) for sign in "*?["):
@@ -160,45 +164,22 @@ def _expanded(inputs: tuple[Path, ...]) -> list[Path]:
         anchor = Path(path.anchor) if path.anchor else Path()
         found = sorted(anchor.glob(str(path.relative_to(anchor) if path.anchor else path)))
         if not found:
-            raise ending.Stop(Text("nothing matches {path}", path=path))
+            raise ending.Stop(Text("no file matches {path}", path=path))
         paths += found
     return paths
-
-
-def _workers(dask: str | None, jobs: int) -> Workers:
-    if dask is None:
-        return Workers.processes(jobs)
-    try:
-        return Workers.dask(dask)
-    except ImportError:
-        raise ending.Stop(
-            Text("--dask needs dask.distributed: {how}", how=installed.adding("cluster")),
-            ending.BROKEN,
-        ) from None
-    except NoWorkers:
-        raise ending.Stop(
-            Text(
-                "the dask scheduler at {dask} has no workers; start some with: dask worker {dask}",
-                dask=dask,
-            )
-        ) from None
-    except (OSError, ValueError) as error:
-        raise ending.Stop(
-            Text("no dask scheduler answers at {dask} ({error})", dask=dask, error=error)
-        ) from error
 
 
 _STATES: Final = {
     "done": Text("done"),
     "skipped": Text("skipped"),
-    "result": Text("Kogao's own result"),
+    "result": Text("earlier results skipped"),
     "no face": Text("no face"),
     "failed": Text("failed"),
 }
 
 
 class _Progress:
-    """Counts outcomes and says how long the rest will take."""
+    """Counts outcomes and estimates the remaining time."""
 
     def __init__(self, total: int) -> None:
         self._total = total
@@ -206,7 +187,7 @@ class _Progress:
         self.counts: Counter[str] = Counter()
 
     def add(self, outcome: Outcome) -> None:
-        """Count one; what wasn't done is named at once."""
+        """Count an outcome; print the photos that failed or were skipped."""
         self.counts[outcome.status] += 1
         if outcome.status in ("failed", "no face", "result"):
             named = outcome.reason.startswith(outcome.source)
@@ -216,7 +197,7 @@ class _Progress:
             self._print(self._line(), end="\r")
 
     def end(self, report: Path) -> None:
-        """Print the sums."""
+        """Print the totals."""
         self._print(tr("{line}; see {report}", line=self._line(), report=report))
 
     def _line(self) -> str:

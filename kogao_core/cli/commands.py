@@ -1,4 +1,4 @@
-"""All commands of ``kogao-cli``, and how a run of one of them ends."""
+"""The ``kogao-cli`` program: all commands, error messages and exit codes."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from collections.abc import Sequence
 
 import click
 
-import kogao_core
 from kogao_core.base.installed import has_laboratory
 from kogao_core.base.interrupts import CODE
 from kogao_core.base.language import Text, system_languages, tr, translated, use_language
@@ -23,54 +22,45 @@ from kogao_core.cli.ending import BROKEN, UNEXPECTED, UNREADABLE, USAGE, Stop, p
 
 PROGRAM = "kogao-cli"
 DEBUG = "KOGAO_DEBUG"
-"""Name of the environment variable that makes tracebacks visible."""
+"""Environment variable that enables tracebacks."""
 _LONGEST_ERROR = 200
 
 EPILOG = Text("""\
 Exit codes:
-  0  done
-  1  the installation is incomplete (see kogao-cli doctor)
-  2  wrong usage: an unknown option, a value out of range, a recipe or a
-     project that can't be used, an output that exists (--force replaces
-     it) or whose format can't hold the photo
-  3  the photo can't be read, or the output can't be written (no such
-     folder, no permission, disk full)
-  4  no face found, or none but doubtful ones (--doubtful takes them)
-  5  some photos of a batch weren't done; its report says why
-  6  nothing was saved: kogao --edit was closed without
-  7  a photo is one of Kogao's own results, and was left alone (--results
-     works on it again)
-  70  an error in the program itself, or too little memory; with
-     KOGAO_DEBUG=1 the traceback comes before the line
-  130  interrupted; a batch goes on where it stopped when started again
+  0    done
+  1    incomplete installation (see kogao-cli doctor)
+  2    wrong usage: unknown option, value out of range, unusable recipe or
+       project, existing output (overwrite with --force), or a format that
+       can't hold the photo
+  3    unreadable input or unwritable output
+  4    no face, or only doubtful faces (include these with --doubtful)
+  5    some photos of a batch failed; see the report
+  6    kogao --edit was closed without saving
+  7    input is a result of Kogao (accept with --results)
+  70   internal error or too little memory (traceback with KOGAO_DEBUG=1)
+  130  interrupted; run the same batch again to resume
 
-Errors are one line on stderr; nothing half-written is left behind.
+An error prints one line on stderr and leaves no partial file.
 """)
 
 
-# Each command and its help's first sentence: a list of all takes 0.1 s, and 0.5 s where the module
-# of each is loaded for its own.
+# Each command with the first sentence of its help. Listing them takes 0.1 s instead of the 0.5 s
+# that loading all modules takes.
 _LATER = {
-    "warp": Text(
-        "Make the faces in the photo IN smaller and write the result to OUTPUT, or over IN itself."
-    ),
-    "restore": Text("Bring back, byte for byte, a photo that was changed in place."),
-    "verify": Text(
-        "Tell which blocks and which metadata of two JPEGs differ, and that nothing else does."
-    ),
-    "batch": Text(
-        "Make the faces in many photos smaller: files, folders, patterns such as 'in/*.jpg'."
-    ),
-    "detect": Text("Find the faces in the photo IN."),
-    "landmarks": Text("Give landmarks to other programs."),
-    "presets": Text("List the recipes with names, and exchange them as files."),
-    # The door to the laboratory, whose command this is.
+    "warp": Text("Make the faces in a photo smaller and save the result."),
+    "restore": Text("Restore the original of a photo that was changed in place."),
+    "originals": Text("List the stored originals, newest first."),
+    "forget": Text("Delete everything Kogao stores about a photo."),
+    "verify": Text("Compare two JPEGs and list the blocks and metadata that differ."),
+    "batch": Text("Make the faces in many photos smaller."),
+    "detect": Text("Find the faces in a photo."),
+    "read": Text("Measure how a retouch moved the faces of a photo."),
+    "landmarks": Text("Export landmarks for other programs."),
+    "presets": Text("List, show, export and import presets."),
     "experiment": Text("Repeat the paper's tables and figures on your own photos."),
-    "integrate": Text(
-        "Put Kogao into the menus of the desktop, or among the tools of darktable, GIMP or Krita."
-    ),
-    "doctor": Text("Check versions, face networks and, on Linux, the libraries that Qt needs."),
-    "licenses": Text("Print the licences of the program, its dependencies and its assets."),
+    "integrate": Text("Add Kogao to the desktop, darktable, GIMP or Krita."),
+    "doctor": Text("Check the installation: versions, networks, libraries."),
+    "licenses": Text("Print the licences of the program and its components."),
 }
 _MODULES = {
     **{name: f"kogao_core.cli.{name}" for name in _LATER},
@@ -81,37 +71,41 @@ if not has_laboratory():
     del _LATER["experiment"]
 
 
+HELP_NAMES = {"help_option_names": ["-h", "--help"]}
+
+
 @words.group(
-    no_args_is_help=False, later={name: (_MODULES[name], said) for name, said in _LATER.items()}
+    later={name: (_MODULES[name], first) for name, first in _LATER.items()},
+    context_settings=HELP_NAMES,
+    examples=(
+        "kogao-cli warp portrait.jpg -o slim.jpg",
+        "kogao-cli batch photos/ -o slim/",
+        "kogao-cli warp --help",
+    ),
 )
 @words.chooses_language
-@click.version_option(
-    kogao_core.__version__,
-    prog_name=PROGRAM,
-    cls=words.Option,
-    help=Text("Show the version and exit."),
-)
+@words.shows_version
 def program() -> None:
-    """Make faces smaller, exactly (Seo, Chen and Aoki, 2011)."""
+    """Make faces in photos slightly smaller (method of Seo, Chen and Aoki, 2011)."""
 
 
 program.codes = EPILOG
 
 
 def run(arguments: Sequence[str] | None) -> int:
-    """Run a command and return its exit code; `arguments` default to the process's own."""
+    """Run a command and return the exit code. `arguments` default to ``sys.argv[1:]``."""
     open_standard_streams()
     keep_freed()
     end_at_once()
     without_blas_threads()
     use_language(*system_languages())
     if isinstance(sys.stdout, io.TextIOWrapper):
-        sys.stdout.reconfigure(errors="backslashreplace")  # names of files may be any bytes
+        sys.stdout.reconfigure(errors="backslashreplace")  # file names can contain any bytes
     try:
         given = list(sys.argv[1:] if arguments is None else arguments)
-        command_line = shlex.join([PROGRAM, *given])  # reports tell it
+        command_line = shlex.join([PROGRAM, *given])  # stored in reports
         code = program.main(given, prog_name=PROGRAM, standalone_mode=False, obj=command_line)
-        if sys.stdout:  # there is none where a program was started without
+        if sys.stdout:  # None if the program was started without stdout
             sys.stdout.flush()
     except Stop as stop:
         return _end(_sentence(stop), stop.code)
@@ -126,7 +120,7 @@ def run(arguments: Sequence[str] | None) -> int:
         )
     except click.Abort:
         return _end(tr("interrupted"), CODE)
-    except BrokenPipeError:  # the reader has had enough (| head)
+    except BrokenPipeError:  # the reader closed the pipe, as in | head
         _drop_the_rest()
         return 0
     except OSError as error:
@@ -135,15 +129,15 @@ def run(arguments: Sequence[str] | None) -> int:
             return _end(f"{os.fsdecode(error.filename)}: {translated(reason)}", UNREADABLE)
         _drop_the_rest()
         return _end(
-            tr("what was done can't be printed ({reason}); print it elsewhere", reason=reason),
+            tr("the report can't be printed: {reason}", reason=reason),
             UNREADABLE,
         )
     except ImportError as error:
-        from kogao_core.cli.doctor import incomplete  # rarely needed, and slow to load
+        from kogao_core.cli.doctor import incomplete  # slow to import and rarely needed
 
         lacks = incomplete()
         return _end(lacks, BROKEN) if lacks else _unforeseen(error)
-    except Exception as error:  # whatever happens ends in one line
+    except Exception as error:  # every error ends in one line
         return _unforeseen(error)
     return code if isinstance(code, int) else 0
 
@@ -157,17 +151,13 @@ def _unforeseen(error: Exception) -> int:
         traceback.print_exception(error)
     if isinstance(error, MemoryError):
         return _end(
-            tr(
-                "this doesn't fit into memory; close other programs, or take a smaller photo or "
-                "fewer faces"
-            ),
+            tr("not enough memory; close other programs, or use a smaller photo or fewer faces"),
             UNEXPECTED,
         )
     text = " ".join(f"{type(error).__name__}: {error}".split())[:_LONGEST_ERROR]
     return _end(
         tr(
-            "an error in the program itself ({text}); please report it with what is printed when "
-            "{debug}=1 is set",
+            "internal error ({text}); please report the output of the same command with {debug}=1",
             text=text,
             debug=DEBUG,
         ),
@@ -176,7 +166,7 @@ def _unforeseen(error: Exception) -> int:
 
 
 def _drop_the_rest() -> None:
-    # Python would complain again at exit.
+    # Otherwise Python reports the same error again at exit.
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 

@@ -1,12 +1,15 @@
-"""What the commands share: kinds of values, files that may be written, ``--json [F]``, progress."""
+"""Parts shared by the commands: value types, output checks, ``--json [F]``, pipes, progress."""
 
 from __future__ import annotations
 
 import json
 import os
+import shutil
 import sys
+import tempfile
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from math import isfinite
 from pathlib import Path
 from typing import Any, Final, TypeVar
@@ -15,34 +18,47 @@ import click
 
 from kogao_core.base.atomic import NotAFile, check_target, put
 from kogao_core.base.language import Text, tr
-from kogao_core.base.wording import sentence, system_reason
+from kogao_core.base.wording import sentence, shown, system_reason
 from kogao_core.cli import ending, words
 
-# Whether it may be read is found, and said, by whoever reads it.
+# The reader checks the permission and prints a better message than click.
 PHOTO: Final = click.Path(path_type=Path, readable=False)
 FILE: Final = click.Path(path_type=Path, dir_okay=False)
 FOLDER: Final = click.Path(path_type=Path, file_okay=False)
-STDOUT: Final = Path("-")
-CALM_S: Final = 2.0  # between two lines of progress off a terminal
+STDIN: Final = Path("-")
+STDOUT: Final = STDIN
+CALM_S: Final = 2.0  # least time between two progress lines if stderr is no terminal
 _PLACE: Final = click.Path(path_type=Path, dir_okay=False, allow_dash=True)
 _Command = TypeVar("_Command", bound=Callable[..., Any])
 
 
 class Number(click.FloatRange):
-    """A finite number within a range; click itself lets NaN through."""
+    """A finite number within a range. click accepts NaN."""
 
     def convert(
         self, value: Any, param: click.Parameter | None, ctx: click.Context | None
     ) -> float:
-        """Read a number; NaN and infinities are none."""
-        number: float = super().convert(value, param, ctx)
+        """Convert the value. Reject NaN and infinity."""
+        number: float = click.FLOAT.convert(value, param, ctx)
         if not isfinite(number):
-            self.fail(Text("{value} is not a finite number.", value=value), param, ctx)
-        return number
+            raise words.bad_value(Text("{value} is not a finite number.", value=shown(value)))
+        try:
+            return float(super().convert(value, param, ctx))
+        except click.BadParameter:
+            if self.max is None:
+                raise
+            raise words.bad_value(
+                Text(
+                    "{value} is not in the range {low:g}..{high:g}.",
+                    value=shown(number),
+                    low=self.min,
+                    high=self.max,
+                )
+            ) from None
 
 
 def check_free(file: Path, force: bool) -> None:
-    """Stop when a file may not be written: one is there without `force`, or no file can be."""
+    """Raise Stop if the file exists (without `force`) or can't be replaced."""
     try:
         check_target(file)
     except NotAFile as error:
@@ -54,23 +70,22 @@ def check_free(file: Path, force: bool) -> None:
             )
         ) from None
     if file.exists() and not force:
-        raise ending.Stop(Text("{file} exists; --force replaces it", file=file))
+        raise ending.Stop(Text("{file} already exists; use --force to overwrite", file=file))
 
 
 limits_megapixels = words.option(
     "--max-megapixels",
     type=Number(min=0, min_open=True),
     default=300.0,
-    show_default=True,
-    help="Refuse larger photos.",
+    help="Refuse larger photos, above 0 [300]",
 )
 
 
-forces = words.option("--force", is_flag=True, help="Replace existing files.")
+forces = words.option("--force", is_flag=True, help="Overwrite existing files")
 
 
 def each(photos: Sequence[Path], work: Callable[[Path], None]) -> int:
-    """Work on photos and return the exit code; what stops one of several is told, no more."""
+    """Call `work` for each photo and return the exit code. With several, print errors, continue."""
     code = 0
     for photo in photos:
         try:
@@ -89,84 +104,111 @@ def count_of_faces(count: int) -> Text:
 
 
 def _no_photo(_: click.Context, __: click.Parameter, file: Path | None) -> Path | None:
-    """Refuse a photo's name: with F left out, the photo that follows would be taken for it."""
+    """Reject the name of a photo: without F, click takes the next argument for F."""
     if file is None or file == STDOUT:
         return file
 
-    from kogao_core.photo import READABLE  # of use where a file is named; loads numpy
+    from kogao_core.photo import READABLE  # loads numpy
 
     if file.suffix.lower() in READABLE:
         raise words.bad_value(
-            Text("{file} is a photo's name; name another file, or - to print.", file=file)
+            Text("{file} is a photo; name a report file, or - for standard output.", file=file)
         )
     return file
 
 
 def writes(kind: str, what: Text) -> Callable[[_Command], _Command]:
-    """Return what adds an option to write a kind of file, or to print it, to a command."""
+    """Return a decorator that adds an option to write or print a kind of report."""
     return words.option(
         f"--{kind}", f"{kind}_file", type=_PLACE, is_flag=False, flag_value="-", metavar="[F]",
         callback=_no_photo, help=what,
     )  # fmt: skip
 
 
-writes_json = writes("json", Text("Write everything as JSON; without F, or with -, print it."))
+writes_json = writes("json", Text("Write a JSON report to F; print it without F or with -"))
 
 
 def check_report(file: Path | None, force: bool) -> None:
-    """Check, before work begins, that the file can be written. Raises Stop."""
+    """Check that a report file can be written. Raises Stop."""
     if file is None or file == STDOUT:
         return
     check_free(file, force)
     if not file.parent.is_dir():
         raise ending.Stop(
-            Text("there is no folder {folder}; make it first", folder=file.parent),
+            Text("folder {folder} doesn't exist; create the folder first", folder=file.parent),
             ending.UNREADABLE,
         )
     if not os.access(file.parent, os.W_OK | os.X_OK):
         raise ending.Stop(
-            Text("the folder {folder} isn't writable; choose another one", folder=file.parent),
+            Text("folder {folder} isn't writable; choose another folder", folder=file.parent),
             ending.UNREADABLE,
         )
 
 
-def deliver(found: Callable[[], Any], text: Callable[[], str], file: Path | None) -> None:
-    """Print what was found for people, unless JSON is printed, and write it where asked to.
+@contextmanager
+def received() -> Iterator[Path]:
+    """Copy standard input to a temporary file and yield the path."""
+    with tempfile.TemporaryDirectory(prefix="kogao-") as folder:
+        path = Path(folder, "stdin")
+        with path.open("wb") as file:
+            shutil.copyfileobj(sys.stdin.buffer, file)
+        yield path
 
-    Raises Stop.
+
+@contextmanager
+def sent(suffix: str) -> Iterator[Path]:
+    """Yield a temporary path; copy the file to standard output if the block succeeds."""
+    with tempfile.TemporaryDirectory(prefix="kogao-") as folder:
+        path = Path(folder, f"stdout{suffix}")
+        yield path
+        with path.open("rb") as file:
+            shutil.copyfileobj(file, sys.stdout.buffer)
+
+
+def deliver(
+    found: Callable[[], Any], text: Callable[[], str], file: Path | None, *, err: bool = False
+) -> None:
+    """Print the text, or the JSON if `file` is STDOUT. Write the JSON to any other `file`.
+
+    With `err`, the text goes to stderr. An empty text prints nothing. Raises Stop.
     """
     if file == STDOUT:
         click.echo(json.dumps(found()))
         return
-    ending.print_text(text())
+    if said := text():
+        ending.print_text(said, err=err)
     if file is not None:
         with ending.writing(file):
             put((json.dumps(found()) + "\n").encode(), file)
 
 
-def tell(found: Callable[[], Any], text: Callable[[], str], file: Path | None) -> None:
-    """Deliver what is known of a photo that is written: what fails now is a note, not an error."""
+def tell(
+    found: Callable[[], Any], text: Callable[[], str], file: Path | None, *, err: bool = False
+) -> None:
+    """Print the report after the photo was saved. A failure prints a message, keeps the code 0."""
     try:
-        deliver(found, text, file)
-        sys.stdout.flush()
+        deliver(found, text, file, err=err)
+        if sys.stdout is not None:
+            sys.stdout.flush()
     except BrokenPipeError:
         raise
     except ending.Stop as stop:
-        ending.print_message(Text("the photo is written; {problem}", problem=stop.message))
+        ending.print_message(
+            Text("photo saved, but the report failed: {problem}", problem=stop.message)
+        )
     except Exception as error:
         ending.print_message(
             Text(
-                "the photo is written, but what was done can't be told ({problem})",
+                "photo saved, but the report failed: {problem}",
                 problem=system_reason(error) if isinstance(error, OSError) else str(error),
             )
         )
 
 
 class ProgressLine:
-    """Shows what is being worked on.
+    """Shows the current photo and step on stderr.
 
-    Off a terminal a line is printed for a step that ends at least `CALM_S` after the last line, or
-    after the start: what is quickly done says nothing.
+    If stderr is no terminal, a line is printed at most every `CALM_S` seconds.
     """
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
@@ -175,16 +217,16 @@ class ProgressLine:
         self._what = ""
 
     def begin(self, what: str) -> None:
-        """Begin something, such as a photo."""
+        """Show the name of the next item, such as a photo."""
         self._what = what
         self._show(what)
 
     def step(self, done: int, total: int) -> None:
-        """Show how many of its steps are done."""
+        """Show the number of completed steps of the item."""
         self._show(tr("{what}, {done} of {total} steps", what=self._what, done=done, total=total))
 
     def end(self) -> None:
-        """Clear the line of a terminal for what follows."""
+        """Clear the line on a terminal."""
         if sys.stderr.isatty():
             click.echo("\r\x1b[K", nl=False, err=True)
 

@@ -1,4 +1,4 @@
-"""``kogao-cli detect``: where the faces and their 27 points are."""
+"""``kogao-cli detect``: positions of the faces and their 27 landmarks."""
 
 from __future__ import annotations
 
@@ -19,6 +19,7 @@ from kogao_core.cli import common, ending, reading, words
 from kogao_core.faces.doubt import Verdict, verdicts
 from kogao_core.faces.face import Face
 from kogao_core.faces.landmarks import ModelRefused
+from kogao_core.faces.landmarks import source as landmark_source
 from kogao_core.photo import Photo
 from kogao_core.photo.optics import optics_of
 from kogao_core.warp.lens import (
@@ -37,12 +38,19 @@ def _png(_: click.Context, __: click.Parameter, file: Path | None) -> Path | Non
     return file
 
 
-@words.command("detect")
+@words.command(
+    "detect",
+    examples=(
+        "kogao-cli detect portrait.jpg",
+        "kogao-cli detect portrait.jpg --json",
+        "kogao-cli detect portrait.jpg --person-mask people.png",
+    ),
+)
 @reading.takes_photo
 @words.option(
     "--person-mask", "mask_file", type=common.FILE,
     metavar="FILE.png", callback=_png,
-    help="Write where people are round the faces: a grey PNG, people white.",
+    help="Write a mask of the people: a grey PNG, people white",
 )  # fmt: skip
 @common.writes_json
 @common.forces
@@ -55,14 +63,14 @@ def command(
     json_file: Path | None,
     force: bool,
 ) -> None:
-    """Find the faces in the photo IN.
+    """Find the faces in a photo.
 
-    Positions are pixels of the upright photo, counted from the centre of its first pixel.
+    Positions are pixels of the upright photo; 0,0 is the centre of the first pixel.
     """
     common.check_report(json_file, force)
     common.check_report(mask_file, force)
     path = reading.input_path(source, sample)
-    known = reading.landmark_source(landmarks)
+    known = landmark_source(landmarks)
     photo = reading.read_photo(path, max_megapixels)
     faces = reading.find_faces(photo, landmarks, known)
     judged = list(zip(faces, verdicts(faces, Box.of(photo.pixels)), strict=True))
@@ -83,8 +91,8 @@ def _people(photo: Photo, faces: Sequence[Face]) -> PersonMask:
     if people.missed:
         ending.print_message(
             Text(
-                "{missed} of {count_of_faces} couldn't be told from the background; "
-                "the mask is black there",
+                "{missed} of {count_of_faces} can't be separated from the background; the mask is "
+                "black there",
                 missed=people.missed,
                 count_of_faces=common.count_of_faces(len(faces)),
             )
@@ -117,7 +125,7 @@ def _found(
 
 
 def _lensed(photo: Photo, face: Face, focal_mm: float | None) -> dict[str, Any]:
-    """Return what lens and distance make of a face."""
+    """Return lens stretch, distance and nose size of a face; None without a focal length."""
     if focal_mm is None:
         return {"stretch_percent": None, "distance_m": None, "nose_percent": None}
     about = distance_m(face, focal_mm, Box.of(photo.pixels))
@@ -150,7 +158,7 @@ def _table(photo: Photo, judged: Sequence[tuple[Face, Verdict]]) -> str:
     if optics.focal_mm is not None:
         far = [f"{_stretch(photo, face, optics.focal_mm):.1f}" for face, _ in judged]
         lens = Text(
-            "{mm:g} mm: the lens made these longer outwards, by {far} % in turn (warp --lens auto)",
+            "{mm:g} mm: wide-angle stretch by face {far} % (correct with warp --lens auto)",
             mm=optics.focal_mm,
             far=", ".join(far),
         )

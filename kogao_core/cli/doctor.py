@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 import platform
+import sys
 from collections.abc import Iterator
 from importlib import import_module, metadata
 from importlib.util import find_spec
@@ -27,8 +28,7 @@ _EXTRAS: Final = {
     "raw": "rawpy",
     "tiff": "tifffile",
     "credentials": "c2pa-python",
-    "experiments": "scikit-image",
-    "cluster": "distributed",
+    "experiments": "scipy",
 }
 _IMPORTED: Final = {"numpy": "numpy", "opencv-contrib-python-headless": "cv2", "Pillow": "PIL"}
 _FOUND: Final = {"PySide6-Essentials": "PySide6", "pyqtgraph": "pyqtgraph"}
@@ -39,7 +39,7 @@ _FOUND: Final = {"PySide6-Essentials": "PySide6", "pyqtgraph": "pyqtgraph"}
 @common.forces
 @click.pass_context
 def command(context: click.Context, json_file: Path | None, force: bool) -> None:
-    """Check versions, face networks and, on Linux, the libraries that Qt needs."""
+    """Check the installation: versions, networks, libraries."""
     common.check_report(json_file, force)
     findings = examine()
     common.deliver(lambda: findings, lambda: text(findings), json_file)
@@ -139,7 +139,8 @@ def _mend(
     elif wrong_file:
         yield installed.again("--no-deps")
     if missing:
-        sudo = "" if os.geteuid() == 0 else "sudo "
+        is_root = sys.platform == "linux" and os.geteuid() == 0
+        sudo = "" if is_root else "sudo "
         yield f"{sudo}apt-get install {' '.join(sorted(set(missing.values())))}"
 
 

@@ -1,4 +1,4 @@
-"""How a command ends: exit codes, one-line errors; this loads nothing of the core's."""
+"""Exit codes and one-line errors. Imports only small modules, for a quick start."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ UNEXPECTED: Final = 70  # EX_SOFTWARE of sysexits.h
 
 
 class Stop(click.ClickException):
-    """Ends the command with one line on stderr and an exit code, that of wrong usage mostly."""
+    """Ends the command with one line on stderr and an exit code, USAGE by default."""
 
     def __init__(self, message: object, code: int = USAGE) -> None:
         super().__init__(str(message))
@@ -31,7 +31,7 @@ class Stop(click.ClickException):
 
 @contextmanager
 def stopping(kinds: type[Exception] | tuple[type[Exception], ...], code: int) -> Iterator[None]:
-    """Turn exceptions of some kinds into a `Stop`."""
+    """Convert exceptions of these types to `Stop`."""
     try:
         yield
     except kinds as error:
@@ -40,7 +40,7 @@ def stopping(kinds: type[Exception] | tuple[type[Exception], ...], code: int) ->
 
 @contextmanager
 def refusing(sentence: Callable[[str], Text]) -> Iterator[None]:
-    """Stop where the system refuses something, with what `sentence` makes of its reason."""
+    """Convert an OSError to `Stop`. `sentence` makes the message from the system's reason."""
     try:
         yield
     except OSError as error:
@@ -48,17 +48,22 @@ def refusing(sentence: Callable[[str], Text]) -> Iterator[None]:
 
 
 def writing(path: Path) -> AbstractContextManager[None]:
-    """Stop with a sentence when a file, or what belongs into a folder, can't be written."""
+    """Convert an OSError on writing a file or folder to `Stop`."""
     return refusing(
         lambda reason: Text("{path} can't be written ({reason})", path=path, reason=reason)
     )
 
 
-def print_text(text: str) -> None:
-    """Print lines on stdout; whatever in a file's name gives orders to a terminal becomes '?'."""
-    click.echo("\n".join(map(printable, text.split("\n"))))
+def print_text(text: str, *, err: bool = False) -> None:
+    """Print lines on stdout or stderr; replace control characters by '?'."""
+    click.echo("\n".join(map(printable, text.split("\n"))), err=err)
 
 
 def print_message(message: str) -> None:
     """Print one line on stderr, in the user's language."""
     click.echo(f"kogao-cli: {sentence(translated(message))}", err=True)
+
+
+def print_warning(message: str) -> None:
+    """Print a warning on stderr, in the user's language."""
+    print_message(Text("warning: {problem}", problem=message))

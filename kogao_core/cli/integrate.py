@@ -141,7 +141,7 @@ HOSTS: Final[Mapping[str, tuple[Host, ...]]] = {
 )  # fmt: skip
 @click.pass_context
 def command(context: click.Context, host: str | None, remove: bool, settings: Path | None) -> None:
-    """Put Kogao into the menus of the desktop, or among the tools of darktable, GIMP or Krita.
+    """Add Kogao to the desktop, darktable, GIMP or Krita.
 
     Other programs know it when they start next.
     """

@@ -1,4 +1,4 @@
-"""``kogao-cli landmarks``: points for other programs."""
+"""``kogao-cli landmarks``: export landmarks to files."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ _FORMATS: Final = ("tem", "pts", "csv", "json")
 
 @words.group("landmarks")
 def command() -> None:
-    """Give landmarks to other programs.
+    """Export landmarks for other programs.
 
-    Theirs come in by warp --points. docs/interchange.md says what each format holds of ours.
+    Import: warp --points. Formats: docs/interchange.md.
     """
 
 
@@ -27,15 +27,15 @@ def command() -> None:
 @reading.takes_photos
 @words.option(
     "--format", "form", type=click.Choice(_FORMATS), required=True,
-    help="WebMorph, iBUG, a table, or what detect --json writes.",
+    help="WebMorph, iBUG, a table, or the format of detect --json",
 )  # fmt: skip
 @words.option(
     "--template", type=click.Choice(tuple(interchange.TEMPLATES)),
-    help="How many points [tem, csv: 27, ours alone; pts: 68; the rest is a mean face's].",
+    help="Number of points [tem, csv: 27; pts: 68, the rest from a mean face]",
 )  # fmt: skip
 @words.option(
     "-o", "--output", "folder", required=True, type=common.FOLDER, metavar="DIR",
-    help="A folder; made if need be. Files take the photos' names.",
+    help="Output folder, created if missing; files are named after the photos",
 )  # fmt: skip
 @options.chooses_faces
 @common.forces
@@ -50,19 +50,19 @@ def export(
     landmarks: str | None,
     max_megapixels: float,
 ) -> int:
-    """Find the faces of photos and write their landmarks."""
+    """Find the faces in photos and write the landmarks."""
     photos = reading.input_paths(inputs, sample)
     targets = [_target(photo, folder, form) for photo in photos]
     twice = {target for target in targets if targets.count(target) > 1}
     if twice:
         raise ending.Stop(
             Text(
-                "several photos would be written to {twice}; give those their own folder",
+                "several photos would be written to {twice}; use separate folders",
                 twice=min(twice),
             )
         )
     if template is not None and form == "json":
-        raise ending.Stop(Text("JSON holds our own points; leave --template out"))
+        raise ending.Stop(Text("--template can't be combined with --format json"))
 
     def write(photo: Path) -> None:
         target = _target(photo, folder, form)

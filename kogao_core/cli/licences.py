@@ -31,7 +31,7 @@ _UNNAMED: Final = Text("see its documentation")
 
 @words.command("licenses")
 def command() -> None:
-    """Print the licences of the program, its dependencies and its assets."""
+    """Print the licences of the program and its components."""
     click.echo(text())
 
 

@@ -1,4 +1,4 @@
-"""The options that choose what happens to faces, shared by `warp` and `batch`."""
+"""Options shared by `warp` and `batch`: settings of the recipe, disclosure, export."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ import click
 
 from kogao_core.base.language import Text
 from kogao_core.base.wording import shown
-from kogao_core.cli import common, ending, words
+from kogao_core.cli import common, ending, reading, words
 from kogao_core.photo.disclosure.credentials import Signer, check_signer
 from kogao_core.photo.disclosure.disclosing import Disclosure
 from kogao_core.photo.disclosure.label import LabelPicture, check_label, check_picture
@@ -31,6 +31,14 @@ from kogao_core.recipe.settings import (
     Setting,
 )
 
+# Headings of the help.
+SHAPE: Final = Text("Shape of the face, % of the distance to the centre")
+SURROUNDINGS: Final = Text("Surroundings and lens")
+METHOD: Final = Text("Method, with sections of the paper")
+OUTPUT: Final = Text("Output")
+DISCLOSURE: Final = Text("Disclosure")
+_COMMON: Final = ("percent", "scope")
+_SURROUNDINGS: Final = ("hold_background", "lens", "lens_amount")
 _FACES = re.compile(r"all|largest|[0-9]+(,[0-9]+)*")
 _DEFAULTS = Recipe()
 _Command = TypeVar("_Command", bound=Callable[..., Any])
@@ -39,7 +47,7 @@ _Command = TypeVar("_Command", bound=Callable[..., Any])
 def _face_choice(_: click.Context, __: click.Parameter, value: str) -> str:
     if not _FACES.fullmatch(value):
         raise words.bad_value(
-            Text("{value} is none of all, largest, or numbers such as 1,3.", value=shown(value))
+            Text("{value}: expected all, largest, or numbers such as 1,3.", value=shown(value))
         )
     return value
 
@@ -48,15 +56,14 @@ chooses_faces = words.option(
     "--face",
     "which",
     default="all",
-    show_default=True,
     callback=_face_choice,
     metavar="WHICH",
-    help="all, largest, or numbers as detect prints them, such as 1,3.",
+    help="all, largest, or numbers from detect, such as 1,3 [all]",
 )
 
 
 def _option(setting: Setting) -> Callable[[_Command], _Command]:
-    """Return the option of a field of the recipe, which is None where it isn't given."""
+    """Return the option for a field of the recipe. Without the option, the value is None."""
     default = getattr(_DEFAULTS, setting.name)
     name = (setting.option or setting.name).replace("_", "-")
     given: dict[str, Any]
@@ -66,18 +73,33 @@ def _option(setting: Setting) -> Callable[[_Command], _Command]:
     else:
         default_text = default if setting.choices else f"{default:g}"
         unit = setting.unit.upper() if setting.unit.isalpha() else None
-        kind = int if setting.is_whole else float
-        given = {"type": click.Choice(setting.choices) if setting.choices else kind}
+        given = {"type": click.Choice(setting.choices) if setting.choices else _number(setting)}
         if setting.choices and setting.within is not None:
             unit = "|".join([*setting.choices, unit or ""])
             given["type"] = _name_or_number
         declared, given["metavar"] = f"--{name}", unit
     help_text = _with_default(setting, setting.default_text or default_text)
-    return words.option(declared, setting.name, help=help_text, **given)
+    given["alias"] = "--percent" if setting.name == "percent" else ""
+    return words.option(declared, setting.name, help=help_text, section=_section(setting), **given)
+
+
+def _number(setting: Setting) -> Any:
+    assert setting.within is not None
+    low, high = setting.within
+    return click.IntRange(int(low), int(high)) if setting.is_whole else common.Number(low, high)
+
+
+def _section(setting: Setting) -> str:
+    """Return the heading of a setting in the help. Common options have none."""
+    if setting.name in _COMMON:
+        return ""
+    if setting.name in _SURROUNDINGS:
+        return SURROUNDINGS
+    return METHOD if setting.is_method or setting.name == "center" else SHAPE
 
 
 def _name_or_number(value: str) -> str | float:
-    """Return a number where there is one; the recipe refuses what is neither that nor a name."""
+    """Return the number, or else the text, which the recipe checks."""
     try:
         return float(value)
     except ValueError:
@@ -85,7 +107,7 @@ def _name_or_number(value: str) -> str | float:
 
 
 def _help(setting: Setting) -> Text:
-    """Return what a field does, and what may be given."""
+    """Return the description of a setting with the accepted values."""
     offered = [
         Text("{name} ({help})", name=one.name, help=one.help) for one in setting.alternatives
     ]
@@ -101,7 +123,7 @@ def _help(setting: Setting) -> Text:
 
 
 def _with_default(setting: Setting, default: str) -> Text:
-    return Text("{help} [{default}].", help=_help(setting), default=default)
+    return Text("{help} [{default}]", help=_help(setting), default=default)
 
 
 def _recipe_file(help_text: Text) -> Callable[[_Command], _Command]:
@@ -114,16 +136,18 @@ def _recipe_file(help_text: Text) -> Callable[[_Command], _Command]:
     )
 
 
-# Adds the options of a recipe, ``--face``, ``--doubtful`` and ``--recipe``.
+_ORDER: Final = ("", SHAPE, SURROUNDINGS, METHOD)
+# Adds the settings, ``--face``, ``--doubtful`` and ``--recipe``.
 chooses = words.together(
-    *map(_option, SETTINGS.values()),
+    *map(_option, sorted(SETTINGS.values(), key=lambda one: _ORDER.index(_section(one)))),
     chooses_faces,
     words.option(
         "--doubtful",
         is_flag=True,
-        help="Make doubtful faces smaller, too; detect says which those are, and why.",
+        section=reading.FACES,
+        help="Include doubtful faces; detect lists the reasons",
     ),
-    _recipe_file(Text("A saved recipe (JSON); the options above override it.")),
+    _recipe_file(Text("Load settings (JSON); options override the file")),
 )
 
 
@@ -133,25 +157,25 @@ _DISCLOSING: Final = (
         "--disclose",
         "record",
         is_flag=True,
-        help="Add an edit record to the XMP: the photo was retouched, when, how and by what.",
+        help="Add an edit record to the XMP: time, method, program",
     ),
     words.option(
         "--label",
         metavar="TEXT",
-        help="Draw TEXT into the bottom right corner; only its rectangle changes.",
+        help="Draw TEXT in the bottom right corner; other pixels stay unchanged",
     ),
     words.option(
         "--label-font",
         "font",
         needs="--label",
         metavar="FILE",
-        help="A font file for the label [built in; the system's for letters that it lacks].",
+        help="Font of the label [built-in; a system font for missing letters]",
     ),
     words.option(
         "--label-picture",
         "picture",
         metavar="FILE",
-        help="Lay this picture over a corner, such as the mark that Norway prescribes.",
+        help="Place a picture over a corner, such as Norway's mandatory mark",
     ),
     words.option(
         "--label-corner",
@@ -159,7 +183,7 @@ _DISCLOSING: Final = (
         needs="--label-picture",
         type=click.Choice(tuple(CORNERS)),
         default=LABEL_CORNER,
-        help=Text("Which corner the picture is laid over [{corner}].", corner=LABEL_CORNER),
+        help=Text("Corner for the picture [{corner}]", corner=LABEL_CORNER),
     ),
     words.option(
         "--label-share",
@@ -169,7 +193,7 @@ _DISCLOSING: Final = (
         default=LABEL_PERCENT,
         metavar="PERCENT",
         help=Text(
-            "How much of the photo's area the picture takes, {low:g}..{high:g} % [{percent:g}].",
+            "Area of the picture, {low:g}..{high:g} % of the photo [{percent:g}]",
             low=LABEL_SHARE[0],
             high=LABEL_SHARE[1],
             percent=LABEL_PERCENT,
@@ -180,37 +204,37 @@ _DISCLOSING: Final = (
         "certificate",
         needs="--sign-key",
         metavar="FILE",
-        help="Sign content credentials (C2PA) that name the photo as the source; your certificate "
-        "and those that vouch for it, as PEM (the extra [credentials]).",
+        help="Sign content credentials (C2PA) with this certificate chain, PEM; needs the extra "
+        "[credentials]",
     ),
     words.option(
         "--sign-key",
         "key",
         needs="--sign-certificate",
         metavar="FILE",
-        help="The certificate's private key, as PEM; its password from KOGAO_SIGN_PASSWORD.",
+        help="Private key, PEM; password in KOGAO_SIGN_PASSWORD",
     ),
     words.option(
         "--motion",
         type=click.Choice(("keep", _DROP)),
         default=_DROP,
+        section=OUTPUT,
         help=Text(
-            "The video of a motion photo, which shows the face as it was; in JPEGs alone [{drop}].",
-            drop=_DROP,
+            "Video of a JPEG motion photo; the video shows the original face [{drop}]", drop=_DROP
         ),
     ),
 )
 
 
 def discloses(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Add the options that disclose the retouching; the command gets a checked ``disclosure``."""
+    """Add the disclosure options. The command receives the checked value as ``disclosure``."""
 
     @wraps(command)
     def disclosing(**given: Any) -> Any:
         told = {name: given.pop(name) for name in signature(_disclosure).parameters}
         return command(**given, disclosure=_disclosure(**told))
 
-    return words.together(*_DISCLOSING)(disclosing)
+    return words.section(DISCLOSURE, *_DISCLOSING)(disclosing)
 
 
 def _disclosure(
@@ -224,7 +248,7 @@ def _disclosure(
     key: str | None,
     motion: str,
 ) -> Disclosure:
-    """Return what results disclose, after checking that they can."""
+    """Return the checked disclosure. Raises Stop."""
     laid = None if picture is None else LabelPicture(picture, corner, share)
     signer = None if certificate is None or key is None else Signer(certificate, key)
     with (
@@ -243,29 +267,29 @@ def _disclosure(
 _EXPORTING: Final = (
     words.option(
         "--longest-side", "longest_px", type=click.IntRange(1, LONGEST_PX), metavar="PX",
-        help="Reduce results to this longer side, in the same resampling as the warp.",
+        help="Downscale to this longer side in the same resampling as the warp, 1..65500",
     ),
     words.option(
         "--quality", type=click.IntRange(1, 100),
-        help="Of JPEG and WebP, 1..100 [the source's]; all is encoded anew.",
+        help="JPEG and WebP quality, 1..100 [source quality]; re-encodes the whole picture",
     ),
     words.option(
-        "--srgb", is_flag=True, help="Convert results to sRGB, 8 bits; else they keep the profile."
+        "--srgb", is_flag=True, help="Convert to 8-bit sRGB [keep the profile]"
     ),
     words.option(
         "--sharpen", type=common.Number(0.0, 200.0), metavar="PERCENT", needs="--longest-side",
-        help="Sharpen what is reduced, for its size, 0..200 % [0].",
+        help="Sharpen downscaled pictures, 0..200 [0]",
     ),
     words.option(
         "--no-metadata", "bare", is_flag=True,
-        help="Leave EXIF, XMP, IPTC and the like out; the colour profile stays.",
+        help="Omit EXIF, XMP, IPTC and similar; keep the profile",
     ),
 )  # fmt: skip
 _EXPORTED: Final = ("longest_px", "quality", "srgb", "sharpen")
 
 
 def exports(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Add the options of size, quality and colours; the command gets an ``export``."""
+    """Add the export options. The command receives the value as ``export``."""
 
     @wraps(command)
     def exporting(**given: Any) -> Any:
@@ -273,24 +297,33 @@ def exports(command: Callable[..., Any]) -> Callable[..., Any]:
         export = Export(**chosen, metadata=not given.pop("bare"))
         return command(**given, export=export)
 
-    return words.together(*_EXPORTING)(exporting)
+    return words.section(OUTPUT, *_EXPORTING)(exporting)
 
 
-chooses_percent = words.option(
-    "--percent", type=float, help=_with_default(SETTINGS["percent"], "4")
-)
-# For a command that repeats the paper's work.
-takes_papers_recipe = _recipe_file(Text("A saved recipe (JSON) [the paper's]."))
+chooses_percent = _option(SETTINGS["percent"])
+# For commands that repeat the paper's experiments.
+takes_papers_recipe = _recipe_file(Text("Load settings (JSON) [settings of the paper]"))
 chooses_as_the_paper = words.together(takes_papers_recipe, chooses_faces)
 
 
 def paper_recipe_of(file: Path | None, percent: float | None) -> Recipe:
-    """Return the recipe in `file`, or the paper's, at the percentage that was given."""
+    """Return the recipe in `file`, or the paper's, with the given amount."""
     return recipe_of(file, {"percent": percent}, PAPER)
 
 
 def recipe_of(file: Path | None, choices: dict[str, Any], otherwise: Recipe = _DEFAULTS) -> Recipe:
-    """Return the recipe in `file`, or another one, with the choices that were given."""
+    """Return the recipe in `file`, or `otherwise`, with the given settings. Raises Stop."""
     given = {name: value for name, value in choices.items() if value is not None}
     with ending.stopping(ValueError, ending.USAGE):
-        return dataclasses.replace(presets.read(file) if file else otherwise, **given)
+        recipe = dataclasses.replace(presets.read(file) if file else otherwise, **given)
+        for setting in (SETTINGS[name] for name in given if not SETTINGS[name].counts(recipe)):
+            needed = SETTINGS[setting.needs]
+            raise ValueError(
+                Text(
+                    "--{option} has no effect with --{needed} {value}",
+                    option=(setting.option or setting.name).replace("_", "-"),
+                    needed=(needed.option or needed.name).replace("_", "-"),
+                    value=setting.unless,
+                )
+            )
+    return recipe

@@ -1,4 +1,4 @@
-"""``kogao-cli presets``: the recipes with names that the editor offers, as files."""
+"""``kogao-cli presets``: named recipes, shared with the editor."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from kogao_core.recipe.recipe import Recipe
 
 @words.group("presets")
 def command() -> None:
-    """List the recipes with names, and exchange them as files.
+    """List, show, export and import presets.
 
-    Those of the editor and of this command are the same; --recipe of other commands takes what
-    export writes.
+    A preset is a recipe with a name. The editor uses the same presets. Other commands read an
+    exported preset with --recipe.
     """
 
 
@@ -26,7 +26,7 @@ def command() -> None:
 @common.writes_json
 @common.forces
 def list_presets(json_file: Path | None, force: bool) -> None:
-    """List presets: those of the program, then your own."""
+    """List the built-in presets, then your own."""
     common.check_report(json_file, force)
     found = _all()
     common.deliver(
@@ -46,11 +46,11 @@ def show(name: str) -> None:
 @command.command("export")
 @click.argument("name")
 @words.option(
-    "-o", "--output", required=True, type=common.FILE, metavar="OUT.json", help="Where to write."
+    "-o", "--output", required=True, type=common.FILE, metavar="OUT.json", help="Output file"
 )
 @common.forces
 def export(name: str, output: Path, force: bool) -> None:
-    """Write a preset as a file."""
+    """Write a preset to a file."""
     recipe = _named(name)
     common.check_free(output, force)
     with ending.writing(output):
@@ -59,10 +59,10 @@ def export(name: str, output: Path, force: bool) -> None:
 
 @command.command("import")
 @click.argument("files", nargs=-1, required=True, type=common.FILE, metavar="FILE...")
-@words.option("--name", help="What to call it [the file's name].")
+@words.option("--name", help="Name of the preset [name of the file]")
 @common.forces
 def import_presets(files: tuple[Path, ...], name: str | None, force: bool) -> None:
-    """Take recipes in files as presets of your own; none is taken unless all can be."""
+    """Import presets from files: all files, or none if one can't be used."""
     if name is not None and len(files) > 1:
         raise ending.Stop(Text("--name names one preset; import one file"))
     folder = presets.user_folder()
@@ -73,7 +73,7 @@ def import_presets(files: tuple[Path, ...], name: str | None, force: bool) -> No
         targets = [presets.file_of(folder, one) for one, _ in named]
     for (one, _), target in zip(named, targets, strict=True):
         if one in presets.BUILT_IN:
-            raise ending.Stop(Text("{one} comes with the program; give yours a --name", one=one))
+            raise ending.Stop(Text("{one} is a built-in preset; choose another --name", one=one))
         if targets.count(target) > 1:
             raise ending.Stop(Text("several files are called {one}; rename one", one=one))
         common.check_free(target, force)
@@ -84,16 +84,12 @@ def import_presets(files: tuple[Path, ...], name: str | None, force: bool) -> No
 
 
 def _all() -> dict[str, Recipe]:
-    # A file that was laid there by hand may have any name; the program's own keep theirs.
+    # A user file with the name of a built-in preset must not replace that preset.
     return presets.BUILT_IN | presets.listed(presets.user_folder()) | presets.BUILT_IN
 
 
 def _named(name: str) -> Recipe:
     found = _all()
     if name not in found:
-        raise ending.Stop(
-            Text(
-                "there is no preset {name}; kogao-cli presets list tells which there are", name=name
-            )
-        )
+        raise ending.Stop(Text("no preset {name}; see kogao-cli presets list", name=name))
     return found[name]

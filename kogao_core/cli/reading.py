@@ -1,4 +1,4 @@
-"""Photos on the command line: which to read, what reads them, and the faces in them."""
+"""Options and functions for input photos, and for the faces in these photos."""
 
 from __future__ import annotations
 
@@ -17,26 +17,30 @@ from kogao_core.cli.common import PHOTO, limits_megapixels
 from kogao_core.faces import landmarks
 from kogao_core.faces.doubt import AllDoubted, Chosen, choose
 from kogao_core.faces.face import Face, LandmarkSource, select
-from kogao_core.faces.landmarks import CHOICES, ModelRefused, networks_are_here, source
+from kogao_core.faces.landmarks import CHOICES, ModelRefused, networks_are_here
+from kogao_core.faces.landmarks import source as landmark_source
 from kogao_core.photo import READABLE, Photo, UnreadablePhoto, bits_of, formats, read
 from kogao_core.projects import interchange
 from kogao_core.projects.interchange import PointSet
 from kogao_core.projects.project import sha256_of
 from kogao_core.projects.results import Results
 
-# The usual endings of the formats that can be written.
+# The first suffix of each output format.
 ENDINGS: Final = [form.suffixes[0] for form in formats.WRITTEN]
 NAMED_ENDINGS: Final = [ending.removeprefix(".") for ending in ENDINGS]
-OUTPUT_HELP: Final = Text("Where to write; {endings}.", endings=formats.either(ENDINGS))
+OUTPUT_HELP: Final = Text("Output file: {endings}", endings=formats.either(ENDINGS))
+# Headings of the help.
+INPUT: Final = Text("Input")
+FACES: Final = Text("Faces and landmarks")
 
 
 _SOURCES: Final = [choice.name for choice in CHOICES]
 chooses_landmarks = words.option(
     "--landmarks",
-    metavar="SOURCE",
+    type=click.Choice(_SOURCES),
+    section=FACES,
     help=Text(
-        "{names}, or a cv2.face model file [{first}; {instead} where the networks are missing].",
-        names=", ".join(_SOURCES),
+        "Landmark source [{first}; {instead} if the networks are missing]",
         first=_SOURCES[0],
         instead=next(choice.name for choice in CHOICES if not choice.needs_networks),
     ),
@@ -44,11 +48,14 @@ chooses_landmarks = words.option(
 
 
 _SEARCHING: Final = (
-    words.option("--sample", is_flag=True, help="Use the built-in portrait."),
-    limits_megapixels,
+    words.section(
+        INPUT,
+        words.option("--sample", is_flag=True, help="Use the built-in portrait"),
+        limits_megapixels,
+    ),
     chooses_landmarks,
 )
-# What it takes to read and search a photo, or any number of photos and folders of photos.
+# Options to read one photo; below, any number of photos and folders.
 takes_photo = words.together(
     click.argument("source", metavar="[IN]", required=False, type=PHOTO), *_SEARCHING
 )
@@ -62,18 +69,19 @@ def _keep(kind: str) -> Callable[[click.Context, click.Parameter, Any], None]:
     return keep
 
 
-# For all that takes photos alike: `find_faces` and `points_of` ask the context.
-takes_point_files = words.together(
+# `find_faces` and `points_of` read these options from click's context.
+takes_point_files = words.section(
+    FACES,
     words.option(
         "--points", type=click.Path(path_type=Path), metavar="PATH", excludes=("--landmarks",),
         expose_value=False, callback=_keep("place"),
-        help="Take the landmarks from a .tem, .pts, .csv or .json file, or from that of the "
-        "photo's name in a folder, instead of looking for faces.",
+        help="Read landmarks from a .tem, .pts, .csv or .json file, or from a folder (file with "
+        "the photo's name); skips the face search",
     ),
     words.option(
         "--points-map", metavar="MAP", needs="--points", expose_value=False, callback=_keep("map"),
-        help="Which of a file's points are outline/eyes/mouth, such as 0-16/36,39,42,45/48,54 "
-        "[by their number: 27, 68 or 189].",
+        help="Point numbers of outline/eyes/mouth, such as 0-16/36,39,42,45/48,54 "
+        "[by count: 27, 68 or 189]",
     ),
 )  # fmt: skip
 takes_photos = words.together(
@@ -84,22 +92,22 @@ takes_photos = words.together(
 
 
 takes_results = words.option(
-    "--results", is_flag=True, help="Work on Kogao's own results again, too."
+    "--results", is_flag=True, section=INPUT, help="Accept earlier results of Kogao as input"
 )
 
 
 def refuse_result(path: Path) -> None:
-    """Stop where a photo is one of this program's own results."""
+    """Raise Stop if a photo is an earlier result of this program."""
     origin = Results.of_user().origin(path)
     if origin is not None:
         raise ending.Stop(
-            Text("{why}; work on the original, or --results to go on", why=origin.why),
+            Text("{why}; open the original, or use --results to continue", why=origin.why),
             ending.OWN_RESULT,
         )
 
 
 def input_path(source: Path | None, sample: bool) -> Path:
-    """Return the photo to read; exactly one of the two must be asked for."""
+    """Return the path of the photo or the sample. Raises Stop unless exactly one is given."""
     if (source is None) != sample:
         raise ending.Stop(Text("name one photo, or use --sample"))
     if source is not None:
@@ -110,7 +118,7 @@ def input_path(source: Path | None, sample: bool) -> Path:
 
 
 def input_paths(inputs: Sequence[Path], sample: bool) -> list[Path]:
-    """Return the photos to read, those in folders too; or the sample, but not both."""
+    """Return the photos, including those in folders, or the sample. Raises Stop for both."""
     if bool(inputs) == sample:
         raise ending.Stop(Text("name photos or folders of photos, or use --sample"))
     if sample:
@@ -122,43 +130,40 @@ def input_paths(inputs: Sequence[Path], sample: bool) -> list[Path]:
             continue
         within = [p for p in sorted(path.rglob("*")) if p.suffix.lower() in READABLE]
         if not within:
-            raise ending.Stop(Text("there is no photo in {path}", path=path))
+            raise ending.Stop(Text("no photo found in {path}", path=path))
         paths += within
     return paths
 
 
 def read_photo(path: Path, max_megapixels: float, output: Path | None = None) -> Photo:
-    """Read the input, no deeper than the output can be where that is open, or stop."""
+    """Read a photo with 8 or 16 bits, as the output format can store. Raises Stop."""
     bits = 16 if output is None else bits_of(output)
     with ending.stopping(UnreadablePhoto, ending.UNREADABLE):
         return read(path, max_megapixels=max_megapixels, bits=bits)
 
 
-def landmark_source(wanted: str | None) -> LandmarkSource:
-    """Return the source of landmarks that was asked for, or the best one here."""
-    with ending.stopping(ModelRefused, ending.USAGE):
-        return source(wanted)
+def suffix_for(photo: Photo) -> str:
+    """Return the file suffix of the photo's format, or .jpg if that format is read-only."""
+    form = formats.BY_NAME[photo.format]
+    return form.suffixes[0] if form.encode is not None else ".jpg"
 
 
 def check_networks() -> None:
-    """Stop when a network is damaged: every photo of a batch would fail."""
+    """Raise Stop if a network is damaged, because every photo of a batch would fail."""
     with ending.stopping(ModelRefused, ending.BROKEN):
         landmarks.check_networks()
 
 
 def mention_fallback(wanted: str | None) -> None:
-    """Print a note when landmarks come from the AAM for want of the networks."""
+    """Print a message if the AAM replaces missing networks."""
     if wanted is None and not networks_are_here():
         ending.print_message(
-            Text(
-                "the networks are missing, so landmarks come from the AAM, which is "
-                "less exact; kogao-cli doctor says how to get them"
-            )
+            Text("the networks are missing; using the less exact AAM (see kogao-cli doctor)")
         )
 
 
 def point_files() -> tuple[Path | None, str | None]:
-    """Return the path and the mapping that ``--points`` and ``--points-map`` gave, or stop."""
+    """Return the values of ``--points`` and ``--points-map``. Raises Stop for a bad map."""
     given = click.get_current_context().meta
     place, mapping = given.get(f"{_POINTS}.place"), given.get(f"{_POINTS}.map")
     if mapping is not None:
@@ -168,9 +173,9 @@ def point_files() -> tuple[Path | None, str | None]:
 
 
 def points_of(photo: Photo) -> list[tuple[Face, PointSet]] | None:
-    """Return the faces that ``--points`` has for a photo, with all their points, or stop.
+    """Return the faces of a photo from ``--points``, with all points of the file.
 
-    Result: None where that wasn't given.
+    Return None without ``--points``. Raises Stop.
     """
     place, mapping = point_files()
     if place is None:
@@ -185,20 +190,21 @@ def points_of(photo: Photo) -> list[tuple[Face, PointSet]] | None:
 def find_faces(
     photo: Photo, landmarks: str | None, known: LandmarkSource | None = None
 ) -> list[Face]:
-    """Find the faces, `in_reading_order`, or stop where there is none.
+    """Return the faces of a photo in reading order (`in_reading_order`).
 
-    The source is the one of `landmarks`, where it isn't `known` already; ``--points`` goes before.
+    ``--points`` takes precedence, then the source `known`, then the source named `landmarks`.
+    Raises Stop if there is no face.
     """
     if (given := points_of(photo)) is not None:
         return [face for face, _ in given]
     with ending.stopping((assets.AssetMissing, ModelRefused), ending.BROKEN):
         try:
             faces = (known or landmark_source(landmarks)).find(photo.pixels)
-        except ValueError as error:  # what `Face` refuses
+        except ValueError as error:  # raised by `Face`
             raise ending.Stop(
                 Text(
-                    "the landmarks found in {path} are no face: {error}; choose "
-                    "another source with --landmarks",
+                    "the landmarks in {path} form no face: {error}; choose another source "
+                    "with --landmarks",
                     path=photo.path,
                     error=error,
                 ),
@@ -208,8 +214,8 @@ def find_faces(
     if not faces:
         raise ending.Stop(
             Text(
-                "no face in {path}; crop closer or place the landmarks by hand in "
-                "the editor (kogao {path})",
+                "no face in {path}; crop closer, or place a face by hand in the editor "
+                "(kogao {path})",
                 path=photo.path,
             ),
             ending.NO_FACE,
@@ -218,13 +224,13 @@ def find_faces(
 
 
 def chosen(photo: Photo, faces: Sequence[Face], which: str, doubtful: bool) -> Chosen:
-    """Return what ``--face`` and ``--doubtful`` make of a photo's faces, or stop."""
+    """Return the faces selected by ``--face`` and ``--doubtful``. Raises Stop."""
     with ending.stopping(ValueError, ending.USAGE):
         try:
             return choose(faces, which, Box.of(photo.pixels), doubtful=doubtful)
         except AllDoubted as doubts:
             sentence = Text(
-                "{path} stays as it is: {doubts}; --doubtful makes it smaller all the same",
+                "{path} was not changed: {doubts}; use --doubtful to include doubtful faces",
                 path=photo.path,
                 doubts=doubts,
             )
@@ -232,12 +238,12 @@ def chosen(photo: Photo, faces: Sequence[Face], which: str, doubtful: bool) -> C
 
 
 def selected(faces: Sequence[Face], which: str) -> list[Face]:
-    """Return the faces that ``--face`` names, or stop where it names none of them."""
+    """Return the faces selected by ``--face``. Raises Stop if a number doesn't exist."""
     with ending.stopping(ValueError, ending.USAGE):
         return select(faces, which)
 
 
 def hash_of(path: Path) -> str:
-    """Return the SHA-256 of a photo's file, or stop."""
+    """Return the SHA-256 of a photo's file. Raises Stop."""
     with ending.stopping(OSError, ending.UNREADABLE):
         return sha256_of(path)

@@ -1,205 +1,277 @@
-"""The summary that `kogao-cli warp` prints, as text and as JSON."""
+"""The report of `kogao-cli warp`: one line, warnings, measurements, JSON."""
 
 from __future__ import annotations
 
 import dataclasses
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
 from kogao_core.background.find import Bends
 from kogao_core.background.lines import SEEN_PX, BentLine
-from kogao_core.base.language import Text, tr, translated
+from kogao_core.base.language import Text, translated
 from kogao_core.base.wording import columns
 from kogao_core.cli import common
 from kogao_core.faces.face import Face
 from kogao_core.photo import Photo
 from kogao_core.pipeline import STAGES, Rendering
-from kogao_core.recipe.recipe import SETTINGS
-from kogao_core.warp.measures import asked_percent
-from kogao_core.warp.one_to_one import OneToOne
+from kogao_core.recipe.recipe import SETTINGS, Recipe
+from kogao_core.warp.measures import NEARLY_WHOLE, asked_percent
 
-# What the lines begin with, in a column of their own.
-DOSE, DOMAIN, RESIDUAL = Text("dose"), Text("domain"), Text("residual")
-TIME, LINES, HELD = Text("time"), Text("lines"), Text("held")
-GUARD, WARNING, NOTE = Text("guard"), Text("warning"), Text("note")
-_LABEL_COLUMNS: Final = 10
+_LABEL_COLUMNS: Final = 15
+_LEAST_PERCENT: Final = 0.005  # a smaller change prints "unchanged"
+_DEFAULTS: Final = Recipe()
 
 
-def as_json(
-    photo: Photo,
-    output: Path,
-    faces: Sequence[Face],
-    rendering: Rendering,
-    bends: Bends,
-    notes: list[str],
-) -> dict[str, Any]:
-    """Return all figures as plain values."""
-    return {
-        "input": str(photo.path),
-        "output": str(output),
-        "image": {"width": photo.width, "height": photo.height},
-        "faces": [face.to_dict() for face in faces],
-        "recipe": rendering.recipe.to_dict(),
-        "timings_ms": rendering.timings_ms,
-        "domains": {
-            name: {"pixels": count, "percent": 100.0 * count / (photo.width * photo.height)}
-            for name, count in rendering.pixel_counts.items()
-        },
-        "dose": [
-            {"asked_percent": asked, "achieved_percent": achieved}
-            for asked, achieved in _doses(rendering)
-        ],
-        "residual": dataclasses.asdict(rendering.residual),
-        "shares": list(rendering.shares),
-        "brush_shares": list(rendering.brush_shares),
-        "threshold_px": rendering.threshold_px,
-        "one_to_one": dataclasses.asdict(rendering.one_to_one),
-        "lines": [dataclasses.asdict(line) for line in bends.lines],
-        "notes": notes,
-    }
+@dataclass(frozen=True)
+class WarpReport:
+    """Everything known about a saved result."""
 
+    photo: Photo
+    output: Path
+    faces: Sequence[Face]
+    rendering: Rendering
+    bends: Bends
+    file_note: str  # unchanged share of a JPEG, lost metadata
+    notes: Sequence[str]  # further sentences
 
-def as_text(
-    photo: Photo,
-    output: Path,
-    faces: Sequence[Face],
-    rendering: Rendering,
-    bends: Bends,
-    notes: list[str],
-) -> str:
-    """Return the figures that matter most, in lines."""
-    recipe, share = rendering.recipe, photo.width * photo.height / 100.0
-    counts = rendering.pixel_counts.items()
-    sound, laps = rendering.one_to_one, rendering.timings_ms.items()
-    lines = [
-        tr(
-            "{path}: {faces}, {amount}, written to {output}",
-            path=photo.path,
-            faces=common.count_of_faces(len(faces)),
-            amount=recipe.amount,
-            output=output,
-        ),
-        *(
-            _line(DOSE, _dose(asked, achieved, number if len(faces) > 1 else None))
-            for number, (asked, achieved) in enumerate(_doses(rendering), start=1)
-        ),
-        _line(DOMAIN, Text.joined(", ", (_share(name, count / share) for name, count in counts))),
-        _line(
-            RESIDUAL,
-            Text(
-                "{px:.2f} px at most at the targets; smallest det J of the samples {det:.2f}",
-                px=rendering.residual.max_px,
-                det=sound.min_det,
-            ),
-        ),
-        _line(TIME, Text("{stages} ms", stages=Text.joined(", ", (_lap(*one) for one in laps)))),
-    ]
-    if bends.lines:
-        lines += [_line(LINES, _bent(bends)), *_held(bends.lines)]
-    if min(rendering.shares, default=1.0) < 1.0:
-        kept = ", ".join(f"{100 * share:.0f} %" for share in rendering.shares)
-        held = Text("held back to {kept} of the move, which would have folded", kept=kept)
-        lines.append(_line(GUARD, held))
-    if min(rendering.brush_shares, default=1.0) < 1.0:
-        kept = ", ".join(f"{100 * share:.0f} %" for share in rendering.brush_shares)
-        held = Text("brush strokes held back to {kept}, more would have folded", kept=kept)
-        lines.append(_line(GUARD, held))
-    if rendering.threshold_px < recipe.threshold_px:
-        unused = Text(
-            "threshold {px:g} px not used, its edge could have folded: all that moves was worked "
-            "on",
-            px=recipe.threshold_px,
+    def to_dict(self) -> dict[str, Any]:
+        """Return all figures as plain values."""
+        photo, rendering = self.photo, self.rendering
+        return {
+            "input": str(photo.path),
+            "output": str(self.output),
+            "image": {"width": photo.width, "height": photo.height},
+            "faces": [face.to_dict() for face in self.faces],
+            "recipe": rendering.recipe.to_dict(),
+            "timings_ms": rendering.timings_ms,
+            "domains": {
+                name: {"pixels": count, "percent": 100.0 * count / (photo.width * photo.height)}
+                for name, count in rendering.pixel_counts.items()
+            },
+            "dose": [
+                {"asked_percent": requested, "achieved_percent": achieved}
+                for requested, achieved in _amounts(rendering)
+            ],
+            "residual": dataclasses.asdict(rendering.residual),
+            "shares": list(rendering.shares),
+            "limits": [dataclasses.asdict(limit) for limit in rendering.limits],
+            "brush_shares": list(rendering.brush_shares),
+            "protected_shares": [list(shares) for shares in rendering.protected_shares],
+            "threshold_px": rendering.threshold_px,
+            "one_to_one": dataclasses.asdict(rendering.one_to_one),
+            "lines": [dataclasses.asdict(line) for line in self.bends.lines],
+            "notes": [*filter(None, [*self.notes, self.file_note])],
+        }
+
+    def headline(self) -> str:
+        """Return one line: output file, faces, change, unchanged share of the file."""
+        done = Text(
+            "{output}: {faces}, {change}",
+            output=self.output,
+            faces=common.count_of_faces(len(self.faces)),
+            change=_change(self.rendering, self.faces),
         )
-        lines.append(_line(GUARD, unused))
-    if warning := _warning(sound):
-        lines.append(_line(WARNING, warning))
-    return "\n".join([*lines, *(_line(NOTE, note) for note in notes)])
+        return translated(Text.joined("; ", [done, self.file_note]))
+
+    def warnings(self) -> list[Text | str]:
+        """Return sentences on anything the user should check."""
+        rendering, found = self.rendering, list[Text | str](self.notes)
+        for face, (share, point) in enumerate(
+            zip(rendering.shares, rendering.limited_points, strict=True), start=1
+        ):
+            if share < 1.0:
+                found.append(
+                    Text(
+                        "face {face} is reduced to {kept:.0f} % near point {point}; more would "
+                        "squeeze the picture",
+                        face=face,
+                        kept=100 * share,
+                        point=point,
+                    )
+                )
+        if min(rendering.brush_shares, default=1.0) < 1.0:
+            limits = ", ".join(f"{100 * share:.0f} %" for share in rendering.brush_shares)
+            found.append(
+                Text(
+                    "brush strokes limited to {limits}, more would fold the picture", limits=limits
+                )
+            )
+        shares = (share for shares in rendering.protected_shares for share in shares)
+        slowed = [share for share in shares if share < NEARLY_WHOLE]
+        if slowed:
+            found.append(
+                Text.counted(
+                    len(slowed),
+                    "{n} outline point moves less because of protection, {least:.0f} % of its way",
+                    "{n} outline points move less because of protection, the least {least:.0f} % "
+                    "of its way",
+                    least=100 * min(slowed),
+                )
+            )
+        if rendering.threshold_px < rendering.recipe.threshold_px:
+            found.append(
+                Text(
+                    "threshold {px:g} px ignored, because the edge could fold; all moving pixels "
+                    "were computed",
+                    px=rendering.recipe.threshold_px,
+                )
+            )
+        bent = [one for one in self.bends.lines if one.holding == "gave way"]
+        if bent:
+            found.append(
+                Text.counted(
+                    len(bent),
+                    "{n} straight line in the background bends by up to {px:.1f} px",
+                    "{n} straight lines in the background bend by up to {px:.1f} px",
+                    px=max(one.bend_px for one in bent),
+                )
+            )
+        if folds := self._folds():
+            found.append(folds)
+        return found
+
+    def details(self) -> str:
+        """Return the measurements, one labelled line each."""
+        rendering, share = self.rendering, self.photo.width * self.photo.height / 100.0
+        amounts = _amounts(rendering)
+        is_equal = len({(f"{a:.2f}", f"{b:.2f}") for a, b in amounts}) == 1
+        lines = [
+            (Text("centre"), str(rendering.recipe.center)),
+            *(
+                (Text("amount"), _amount(one, number if len(amounts) > 1 and not is_equal else 0))
+                for number, one in enumerate(amounts[:1] if is_equal else amounts, start=1)
+            ),
+            (
+                Text("accuracy"),
+                Text("largest error at the targets {px:.2f} px", px=rendering.residual.max_px),
+            ),
+            (
+                Text("folds"),
+                Text(
+                    "{count}; smallest Jacobian determinant of the samples {det:.2f}",
+                    count=len(rendering.one_to_one.folded_cells),
+                    det=rendering.one_to_one.min_det,
+                ),
+            ),
+            (
+                Text("domain"),
+                Text.joined(", ", (_part(*one, share) for one in rendering.pixel_counts.items())),
+            ),
+            *self._lines(),
+            (
+                Text("time"),
+                Text(
+                    "{stages} ms",
+                    stages=Text.joined(", ", (_lap(*one) for one in rendering.timings_ms.items())),
+                ),
+            ),
+        ]
+        return "\n".join(_labelled(label, said) for label, said in lines)
+
+    def _folds(self) -> Text | None:
+        found = self.rendering.one_to_one
+        if found.folded_cells:
+            return Text.counted(
+                len(found.folded_cells),
+                "the picture folds in {n} place; use a smaller --amount, a larger --lattice or "
+                "--guard",
+                "the picture folds in {n} places; use a smaller --amount, a larger --lattice or "
+                "--guard",
+            )
+        if not found.edges_proven:
+            return Text("the edge of the threshold could fold; use --guard")
+        return (
+            None if found.settled else Text("folds between the samples are possible; use --guard")
+        )
+
+    def _lines(self) -> list[tuple[Text, Text]]:
+        """Return the number of straight lines, and the figures of the one that bends most."""
+        if not self.bends.lines:
+            return []
+        worst = self.bends.lines[0]
+        where = Text("lines nearby") if self.bends.note else Text("lines")
+        found = Text(
+            "{count}; worst bend {bend:.1f} px, from {x:.0f},{y:.0f} to {u:.0f},{v:.0f} (edge "
+            "{before:.1f} px off straight before, {after:.1f} px after)",
+            count=len(self.bends.lines),
+            **_ends(worst),
+            bend=worst.bend_px,
+            before=worst.before_px,
+            after=worst.after_px,
+        )
+        kept = [
+            one
+            for one in self.bends.lines
+            if one.holding in ("held", "gave way") and one.unheld_px >= SEEN_PX
+        ]
+        if not kept:
+            return [(where, found)]
+        held = Text("{count} would have bent by {px} px or more", count=len(kept), px=SEEN_PX)
+        return [(where, found), (Text("kept straight"), held)]
 
 
-def _line(label: Text, what: str) -> str:
-    said = translated(label)
-    return f"{said}{' ' * (_LABEL_COLUMNS - columns(said))}{translated(what)}"
+def _change(rendering: Rendering, faces: Sequence[Face]) -> Text:
+    """Return the achieved amount in words, or "reshaped" if other settings changed the face."""
+    recipes = [rendering.recipe, *(face.recipe for face in faces)]
+    if any(recipe is not None and _reshapes(recipe) for recipe in recipes):
+        return Text("reshaped")
+    low, high = min(rendering.achieved, default=0.0), max(rendering.achieved, default=0.0)
+    if low < -_LEAST_PERCENT and high > _LEAST_PERCENT:
+        return Text("reshaped")
+    if max(-low, high) < _LEAST_PERCENT:
+        return Text("unchanged")
+    first, last = sorted((_rounded(abs(low)), _rounded(abs(high))), key=float)
+    amount = first if first == last else Text("{first} to {last}", first=first, last=last)
+    if high > _LEAST_PERCENT:
+        return Text("{amount} % smaller", amount=amount)
+    return Text("{amount} % larger", amount=amount)
 
 
-def _share(domain: str, percent: float) -> Text:
+def _reshapes(recipe: Recipe) -> bool:
+    """Return True if settings other than the amount, its centre and the head change faces."""
+    for name, setting in SETTINGS.items():
+        if setting.is_method or name in ("percent", "center", "scope"):
+            continue
+        if setting.counts(recipe) and getattr(recipe, name) != getattr(_DEFAULTS, name):
+            return True
+    return False
+
+
+def _rounded(percent: float) -> str:
+    return f"{percent:.2g}" if percent < 1.0 else f"{round(percent, 1):g}"
+
+
+def _labelled(label: Text, said: str) -> str:
+    name = translated(label)
+    return f"  {name}{' ' * max(1, _LABEL_COLUMNS - columns(name))}{translated(said)}"
+
+
+def _part(domain: str, pixels: int, percent_px: float) -> Text:
     called = SETTINGS["domain"].alternative(domain).word
-    return Text("{domain} {percent:.1f} %", domain=called, percent=percent)
+    return Text("{domain} {percent:.1f} %", domain=called, percent=pixels / percent_px)
 
 
 def _lap(stage: str, ms: float) -> Text:
     return Text("{stage} {ms:.1f}", stage=STAGES[stage], ms=ms)
 
 
-def _dose(asked: float, achieved: float, face: int | None) -> Text:
-    if face is None:
-        return Text(
-            "asked for {asked:.2f} % of D, achieved {achieved:.2f} %",
-            asked=asked,
-            achieved=achieved,
-        )
-    return Text(
-        "asked for {asked:.2f} % of D, achieved {achieved:.2f} %, face {face}",
-        asked=asked,
+def _amount(amount: tuple[float, float], face: int) -> Text:
+    requested, achieved = amount
+    said = Text(
+        "requested {requested:.2f} %, achieved {achieved:.2f} % of the distance to the centre",
+        requested=requested,
         achieved=achieved,
-        face=face,
     )
-
-
-def _warning(sound: OneToOne) -> Text | None:
-    if sound.folded_cells:
-        return Text.counted(
-            len(sound.folded_cells),
-            "the warp folds in {n} place: lower --percent or raise --lattice",
-            "the warp folds in {n} places: lower --percent or raise --lattice",
-        )
-    if not sound.edges_proven:
-        return Text("thin folds where the threshold fades in can't be ruled out: --guard")
-    if not sound.settled:
-        return Text("folds between the samples can't be ruled out: --guard")
-    return None
-
-
-def _bent(bends: Bends) -> Text:
-    """Return how many lines are near, and how far the worst one bends."""
-    worst = bends.lines[0]
-    return Text(
-        "{count} straight ones {where}; the one from {x:.0f},{y:.0f} to {u:.0f},{v:.0f} bends by "
-        "{bend:.1f} px (its edge was {before:.1f} px off straight and is {after:.1f})",
-        count=len(bends.lines),
-        where=Text("nearby") if bends.note else Text("in the background"),
-        **_ends(worst),
-        bend=worst.bend_px,
-        before=worst.before_px,
-        after=worst.after_px,
-    )
-
-
-def _held(lines: Sequence[BentLine]) -> list[str]:
-    """Return how many lines were held, and of the one that gave way most, by how much."""
-    meant = ("held", "gave way")
-    held = [line for line in lines if line.holding in meant and line.unheld_px >= SEEN_PX]
-    if not held:
-        return []
-    count = Text("{count} that would have bent by {px} px or more", count=len(held), px=SEEN_PX)
-    worst = max(held, key=lambda line: line.bend_px)
-    if worst.bend_px < SEEN_PX:
-        return [_line(HELD, count)]
-    gave_way = Text(
-        "the one from {x:.0f},{y:.0f} to {u:.0f},{v:.0f} gave way to the face: {bend:.1f} of "
-        "{unheld:.1f} px are left",
-        **_ends(worst),
-        bend=worst.bend_px,
-        unheld=worst.unheld_px,
-    )
-    return [_line(HELD, Text.joined("; ", [count, gave_way]))]
+    return Text("face {number}: {why}", number=face, why=said) if face else said
 
 
 def _ends(line: BentLine) -> dict[str, float]:
     return dict(zip("xyuv", (*line.start_px, *line.end_px), strict=True))
 
 
-def _doses(rendering: Rendering) -> list[tuple[float, float]]:
-    """Return how far each face was asked to come towards its centre, and how far it came."""
-    asked = (asked_percent(pairs) for pairs in rendering.pairs)
-    return list(zip(asked, rendering.achieved, strict=True))
+def _amounts(rendering: Rendering) -> list[tuple[float, float]]:
+    """Return the requested and the achieved amount of each face, in % of the distance."""
+    requested = (asked_percent(pairs) for pairs in rendering.pairs)
+    return list(zip(requested, rendering.achieved, strict=True))

@@ -1,6 +1,6 @@
-"""``kogao-cli verify``: what differs between a result and its original, block by block.
+"""``kogao-cli verify``: compare a result with its original, block by block.
 
-By a reader of its own: nothing that writes photos is asked, and the blocks are read by libjpeg 6b.
+This module shares no code with the writer: libjpeg 6b reads the blocks.
 """
 
 from __future__ import annotations
@@ -10,19 +10,17 @@ from pathlib import Path
 from typing import Any, Final
 
 import click
+import jpeglib
 import numpy as np
 import numpy.typing as npt
 
+from kogao_core.base.installed import is_bundle
 from kogao_core.base.language import Text, tr, translated
 from kogao_core.base.stderr import hushed
 from kogao_core.cli import common, ending, words
 
-try:
-    import jpeglib
-except ImportError:
-    jpeglib = None
-
 _START, _SCAN, _END = b"\xff\xd8", 0xDA, 0xD9
+_FRAMES: Final = {*range(0xC0, 0xD0)} - {0xC4, 0xC8, 0xCC}
 _MARKER: Final = re.compile(rb"\xff+([^\x00\xff\xd0-\xd7])")  # the next one, restarts left out
 _NAMED: Final = {*range(0xE0, 0xF0), 0xFE}  # APP0 to APP15, COM; all others code the picture
 _TITLE: Final = re.compile(rb"[\w:/. -]{3,40}")
@@ -36,12 +34,18 @@ _FILE: Final = click.Path(path_type=Path, readable=False)
 @click.argument("original", metavar="ORIGINAL", type=_FILE)
 @common.writes_json
 @common.forces
-def command(result: Path, original: Path, json_file: Path | None, force: bool) -> None:
-    """Tell which blocks and which metadata of two JPEGs differ, and that nothing else does."""
+def command(result: Path, original: Path, json_file: Path | None, force: bool) -> int:
+    """Compare two JPEGs and list the blocks and metadata that differ.
+
+    Exit code 1: the metadata differ, or the blocks can't be compared.
+    """
     common.check_report(json_file, force)
-    paths = result, original
-    found = _beside(*map(_read, paths)) | _differing(*map(_blocks, paths))
-    common.deliver(lambda: found, lambda: _told(found), json_file)
+    found = _compare_files(*map(_read, (result, original)))
+    if not found["same_file"]:
+        found |= _compare_blocks(*map(_blocks, (result, original)))
+    common.deliver(lambda: found, lambda: _described(found), json_file)
+    is_only_picture = found["same_file"] or (all(found["same"].values()) and not found["metadata"])
+    return 0 if is_only_picture else ending.BROKEN
 
 
 def _read(path: Path) -> bytes:
@@ -53,8 +57,8 @@ def _read(path: Path) -> bytes:
     return data
 
 
-def _beside(result: bytes, original: bytes) -> dict[str, Any]:
-    """Return whether two files are the same, and which of their parts beside the picture aren't."""
+def _compare_files(result: bytes, original: bytes) -> dict[str, Any]:
+    """Return whether two files are the same, and which metadata differ."""
     mine, theirs = _parts(result), _parts(original)
     return {
         "same_file": result == original,
@@ -68,13 +72,13 @@ def _beside(result: bytes, original: bytes) -> dict[str, Any]:
 
 
 def _parts(data: bytes) -> dict[str, list[bytes]]:
-    """Return all of a file that doesn't code its picture, by name."""
+    """Return the metadata segments of a file, and the appended data, by name."""
     parts: dict[str, list[bytes]] = {}
     at = len(_START)
     while (marker := _MARKER.search(data, at)) is not None:
         code, at = marker[1][0], marker.end()
         if code == _END:
-            break
+            return parts | ({"appended data": [data[at:]]} if data[at:] else {})
         size = max(2, int.from_bytes(data[at : at + 2], "big"))
         if code in _NAMED:
             body = data[at + 2 : at + size]
@@ -83,74 +87,77 @@ def _parts(data: bytes) -> dict[str, list[bytes]]:
             name = app if title is None else f"{app} {title[0].decode('latin-1')}"
             parts.setdefault(name, []).append(body)
         at += size
-    rest = data[at:]
-    return parts | ({"behind the picture": [rest]} if rest else {})
+    return parts
 
 
-def _blocks(path: Path) -> tuple[list[npt.NDArray[np.int16]], list[tuple[int, int]], bytes, Any]:
-    """Return each component's blocks, (rows, columns, 64), factors, tables, and the size in px."""
-    if jpeglib is None:
-        raise ending.Stop(
-            Text("this bundle has no second reader of JPEGs; verify with an installation by pip"),
-            ending.BROKEN,
-        )
+def _blocks(path: Path) -> tuple[list[npt.NDArray[np.int16]], dict[str, Any]]:
+    """Return the blocks of each component, shape (rows, columns, 64), and facts of the frame."""
+    if is_bundle():
+        text = Text("this bundle has no second reader of JPEGs; install Kogao by pip to verify")
+        raise ending.Stop(text, ending.BROKEN)
     try:
         with hushed(), jpeglib.version(_LIBRARY):
             jpeg = jpeglib.read_dct(str(path))
             jpeg.load()
     except Exception as error:  # it raises almost anything
-        raise ending.Stop(
-            Text("the blocks of {path} can't be read; open it in another program", path=path),
-            ending.UNREADABLE,
-        ) from error
+        text = Text("the blocks of {path} can't be read; open it in another program", path=path)
+        raise ending.Stop(text, ending.UNREADABLE) from error
     planes = [one for one in (jpeg.Y, jpeg.Cb, jpeg.Cr, jpeg.K) if one is not None]
-    factors = [(1, 1)] if len(planes) == 1 else [tuple(one) for one in jpeg.samp_factor.tolist()]
-    used = [jpeg.qt[number].tobytes() for number in jpeg.quant_tbl_no[: len(planes)]]
-    flat = [one.reshape(*one.shape[:2], -1) for one in planes]
-    return flat, factors, b"".join(used), (jpeg.width, jpeg.height)
+    used = jpeg.quant_tbl_no[: len(planes)]
+    return [one.reshape(*one.shape[:2], -1) for one in planes], {
+        "size": (jpeg.width, jpeg.height),
+        "subsampling": [(1, 1)] if len(planes) == 1 else jpeg.samp_factor.tolist(),
+        "tables": [jpeg.qt[number].tolist() for number in used],
+        "components": _components(path.read_bytes()),
+    }
 
 
-def _differing(mine: Any, theirs: Any) -> dict[str, Any]:
-    """Return how many units there are and differ, and where; nothing, if they can't be compared."""
-    (planes, factors, tables, size), (others, their_factors, their_tables, their_size) = (
-        mine,
-        theirs,
-    )
-    same = {"size": size == their_size, "subsampling": factors == their_factors,
-            "tables": tables == their_tables}  # fmt: skip
+def _components(data: bytes) -> list[int]:
+    """Return the identifiers of the components: decoders guess the colours from them."""
+    at = len(_START)
+    while (marker := _MARKER.search(data, at)) is not None and marker[1][0] != _SCAN:
+        at = marker.end()
+        if marker[1][0] in _FRAMES:
+            return list(data[at + 8 : at + int.from_bytes(data[at : at + 2], "big") : 3])
+        at += max(2, int.from_bytes(data[at : at + 2], "big"))
+    return []
+
+
+def _compare_blocks(mine: Any, theirs: Any) -> dict[str, Any]:
+    """Return the number and place of units of blocks that differ; None if incomparable."""
+    (planes, frame), (others, other_frame) = mine, theirs
+    same = {name: value == other_frame[name] for name, value in frame.items()}
     found: dict[str, Any] = {"same": same, "units": None, "changed_units": None, "box_px": None}
     if not all(same.values()):
         return found
-    down, along = (max(axis) for axis in zip(*factors, strict=True))
-    changed = np.zeros(
-        (-(-size[1] // (down * _BLOCK_PX)), -(-size[0] // (along * _BLOCK_PX))), bool
-    )
+    (width, height), factors = frame["size"], frame["subsampling"]
+    down, along = (_BLOCK_PX * max(axis) for axis in zip(*factors, strict=True))
+    changed = np.zeros((-(-height // down), -(-width // along)), bool)
     for plane, other, (high, wide) in zip(planes, others, factors, strict=True):
         rows, columns = np.nonzero((plane != other).any(axis=2))
         changed[rows // high, columns // wide] = True
     found |= {"units": changed.size, "changed_units": int(changed.sum())}
     if changed.any():
-        (top, bottom), (left, right) = (
-            (int(one.min()), int(one.max()) + 1) for one in np.nonzero(changed)
-        )
-        wide, high = along * _BLOCK_PX, down * _BLOCK_PX
-        found["box_px"] = [left * wide, top * high, min(right * wide, size[0]),
-                           min(bottom * high, size[1])]  # fmt: skip
+        rows, columns = np.nonzero(changed)
+        found["box_px"] = [int(columns.min()) * along, int(rows.min()) * down,
+                           min(int(columns.max() + 1) * along, width),
+                           min(int(rows.max() + 1) * down, height)]  # fmt: skip
     return found
 
 
-def _told(found: dict[str, Any]) -> str:
+def _described(found: dict[str, Any]) -> str:
     if found["same_file"]:
         return tr("The two files are the same, byte for byte.")
-    return " ".join(map(translated, [_told_of_blocks(found), _told_of_metadata(found)]))
+    return " ".join(map(translated, [_blocks_described(found), _metadata_described(found)]))
 
 
-def _told_of_blocks(found: dict[str, Any]) -> Text:
+def _blocks_described(found: dict[str, Any]) -> Text:
     if found["units"] is None:
         names = {"size": Text("size"), "subsampling": Text("chroma subsampling"),
-                 "tables": Text("quantisation tables")}  # fmt: skip
+                 "tables": Text("quantisation tables"),
+                 "components": Text("colour components")}  # fmt: skip
         others = [names[name] for name, is_same in found["same"].items() if not is_same]
-        return Text("No block can be compared: they have another {names}.",
+        return Text("The blocks can't be compared. Different: {names}.",
                     names=Text.joined(", ", others))  # fmt: skip
     if not found["changed_units"]:
         return Text("All {units:,} units of blocks are the same, bit for bit.",
@@ -163,12 +170,9 @@ def _told_of_blocks(found: dict[str, Any]) -> Text:
     )  # fmt: skip
 
 
-def _told_of_metadata(found: dict[str, Any]) -> Text:
+def _metadata_described(found: dict[str, Any]) -> Text:
     if not found["metadata"]:
-        return Text("Nothing else differs but how the blocks are coded.")
-    names = [
-        f"{one['name']} ({one['original_bytes']:,} → {one['bytes']:,} B)"
-        for one in found["metadata"]
-    ]
-    return Text("Beside them differ {names}, and nothing else but how the blocks are coded.",
-                names=", ".join(names))  # fmt: skip
+        return Text("The metadata are the same.")
+    names = [f"{one['name']} ({one['original_bytes']:,} → {one['bytes']:,} B)"
+             for one in found["metadata"]]  # fmt: skip
+    return Text("Different metadata: {names}.", names=", ".join(names))

@@ -1,15 +1,17 @@
-"""click's commands and options, whose help is in the user's language when it is shown."""
+"""click commands and options with translated help, option groups and examples."""
 
 from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from difflib import get_close_matches
 from importlib import import_module
 from typing import Any, TypeVar
 
 import click
 
+import kogao_core
 from kogao_core.base.language import Text, languages, looked_up, translated, use_language
 from kogao_core.base.wording import shown
 
@@ -17,98 +19,145 @@ _Function = TypeVar("_Function", bound=Callable[..., Any])
 
 
 class Option(click.Option):
-    """An option.
+    """An option with translated help.
 
     Parameters
     ----------
-    *names : str
-        As click has them.
+    names : sequence of str
+        Names as in `click.Option`.
     help : str or Text, optional
-        What it does; a literal is found for the catalogues.
+        Description. Literals are collected for the catalogues.
+    section : Text, optional
+        Heading of the option in the help. Options without a section come first.
+    alias : str, optional
+        Second name, accepted but not shown in the help.
     needs : str, optional
-        The option without which it says nothing.
+        Option that must be given, too.
     excludes : sequence of str
-        Options that say nothing beside it.
+        Options that can't be combined with this option.
     **settings : object
-        As click has them.
+        Settings as in `click.Option`.
     """
 
     def __init__(
         self,
-        *names: Any,
+        names: Sequence[str],
         help: str | None = None,  # noqa: A002
+        section: str = "",
+        alias: str = "",
         needs: str | None = None,
         excludes: Sequence[str] = (),
         **settings: Any,
     ) -> None:
-        super().__init__(*names, **settings)
-        self.help = help  # click itself would make a plain string of a `Text`
-        self.needs, self.excludes = needs, excludes
+        super().__init__([*names, *filter(None, [alias])], **settings)
+        self._alias = alias
+        self.help = help  # click would convert a `Text` to a plain string
+        self.section, self.needs, self.excludes = section, needs, excludes
 
     def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
-        """Return the option and its help."""
-        with _said_by(self, self.help):
-            return super().get_help_record(ctx)
+        """Return the declaration and the translated help."""
+        names = self.opts
+        self.opts = [name for name in names if name != self._alias]
+        try:
+            with _translated_help(self, self.help):
+                return super().get_help_record(ctx)
+        finally:
+            self.opts = names
+
+    def get_error_hint(self, *_: Any) -> str:
+        """Return the name of the option for error messages."""
+        return f"'{self.opts[0]}'"
+
+    def get_help_extra(self, ctx: click.Context) -> Any:
+        """Return default and range. A help without default states the range in words."""
+        extra = super().get_help_extra(ctx)
+        if not self.show_default:
+            extra.pop("range", None)
+        return extra
+
+    def make_metavar(self, *args: Any, **context: Any) -> str:
+        """Return the placeholder of the value: N for a number."""
+        kinds = click.types.IntParamType, click.types.FloatParamType
+        if self.metavar is None and isinstance(self.type, kinds):
+            return "N"
+        return super().make_metavar(*args, **context)
 
 
 class Command(click.Command):
-    """A command; its docstring is its help."""
+    """A command. The help is the function's docstring; command lines `examples` follow."""
 
-    def __init__(self, *names: Any, **settings: Any) -> None:
+    def __init__(self, *names: Any, examples: Sequence[str] = (), **settings: Any) -> None:
         super().__init__(*names, **settings)
         self.help = inspect.cleandoc(self.help or "")
+        self.examples = examples
         self.codes = ""
-        """What this and all commands that it leads to say below their own help."""
+        """Exit codes, shown at the end of the help."""
 
     def get_short_help_str(self, limit: int = 45) -> str:
         """Return the first sentence of the help."""
-        with _said_by(self, self.help):
-            head, stop, _ = (self.help or "").partition("。")  # click knows of no stop but "."
+        with _translated_help(self, self.help):
+            head, stop, _ = (self.help or "").partition("。")  # click knows only "."
             if stop:
                 return head if len(head) <= limit else f"{head[: limit - 1]}…"
             return super().get_short_help_str(limit)
 
     def format_help_text(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write the help."""
-        with _said_by(self, self.help):
+        """Write the description and the examples."""
+        with _translated_help(self, self.help):
             super().format_help_text(ctx, formatter)
+        if self.examples:
+            with formatter.section(looked_up(Text("Examples"))):
+                for line in self.examples:
+                    formatter.write(f"{'':{formatter.current_indent}}{line}\n")
+
+    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the options below the headings of their sections."""
+        for section, options in self.sections(ctx).items():
+            with formatter.section(translated(section)):
+                formatter.write_dl([option.get_help_record(ctx) or ("", "") for option in options])
+
+    def sections(self, ctx: click.Context) -> dict[str, list[click.Parameter]]:
+        """Return the visible options by section. Options without a section come first."""
+        found: dict[str, list[click.Parameter]] = {"": []}
+        for option in self.get_params(ctx):
+            if isinstance(option, click.Option) and option.get_help_record(ctx) is not None:
+                found.setdefault(getattr(option, "section", ""), []).append(option)
+        first = Text("Common options") if len(found) > 1 else Text("Options")
+        return {section or first: options for section, options in found.items()}
 
     def get_help_option(self, ctx: click.Context) -> click.Option | None:
-        """Return ``--help``; click makes it once, in the language of that moment."""
+        """Return ``--help`` with help in the current language; click caches the first one."""
         option = super().get_help_option(ctx)
         if option is not None:
             option.help = looked_up("Show this message and exit.")
         return option
 
     def invoke(self, ctx: click.Context) -> Any:
-        """Run it, unless an option is given that would say nothing."""
+        """Check that the given options can be combined, then run the command."""
         given = [one for one in self.params if is_given(one, ctx)]
-        spelled = {name for one in given for name in one.opts}
+        names = {name for one in given for name in one.opts}
         for one in given:
             if isinstance(one, Option):
-                _check_partners(one, spelled, ctx)
+                _check_partners(one, names, ctx)
         return super().invoke(ctx)
 
     def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write what stands below."""
-        root = ctx.find_root().command
-        codes = root.codes if isinstance(root, Command) else self.codes
-        self.epilog = codes and f"\b\n{translated(codes)}"  # \b: lines stay as they are
+        """Write the exit codes."""
+        self.epilog = self.codes and f"\b\n{translated(self.codes)}"  # \b: keep line breaks
         super().format_epilog(ctx, formatter)
 
 
 class Group(Command, click.Group):
-    """A command that leads to others.
+    """A command with subcommands. Without a subcommand it prints the help.
 
     Parameters
     ----------
     *names : str
-        As click has them.
+        Names as in `click.Group`.
     later : mapping of str to (str, Text), optional
-        By the names of commands, their modules, which are loaded when a command is asked for, and
-        their first sentences, which a list of all shows.
+        By command name: the module, loaded on first use, and the first sentence of the help.
     **settings : object
-        As click has them.
+        Settings as in `click.Group`.
     """
 
     command_class = Command
@@ -116,22 +165,53 @@ class Group(Command, click.Group):
     def __init__(
         self, *names: Any, later: Mapping[str, tuple[str, Text]] | None = None, **settings: Any
     ) -> None:
-        super().__init__(*names, **settings)
+        super().__init__(*names, **{"no_args_is_help": False, **settings})
         self._later = later or {}
 
     @property
     def every(self) -> dict[str, click.Command]:
-        """All commands by their names, in the order in which they are declared."""
+        """All commands by name, in the order of declaration."""
         for name in self._later:
             self._load(name)
         return {name: self.commands[name] for name in (*self._later, *self.commands)}
 
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Parse the arguments; print the help if there are none."""
+        if not args and not ctx.resilient_parsing:
+            click.echo(ctx.get_help(), color=ctx.color)
+            ctx.exit()
+        return super().parse_args(ctx, args)
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Return the command of the first argument. Suggest similar names if there is none."""
+        name = args[0]
+        if not name.startswith("-") and self.get_command(ctx, name) is None:
+            similar = get_close_matches(name, self.list_commands(ctx))
+            if not similar:
+                raise click.UsageError(Text("no command {name}", name=shown(name)), ctx)
+            raise click.UsageError(
+                Text(
+                    "no command {name}; did you mean {similar}?",
+                    name=shown(name),
+                    similar=", ".join(similar),
+                ),
+                ctx,
+            )
+        return super().resolve_command(ctx, args)
+
     def list_commands(self, ctx: click.Context) -> list[str]:
-        """Return the names of all commands, sorted."""
+        """Return the sorted names of all commands."""
         return sorted({*self._later, *super().list_commands(ctx)})
 
+    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the commands and the options."""
+        self.format_commands(ctx, formatter)
+        super().format_options(ctx, formatter)
+
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write the list of all commands."""
+        """Write the list of commands without loading their modules."""
         if not self._later:
             super().format_commands(ctx, formatter)
             return
@@ -139,7 +219,7 @@ class Group(Command, click.Group):
         click.Group(commands=listed).format_commands(ctx, formatter)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """Return the command of a name."""
+        """Return the command of a name; load the module if necessary."""
         self._load(cmd_name)
         return super().get_command(ctx, cmd_name)
 
@@ -149,7 +229,7 @@ class Group(Command, click.Group):
 
 
 def is_given(one: click.Parameter, ctx: click.Context) -> bool:
-    """Return whether somebody has typed an option or argument."""
+    """Return True if the option or argument was given on the command line."""
     return ctx.get_parameter_source(one.name or "") is click.core.ParameterSource.COMMANDLINE
 
 
@@ -169,23 +249,23 @@ def _check_partners(option: Option, given: Collection[str], ctx: click.Context) 
             )
 
 
-def command(name: str) -> Callable[[Callable[..., Any]], Command]:
-    """Make a command of a function."""
-    return click.command(name, cls=Command)
+def command(name: str, **settings: Any) -> Callable[[Callable[..., Any]], Command]:
+    """Return a decorator that makes a `Command` of a function."""
+    return click.command(name, cls=Command, **settings)
 
 
 def group(name: str | None = None, **settings: Any) -> Callable[[Callable[..., Any]], Group]:
-    """Make a command that leads to others of a function."""
+    """Return a decorator that makes a `Group` of a function."""
     return click.group(name, cls=Group, **settings)
 
 
 def option(*names: str, **settings: Any) -> Callable[[_Function], _Function]:
-    """Add an option to a command; see `Option`."""
+    """Return a decorator that adds an `Option` to a command."""
     return click.option(*names, cls=Option, **settings)
 
 
 def together(*options: Callable[[_Function], _Function]) -> Callable[[_Function], _Function]:
-    """Return what adds several options and arguments to a command, in their order."""
+    """Return a decorator that adds several options and arguments in this order."""
 
     def add(command: _Function) -> _Function:
         for one in reversed(options):
@@ -195,14 +275,30 @@ def together(*options: Callable[[_Function], _Function]) -> Callable[[_Function]
     return add
 
 
+def section(
+    title: Text, *options: Callable[[_Function], _Function]
+) -> Callable[[_Function], _Function]:
+    """Return a decorator that adds options under a heading of the help."""
+
+    def add(command: _Function) -> _Function:
+        before = [*getattr(command, "__click_params__", ())]
+        command = together(*options)(command)
+        for one in getattr(command, "__click_params__", ()):
+            if isinstance(one, Option) and one not in before and not one.section:
+                one.section = title
+        return command
+
+    return add
+
+
 def bad_value(why: Text) -> click.BadParameter:
-    """Return what refuses an option's value; click puts its own words before."""
+    """Return the error for a bad value of an option; click puts the option's name in front."""
     return click.BadParameter(translated(why))
 
 
 @contextmanager
-def _said_by(one: Option | Command, words: str | None) -> Iterator[None]:
-    """Let the help of an option or a command be words in the user's language meanwhile."""
+def _translated_help(one: Option | Command, words: str | None) -> Iterator[None]:
+    """Replace the help of an option or a command by the translation inside the block."""
     before = one.help
     one.help = translated(words) if isinstance(words, Text) else looked_up(words or "")
     try:
@@ -223,6 +319,15 @@ def _speak(_: click.Context, __: click.Parameter, code: str | None) -> None:
 chooses_language = option(
     "--language", metavar="CODE", is_eager=True, expose_value=False, callback=_speak,
     help=Text(
-        "Say everything in this language: {known} [the system's].", known=", ".join(languages())
+        "Language of messages and help: {known} [language of the system]",
+        known=", ".join(languages()),
     ),
 )  # fmt: skip
+shows_version = click.version_option(
+    kogao_core.__version__,
+    "-V",
+    "--version",
+    message="%(prog)s %(version)s",
+    cls=Option,
+    help=Text("Show the version and exit."),
+)

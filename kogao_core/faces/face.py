@@ -1,4 +1,4 @@
-"""A face as the paper sees it: 21 outline points, 4 eye corners, 2 mouth corners (section 3.1)."""
+"""Section 3.1: the landmarks of a face: 21 outline points, 4 eye corners and 2 mouth corners."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ FOREHEAD_POINTS: Final = 13
 
 @dataclass(frozen=True, slots=True)
 class Anchor:
-    """Where a face's lattice is anchored and what its spacing is measured in.
+    """Origin and unit of the lattice of a face.
 
-    Kept apart from the landmarks, so that dragging one of them doesn't shift the lattice under
-    all the others.
+    Stored separately from the landmarks, so that dragging one landmark doesn't shift the lattice
+    of the others.
     """
 
     # Position (x, y) of lattice node (0, 0): halfway between eyes and mouth.
@@ -35,19 +35,20 @@ class Anchor:
     spacing_px: float
 
     def __post_init__(self) -> None:
-        """Refuse a anchor that can't hold a lattice."""
+        """Raise ValueError unless the origin is finite and the spacing is finite and positive."""
         if not all(map(isfinite, self.origin_px)) or not 0.0 < self.spacing_px < inf:
             raise ValueError(Text("a face's anchor needs a finite origin and a spacing above 0"))
 
 
 @dataclass(frozen=True, eq=False)
 class Face:
-    """Landmarks of one face, px of the upright image; "left" is the viewer's, of an upright head.
+    """Landmarks of one face, px of the upright image. "Left" is the viewer's left.
 
     Parameters
     ----------
     outline : array of shape (N, 2)
-        Silhouette from the left of the eye line round the chin to its right; N = 21 when automatic.
+        Silhouette from the left end of the eye line around the chin to the right end. Automatic
+        outlines have N = 21.
     eyes : array of shape (4, 2)
         Left eye outer and inner corner, right eye inner and outer corner.
     mouth : array of shape (2, 2)
@@ -55,24 +56,24 @@ class Face:
     score : float
         Confidence 0 to 1 of the source; 1 for a face placed by hand.
     targets : array of shape (N, 2), optional
-        Where the user wants outline points to go; rows of NaN stay automatic (section 3.2).
+        Targets set by hand for the outline points; rows of NaN are automatic (section 3.2).
     pinned_anchor : Anchor, optional
-        Lattice anchor to keep; derived from the landmarks when absent.
+        Lattice anchor to use instead of the anchor derived from the landmarks.
     source : str
-        Which landmark source made it: "mesh", "manual", ...
+        Name of the landmark source: "mesh", "manual", ...
     recipe : Recipe, optional
-        This face's own warp distance, centre, lattice and fit; the photo's when absent.
+        Warp distance, centre, lattice and fit of this face; None for those of the photo.
     confidence : array of shape (N + 6,), optional
-        How sure each of `points` is, 0 to 1: low where hair or a hand hides the face, 1 for a point
-        placed by hand. Absent where the source has none.
+        Confidence of each of `points`, 0 to 1: low if hair or a hand covers the point, 1 for a
+        point placed by hand. None if the source has no confidence.
     forehead : array of shape (13, 2), optional
-        Rim of the forehead, evenly from above the outline's first point to above its last. Absent
-        where the source doesn't see it.
+        Edge of the forehead, evenly spaced from above the first to above the last outline point.
+        None if the source doesn't find the forehead.
 
     Raises
     ------
     ValueError
-        If landmarks are missing or not finite, or a confidence is none.
+        If landmarks are missing or not finite, or a confidence is outside 0 to 1.
 
     Examples
     --------
@@ -140,7 +141,7 @@ class Face:
 
     @cached_property
     def middle(self) -> Array:
-        """Halfway between eyes and mouth, (x, y)."""
+        """Point halfway between `eye_center` and `mouth_center`, (x, y)."""
         return np.asarray((self.eye_center + self.mouth_center) / 2.0)
 
     @cached_property
@@ -166,31 +167,31 @@ class Face:
         Parameters
         ----------
         index : int
-            Of the landmark, 0 to 20; negative ones count from the end.
+            Index of the landmark, 0 to 20; negative indices count from the end.
         position : array of shape (2,)
-            Where it is now (x, y), px.
+            New position (x, y), px.
 
         Returns
         -------
         Face
-            Sure of that landmark.
+            The confidence of the moved landmark is 1.
         """
         return self._placed("outline", index, position, 0)
 
     def with_target(self, index: int, position: npt.ArrayLike | None) -> Face:
-        """Return the face with one target set by hand, or automatic again.
+        """Return the face with one target set by hand, or reset to automatic.
 
         Parameters
         ----------
         index : int
-            Of its outline landmark.
+            Index of the outline landmark.
         position : array of shape (2,), optional
-            Where it goes (x, y), px; None for where the recipe has it.
+            Target (x, y), px; None for the automatic target.
 
         Returns
         -------
         Face
-            Its `targets` are None again when none is set by hand.
+            `targets` is None if no target is set by hand.
         """
         targets = np.full_like(self.outline, np.nan) if self.targets is None else self.targets
         row = (np.nan, np.nan) if position is None else position
@@ -205,12 +206,12 @@ class Face:
         index : int
             0 to 3, from the viewer's left.
         position : array of shape (2,)
-            Where it is now (x, y), px.
+            New position (x, y), px.
 
         Returns
         -------
         Face
-            Sure of that corner.
+            The confidence of the moved corner is 1.
         """
         return self._placed("eyes", index, position, len(self.outline))
 
@@ -222,17 +223,17 @@ class Face:
         index : int
             0 or 1, from the viewer's left.
         position : array of shape (2,)
-            Where it is now (x, y), px.
+            New position (x, y), px.
 
         Returns
         -------
         Face
-            Sure of that corner.
+            The confidence of the moved corner is 1.
         """
         return self._placed("mouth", index, position, len(self.outline) + 4)
 
     def _placed(self, part: str, index: int, position: npt.ArrayLike, first_row: int) -> Face:
-        """Return the face with a point of a part moved, and sure of it."""
+        """Return the face with one point of a part moved, with confidence 1."""
         points, confidence = getattr(self, part), self.confidence
         if confidence is not None:
             confidence = _with_row(confidence, first_row + index % len(points), 1.0)
@@ -243,17 +244,17 @@ class Face:
         return dataclasses.replace(self, pinned_anchor=self.anchor, **changes)
 
     def mapped(self, transform: Affine) -> Face:
-        """Return the face carried along by a transform of its image, anchor included.
+        """Return the face with all points and the anchor transformed, like its image.
 
         Parameters
         ----------
         transform : Affine
-            A similarity: turn, scale, mirror and shift.
+            A similarity: rotation, scale, reflection and translation.
 
         Returns
         -------
         Face
-            px of the new image.
+            In px of the transformed image.
         """
         origin = transform(self.anchor.origin_px)
         return dataclasses.replace(
@@ -269,7 +270,7 @@ class Face:
         )
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the JSON form that `kogao-cli detect --json` gives."""
+        """Return the face as written by `kogao-cli detect --json`."""
         return {
             "box": list(self.box),
             "score": self.score,
@@ -295,46 +296,43 @@ def _with_row(points: Array, index: int, position: npt.ArrayLike) -> Array:
     return changed
 
 
-# Called with each face as it is found, in whatever thread found it.
+# Callback for each detected face; called from any thread.
 OnFace = Callable[[Face], object]
 
 
 def ignored(face: Face) -> None:
-    """Do nothing with a face while the search goes on: the list at its end holds it."""
+    """Ignore a face during detection; the returned list contains it."""
 
 
 class LandmarkSource(Protocol):
-    """Anything that finds faces: the mesh network today, the paper's AAM, a user's own model."""
+    """A face detector with landmarks: the mesh network or the paper's AAM."""
 
     name: str
 
     def find(self, rgb: Image, on_face: OnFace = ignored) -> list[Face]:
-        """Return the faces of an upright image, `in_reading_order`; an empty list when none is.
-
-        Each is handed to `on_face` as soon as it is found, one at a time and in any thread; the
-        list may hold it with finer landmarks.
+        """Return the faces of an upright image in reading order; empty if there is none.
 
         Parameters
         ----------
         rgb : array of shape (H, W) or (H, W, C)
-            Of any depth that photos have.
+            Pixels: uint8, uint16 or float32.
         on_face : callable
-            Takes each face as it comes.
+            Called with each face when it is found, one at a time, from any thread. The returned
+            face may have refined landmarks.
 
         Returns
         -------
         list of Face
-            Px of the image.
+            In px of the image.
         """
         ...
 
 
 def in_reading_order(faces: Iterable[Face]) -> list[Face]:
-    """Return faces as people count them: from the left, in a photo of several rows row by row.
+    """Sort faces in reading order: row by row from the top, each row from the left.
 
-    A new row begins where a level line passes between faces, through the landmarks of none, and at
-    least two of them are above it and two below. Result: the same whatever the order they came in,
-    but for faces at the very same place.
+    A new row starts if a horizontal line separates at least two faces above from two faces below
+    and crosses no landmarks. The result doesn't depend on the input order.
     """
     rows: list[list[Face]] = [[]]
     bottom = -inf
@@ -351,9 +349,9 @@ def in_reading_order(faces: Iterable[Face]) -> list[Face]:
 
 
 def select(faces: Sequence[Face], which: str) -> list[Face]:
-    """Pick faces by ``"all"``, ``"largest"`` or 1-based numbers such as ``"1,3"``.
+    """Select faces by ``"all"``, ``"largest"`` or 1-based numbers such as ``"1,3"``.
 
-    Result: by number, in the order of `faces`.
+    Numbered faces are returned in the order of `faces`.
     """
     if which == "all":
         return list(faces)

@@ -1,9 +1,9 @@
-"""Table 1 of the paper: how many answers called a transformed face unnatural.
+"""Table 1 of the paper: the share of answers that rated a transformed face unnatural.
 
-25 faces, each at 5 warp distances towards 4 centres, were shown to 32 students, who answered
+The survey showed 25 faces, each at 5 warp distances towards 4 centres, to 32 students, who answered
 "natural" or "unnatural". The paper concludes that the warp distance should stay below 6 % of D.
-The faces alone had moved, by the paper's local field: of warps where what surrounds them goes
-along, or eyes and mouth keep their shape, the table says nothing; nor of faces of which parts move.
+The survey's faces moved alone, by the paper's local field. The table has no data for warps of the
+whole head, for preserved eyes and mouths, or for single parts of a face.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ DISTANCES: Final = (2.0, 4.0, 6.0, 8.0, 10.0)  # % of D
 SUBJECTS: Final = 25
 STUDENTS: Final = 32
 LARGEST_NATURAL: Final = 6.0  # % of D
-# % of answers, a row for each centre candidate. 6.825 is as printed; every other figure is a
-# multiple of 0.625, one answer in 160, so 6.875 may have been meant.
+# % of answers, one row for each centre candidate. 6.825 is as printed. Every other value is a
+# multiple of 0.625 (one answer in 160), so 6.875 may have been meant.
 UNNATURAL: Final = (
     (0.625, 1.250, 6.250, 35.000, 67.500),
     (0.625, 0.000, 5.000, 29.375, 70.000),
@@ -33,39 +33,39 @@ UNNATURAL: Final = (
 
 @dataclass(frozen=True, slots=True)
 class Naturalness:
-    """A warp judged by table 1."""
+    """The rating of a warp by table 1."""
 
-    percent: float  # warp distance, % of D; below 0 the face gets larger, which nobody was asked
-    # Share of answers that called such a face unnatural, %; a straight line between the published
-    # distances, the nearest published value beyond them.
+    percent: float  # warp distance, % of D; below 0 (a larger face) the survey has no data
+    # Share of "unnatural" answers, %: interpolated linearly between the published distances, and
+    # the nearest published value beyond.
     unnatural: float
-    published: bool  # false outside the distances and centres that were asked about
-    # Whether the face alone moves, as those that were asked about did; if not, `unnatural` is of
-    # another warp of the same distance.
+    published: bool  # False outside the surveyed distances and centres
+    # True if the face moves alone, as in the survey. False: `unnatural` belongs to another warp of
+    # the same distance.
     face_alone: bool = True
-    # Whether all of the face moves alike; if not, `unnatural` says nothing, and `percent` is a mean
-    # over parts that hardly move.
+    # True if all of the face moves alike. False: `unnatural` does not apply, and `percent` is a
+    # mean that includes parts without movement.
     whole_face: bool = True
 
     @property
     def beyond_limit(self) -> bool:
         """Whether the distance is beyond the paper's limit of 6 %."""
-        # A distance measured from points may miss a round number by rounding.
+        # A distance computed from points may exceed a round number by rounding.
         return self.percent > LARGEST_NATURAL + 1e-6
 
     @property
     def warns(self) -> bool:
-        """True beyond the limit, which was found for faces that move alone."""
+        """True if the face moves alone and the distance is beyond the limit."""
         return self.face_alone and self.whole_face and self.beyond_limit
 
 
 def judge(
     percent: float, center: int, *, face_alone: bool = True, whole_face: bool = True
 ) -> Naturalness:
-    """Look a warp distance in % of D up in Table 1.
+    """Look up a warp distance in % of D in Table 1.
 
-    A centre candidate that nobody was asked about is judged by the worst row. Result: interpolated
-    between the published distances.
+    Centre candidates without survey data use the worst row. Result: interpolated between the
+    published distances.
     """
     asked = center <= len(UNNATURAL)
     rows = UNNATURAL[center - 1 : center] if asked else UNNATURAL
@@ -75,7 +75,7 @@ def judge(
 
 
 def percent_of(pairs: Pairs) -> float:
-    """Return the mean warp distance of a face in % of D, targets placed by hand included.
+    """Return the mean warp distance of a face in % of D, including targets placed by hand.
 
     Result: below 0 where the face as a whole gets larger.
     """
@@ -88,15 +88,12 @@ def percent_of(pairs: Pairs) -> float:
 
 
 def worst(faces: Sequence[tuple[Pairs, Recipe]]) -> Naturalness | None:
-    """Judge the face with the largest warp distance by table 1; None without faces.
-
-    Result: that of the face that moves most.
-    """
+    """Rate the face with the largest warp distance by table 1; None without faces."""
     judged = [
         judge(
             percent_of(pairs),
             recipe.center,
-            face_alone=recipe.face_alone,
+            face_alone=recipe.scope == "face",
             whole_face=recipe.whole_face,
         )
         for pairs, recipe in faces

@@ -1,4 +1,4 @@
-"""Moves landmarks and targets by hand: neighbours follow, and so may the other side."""
+"""Move landmarks and targets by hand; neighbours and, optionally, the other side follow."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy.typing as npt
 from kogao_core.base.geometry import Affine, Array, arc_lengths
 from kogao_core.faces.face import Face
 
-# Nearer to the midline than this, in landmark spacings, a landmark belongs to both sides.
+# A landmark closer to the midline than this, in landmark spacings, belongs to both sides.
 MIDDLE: Final = 0.25
 
 
@@ -30,9 +30,9 @@ def reflection(face: Face) -> Affine:
 
 
 def opposite(face: Face, index: int) -> int | None:
-    """Return the landmark across the midline that is nearest to where landmark `index` mirrors to.
+    """Return the landmark nearest to the mirror image of landmark `index`, across the midline.
 
-    Result: None for a landmark on the midline, and where there is none on the other side.
+    Result: None for a landmark on the midline, or if the other side has no landmark.
     """
     sides = (face.outline - face.eye_center) @ across(face)
     if abs(sides[index]) < MIDDLE * face.anchor.spacing_px:
@@ -45,7 +45,7 @@ def opposite(face: Face, index: int) -> int | None:
 
 
 def influence(outline: Array, index: int, reach_px: float) -> Array:
-    """Return how far each landmark follows landmark `index`: half a cosine wave along the outline.
+    """Return the share with which each landmark follows landmark `index`: a half cosine wave.
 
     Result (N,): 1 at the landmark, 0.5 half way, 0 from `reach_px` on.
     """
@@ -61,9 +61,9 @@ def influence(outline: Array, index: int, reach_px: float) -> Array:
 def moved(
     face: Face, index: int, to: npt.ArrayLike, reach_px: float = 0.0, *, symmetric: bool = False
 ) -> Face:
-    """Return the face with a landmark of its outline moved, and what follows it.
+    """Return the face with one outline landmark and its followers moved.
 
-    `to` (2,) px. Result: sure of that landmark; the lattice anchor stays.
+    `to` (2,) px. Result: the landmark has confidence 1; the lattice anchor is unchanged.
     """
     changed = face.with_outline_point(index, to)
     moves = _moves(
@@ -83,9 +83,9 @@ def with_target_moved(
     *,
     symmetric: bool = False,
 ) -> Face:
-    """Return the face with a target moved by hand, and those that follow it as landmarks would.
+    """Return the face with one target moved by hand; other targets follow like landmarks.
 
-    `to` (2,) px. Result: targets that moved are set by hand; the others are as they were.
+    `to` (2,) px. Result: the moved targets count as placed by hand, the others are unchanged.
     """
     moves = _moves(face, index, np.asarray(to, np.float64) - target_px[index], reach_px, symmetric)
     changed = face.with_target(index, to)
@@ -97,7 +97,7 @@ def with_target_moved(
 
 
 def _moves(face: Face, index: int, by: Array, reach_px: float, symmetric: bool) -> Array:
-    """Return how far each point of the outline goes when one is moved `by`, shape (N, 2), px."""
+    """Return the move of each outline point if one point moves `by`, shape (N, 2), px."""
     here = influence(face.outline, index, reach_px)
     mirror = opposite(face, index) if symmetric else None
     if mirror is None:
@@ -107,9 +107,9 @@ def _moves(face: Face, index: int, by: Array, reach_px: float, symmetric: bool) 
 
 
 def _blended(here: Array, by: Array, there: Array, mirrored_by: Array) -> Array:
-    """Return each landmark's move between two moves that meet, shape (N, 2).
+    """Blend two moves for each landmark, shape (N, 2), px.
 
-    Either landmark makes its own move in full, whatever the other one's reach.
+    The two dragged landmarks keep the full move.
     """
     mine, others = here * (1.0 - there), there * (1.0 - here)
     share = mine / np.maximum(mine + others, 1e-12)

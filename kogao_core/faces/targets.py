@@ -1,32 +1,39 @@
 """Section 3.2: centre candidates on the eye-mouth line, and targets on the lines to the centre.
 
-And how two sets of points on one photo differ: marked by hand, and found.
+Also compare two sets of landmarks on one photo, such as marked by hand and detected.
 """
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 import numpy.typing as npt
 
-from kogao_core.base.geometry import Array
+from kogao_core.base.geometry import Array, Box
 from kogao_core.faces.face import Face
-from kogao_core.faces.zones import Shape, evened, gains
+from kogao_core.faces.head import pivot_and_share
+from kogao_core.faces.zones import Shape, evened
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.recipe.settings import CENTERS
+
+_HEAD_CENTER: Final = 2  # centre candidate for shaping faces with scope "head"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Pairs:
-    """Feature points and where they go."""
+    """Landmarks of a face and their targets."""
 
     source_px: Array  # (N, 2): landmarks
     target_px: Array  # (N, 2): their target points
     center_px: Array  # (2,): the centre they move towards
-    # (N, 2): landmarks where the lens' correction alone shows them; absent without one.
+    # (N, 2): landmarks after lens correction only; None without a correction.
     seen_px: Array | None = None
+    # Fraction by which the whole head shrinks about the centre; 0 with scope "face".
+    head_share: float = 0.0
 
     @property
     def displacement_px(self) -> Array:
@@ -40,17 +47,17 @@ class Pairs:
 
     @property
     def start_px(self) -> Array:
-        """Where landmarks are before they move towards the centre, shape (N, 2)."""
+        """Landmarks before they move towards the centre, shape (N, 2), px."""
         return self.source_px if self.seen_px is None else self.seen_px
 
     @property
     def started(self) -> Pairs:
-        """What is left to do once the lens' correction is done."""
-        return Pairs(self.start_px, self.target_px, self.center_px)
+        """The pairs without the part of the lens correction."""
+        return dataclasses.replace(self, source_px=self.start_px, seen_px=None)
 
 
 def center_candidates(face: Face) -> Array:
-    """Return the centre candidates, those of figure 7a first, px.
+    """Return the centre candidates, px; the candidates of figure 7a come first.
 
     Result (len(CENTERS), 2): the first four from the mouth to the tip of the nose.
     """
@@ -58,36 +65,44 @@ def center_candidates(face: Face) -> Array:
     return np.asarray(face.eye_center + fractions * (face.mouth_center - face.eye_center))
 
 
-def aim(face: Face, recipe: Recipe, seen: Face | None = None) -> Pairs:
+def aim(face: Face, recipe: Recipe, seen: Face | None = None, photo: Box | None = None) -> Pairs:
     """Place each target ``percent`` of D along the line from its landmark to the centre (figure 6).
 
-    Targets that the user placed by hand (`Face.targets`) stay where they are; a face with a recipe
-    of its own (`Face.recipe`) goes by that. Where the recipe's zones count, the outline's sides are
-    evened out first, and each zone then goes its own share of ``percent`` (`zones`);
-    width, length and the like come on top (`Shape`). A face that a lens' correction shows elsewhere
-    (`seen`) is aimed there. Result: one pair for each point of the outline.
+    With `Recipe.scope` "head", the lines meet at the head's pivot, and a head with too little space
+    in the `photo` moves less (`head`). The order is: even out the sides, move towards the centre,
+    add width, length and zones (`Shape`), replace by targets placed by hand (`Face.targets`).
+    `Face.recipe` takes precedence over `recipe`. `seen` is the face after lens correction, if any.
+    Result: one pair for each point of the outline.
     """
     recipe, source = recipe.of_face(face.recipe), face.outline
     face = seen or face
-    center = center_candidates(face)[int(recipe.center) - 1]
-    start, share = face.outline, np.full((len(face.outline), 1), recipe.percent / 100.0)
-    if recipe.zones:
-        start = evened(face, recipe.even_out)
-        share = share * gains(face, recipe)[:, None]
+    middle = shape_center(face, recipe)
+    start = evened(face, recipe.even_out)
+    if recipe.scope == "head":
+        center, share = pivot_and_share(face, recipe.percent, photo)
+    else:
+        center, share = middle, recipe.percent / 100.0
     target = start + share * (center - start)
     if (shape := Shape.of(face, recipe)) is not None:
-        target = target - shape.inwards(start - center)
+        target = target - shape.inwards(start - middle)
     if face.targets is not None:
         target = np.where(np.isnan(face.targets), target, face.targets)
-    return Pairs(source, target, center, None if seen is None else seen.outline)
+    head_share = share if recipe.scope == "head" else 0.0
+    return Pairs(source, target, center, None if seen is None else seen.outline, head_share)
+
+
+def shape_center(face: Face, recipe: Recipe) -> Array:
+    """Return the centre for shaping a face, (2,), px."""
+    chosen = recipe.center if recipe.scope == "face" else _HEAD_CENTER
+    return np.asarray(center_candidates(face)[int(chosen) - 1])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Differences:
     """Distances from each point of the first face to its partner on the second."""
 
-    # Int (N,): index of the partner: the same one where both outlines have as many points, else the
-    # nearest.
+    # Int (N,): index of the partner. Outlines with equal numbers of points: the same index;
+    # otherwise the nearest point.
     partners: npt.NDArray[np.intp]
     # (N,): distance between partners, px.
     landmarks_px: Array
@@ -111,9 +126,9 @@ def differences(first: Face, second: Face, recipes: tuple[Recipe, Recipe]) -> Di
 
 
 def matching(face: Face, others: Sequence[Face]) -> int | None:
-    """Return which of `others` lies where `face` lies.
+    """Return the index of the face in `others` at the position of `face`.
 
-    Result: index of the nearest; None when there is none near.
+    Result: index of the nearest face; None if no face is near.
     """
     apart = [float(np.linalg.norm(other.middle - face.middle)) for other in others]
     if not apart:

@@ -1,17 +1,15 @@
-"""Zones of the outline: how far cheeks, jaw, chin and either side go, beside what the rest does.
+"""Shape a face: make parts of the outline slimmer or shorter, and even out the two sides.
 
-A zone is a smooth weight of the direction in which a landmark lies, seen from between the eyes and
-the mouth: cheeks, jaw and chin add up to 1 everywhere, and so do left and right.
+A zone of the outline is a smooth weight of the landmark's direction from the middle between eyes
+and mouth: cheeks, jaw and chin, left and right. Cheeks end at the eye line.
 
-The two sides can be evened out: each goes half the way to the mirror image of the other, about the
-outline's own axis, through the middle between its two ends along the line from the eyes to the
-mouth. About that line itself it would mostly be the head's turn that differs
+To even out the sides, each side moves half the way to the mirror image of the other side. The
+mirror axis runs through the middle between the outline's two ends, parallel to the line from the
+eyes to the mouth. With that line as the axis, the difference would mostly be the head's turn
 (`docs/decisions/39`).
 
-A `Shape` moves the same zones directly, each signed, whatever the warp distance, and the whole
-face's width and length: where all of an outline goes, these by the same share are the paper's move
-(figure 6) by that share; one scales it across, the other along the head, about the centre. The
-hairline isn't in the outline; `surround` moves it.
+A `Shape` moves zones towards the centre or away from it, and scales the whole face across the head
+and along it. The outline does not include the hairline; `surround` moves the hairline.
 """
 
 from __future__ import annotations
@@ -27,23 +25,27 @@ from kogao_core.faces.face import Face
 from kogao_core.faces.reshape import across
 from kogao_core.recipe.recipe import SHAPE, Recipe
 
-# Directions in which a zone stands alone, in degrees from the chin: four landmarks lie between two
-# of them. On the mean face the chin passes into the jaw below the corners of the mouth, half way,
-# and the outline ends at 116.
+# Direction of the middle of the jaw, in degrees from the chin; the chin ends here and the cheeks
+# begin. Larger values make the chin wider.
 _JAW: Final = 45.0
+# From this direction on, in degrees from the chin, the jaw does not count. Larger: a wider jaw.
 _CHEEKS: Final = 90.0
-# Left and right are mixed this far to either side of the chin.
+# The cheeks count fully from this height below the eye line, in distances from the eyes to the
+# mouth, and not at all above the eye line. Larger values: temples move less.
+_BELOW_EYES: Final = 0.7
+# Left and right pass into each other within this angle of the chin, in degrees.
 _MIXED: Final = 45.0
-# Up to the first a head counts as seen from the front, from the second on as turned; see `turn`.
+# A head counts as seen from the front below this `turn`, and its sides are evened out in full.
 _FRONTAL: Final = 0.1
+# Above this `turn` a head counts as turned, and its sides stay as they are.
 _TURNED: Final = 0.25
 
 
 def directions(outline: Array, origin: npt.ArrayLike, across_px: Array) -> tuple[Array, Array]:
-    """Return where the points of an outline lie, seen from a place inside the face.
+    """Return direction and distance of an outline's points, seen from a point inside the face.
 
     `origin` (2,) px; `across_px` (2,). Result: (N,): degrees from the direction of the chin, -180
-    to 180; those on the left are negative; (N,): distances, px.
+    to 180, negative on the left; (N,): distances, px.
     """
     away = outline - np.asarray(origin)
     down = np.array([-across_px[1], across_px[0]])
@@ -51,30 +53,21 @@ def directions(outline: Array, origin: npt.ArrayLike, across_px: Array) -> tuple
     return np.degrees(np.arctan2(right, below)), np.hypot(right, below)
 
 
-def gains(face: Face, recipe: Recipe) -> Array:
-    """Return how far each landmark goes beside the warp distance.
-
-    Result (N,): 0 to 4; 1 to the bit where every zone is at 100 %.
-    """
-    chin, jaw, cheeks, left, right = weights(face)
-    zones = (
-        chin * _excess(recipe.chin) + jaw * _excess(recipe.jaw) + cheeks * _excess(recipe.cheeks)
-    )
-    sides = left * _excess(recipe.left) + right * _excess(recipe.right)
-    return np.asarray((1.0 + zones) * (1.0 + sides))
-
-
 def weights(face: Face) -> tuple[Array, Array, Array, Array, Array]:
-    """Return how far each landmark belongs to a zone: chin, jaw, cheeks; left, right; (N,) each."""
-    degrees, _ = directions(face.outline, face.middle, across(face))
+    """Return each landmark's weight in the zones chin, jaw, cheeks, left and right; (N,) each."""
+    right = across(face)
+    degrees, _ = directions(face.outline, face.middle, right)
     beyond_chin = _cosine_step(np.abs(degrees), 0.0, _JAW)
-    cheeks = _cosine_step(np.abs(degrees), _JAW, _CHEEKS)
-    right = _cosine_step(degrees, -_MIXED, _MIXED)
-    return 1.0 - beyond_chin, beyond_chin - cheeks, cheeks, 1.0 - right, right
+    beyond_jaw = _cosine_step(np.abs(degrees), _JAW, _CHEEKS)
+    below = (face.outline - face.eye_center) @ np.array([-right[1], right[0]])
+    height = float(np.linalg.norm(face.mouth_center - face.eye_center))
+    cheeks = beyond_jaw * smoothstep(below / max(1e-12, _BELOW_EYES * height))
+    on_right = _cosine_step(degrees, -_MIXED, _MIXED)
+    return 1.0 - beyond_chin, beyond_chin - beyond_jaw, cheeks, 1.0 - on_right, on_right
 
 
 def turn(face: Face) -> float:
-    """Return how far a head is turned: how far its eyes and mouth are from the outline's middle.
+    """Return how far a head is turned, from the offset of eyes and mouth to the outline's middle.
 
     Result: 0 where the line through eyes and mouth halves the outline's width at the eyes, 1 where
     it goes through one of its ends.
@@ -87,25 +80,20 @@ def evened(face: Face, percent: float) -> Array:
     """Return the outline with its two sides evened out.
 
     Landmarks move straight to or from the middle between the outline's ends. The more the head is
-    turned, the less they move: the sides of a turned face aren't each other's mirror image. Result
+    turned, the less the landmarks move: the sides of a turned face aren't mirror images. Result
     (N, 2) px.
     """
     aside = smoothstep(np.asarray((turn(face) - _FRONTAL) / (_TURNED - _FRONTAL)))
     share = percent / 100.0 * (1.0 - float(aside)) / 2.0
     if share == 0.0:
         return face.outline
-    # Seen from between them the ends lie equally far to either side: they stay, and so the axis.
+    # From this origin both ends have equal distances, so ends and axis keep their positions.
     origin = (face.outline[0] + face.outline[-1]) / 2.0
     degrees, radii = directions(face.outline, origin, across(face))
     order = np.argsort(degrees, kind="stable")
     others = np.interp(-degrees, degrees[order], radii[order])
     longer = share * (others - radii) / np.maximum(radii, 1e-12)
     return np.asarray(face.outline + longer[:, None] * (face.outline - origin))
-
-
-def _excess(percent: float) -> float:
-    # Gains are 1 and what is more or less, so that those of 100 % are 1 exactly.
-    return percent / 100.0 - 1.0
 
 
 def _cosine_step(values: Array, low: float, high: float) -> Array:
@@ -116,17 +104,17 @@ def _cosine_step(values: Array, low: float, high: float) -> Array:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Shape:
-    """How far a face's parts come towards its centre, as shares of their distance; < 0 is away."""
+    """Moves of a face's parts towards the centre, as shares of their distance; < 0 is away."""
 
-    zones: Array  # (N,): each landmark, by its zones
-    axes: Array  # (2, 2): what is across the head, and down
-    aside: float  # all of it across the head
-    down: float  # all of it along the head
-    hairline: float  # the top of the forehead along the head
+    zones: Array  # (N,): share of each landmark, from its zones
+    axes: Array  # (2, 2): unit vectors across the head, and down
+    aside: float  # share for the whole face across the head
+    down: float  # share for the whole face along the head
+    hairline: float  # share for the top of the forehead along the head
 
     @classmethod
     def of(cls, face: Face, recipe: Recipe) -> Shape | None:
-        """Return what a recipe asks of a face; None for nothing."""
+        """Return the shape in a recipe; None if all shape settings are 0."""
         if not any(getattr(recipe, name) for name in SHAPE):
             return None
         asked = (
@@ -139,9 +127,9 @@ class Shape:
         return cls(zones, np.array([right, (-right[1], right[0])]), *shares)
 
     def scaled(self, away: Array, aside: Array | float = 0.0, down: Array | float = 0.0) -> Array:
-        """Return how far points come towards the centre as all of the face does, (N, 2), px.
+        """Return moves towards the centre for points scaled with the whole face, (N, 2), px.
 
-        `away` (N, 2): from the centre, px; `aside`, `down` (N,): more of it, as shares.
+        `away` (N, 2): position relative to the centre, px; `aside`, `down` (N,): extra shares.
         """
         along = away @ self.axes.T
         return np.asarray(
@@ -151,5 +139,5 @@ class Shape:
         )
 
     def inwards(self, away: Array) -> Array:
-        """Return how far the outline's landmarks come towards the centre, (N, 2), px."""
+        """Return the moves of the outline's landmarks towards the centre, (N, 2), px."""
         return self.scaled(away) + self.zones[:, None] * away

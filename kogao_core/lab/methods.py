@@ -1,17 +1,16 @@
-"""The warps of the paper's references and of today's practice, behind one interface.
+"""Rival warps: other methods that move the same landmarks to the same targets.
 
-Radial functions come from scipy and triangles from scikit-image, the extra ``experiments``; the
-rigid form of moving least squares is our own because no library with it is kept up.
+All rivals run as an image editor runs them: the displacement is computed on a grid of a few pixels,
+interpolated linearly, and applied by one `cv2.remap` inside the box that moves.
 """
 
 from __future__ import annotations
 
 import dataclasses
-from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, ClassVar, Final
+from typing import Final, Protocol
 
 import cv2
 import numpy as np
@@ -21,56 +20,53 @@ from kogao_core.base.geometry import Array, Box, Image
 from kogao_core.base.language import Text
 from kogao_core.faces.face import Face
 from kogao_core.faces.targets import Pairs, aim
-from kogao_core.recipe.recipe import Recipe
+from kogao_core.recipe.recipe import LOSSLESS_PX, Recipe
 from kogao_core.recipe.settings import FITS, Fit
 from kogao_core.warp.canvas import Canvas
 from kogao_core.warp.domain import reduce
 from kogao_core.warp.field import Field
 from kogao_core.warp.fit import fit
 
-_ALONG: Final = np.linspace(0.0, 1.0, 5)  # places of the points that stay along each edge
-_GRID_PX: Final = 8  # spacing of interpolated fields
-_NEAREST_PX: Final = 1e-6  # a point on a landmark takes that landmark's displacement
-_BRUSH_SPACINGS: Final = 1.0  # standard deviation of the brush, in landmark spacings
-# Gaussians this wide, in landmark spacings, blend along the outline and end soon beside it.
-_GAUSSIAN_SPACINGS: Final = 1.5
+_ALONG: Final = np.linspace(0.0, 1.0, 5)  # positions of the fixed points along each photo edge
+_MOST_STEP_PX: Final = 8  # largest node spacing of an interpolated field
+_NODES_A_SPACING: Final = 3.0  # at least this many nodes per landmark spacing
+_NEAREST_PX: Final = 1e-6  # smallest distance used for weights of moving least squares
+_WIDTH_SPACINGS: Final = 1.5  # width of the Gaussians, in landmark spacings
+_STRIP: Final = 2**13  # nodes evaluated at a time, so that the weights stay in the cache
+# As-rigid-as-possible mesh: margin around the faces in landmark spacings, limit of the vertices
+# (the solver is dense), iterations, and weight of the constraints against the unit edge weights.
+_MARGIN_SPACINGS: Final = 5.0
+_MOST_VERTICES: Final = 600
+_RIGID_STEPS: Final = 8
+_CONSTRAINT: Final = 1e4
+# Integrated B-spline: 2**5 steps of the flow; corrections of the velocity until landmarks land.
+_SQUARINGS: Final = 5
+_CORRECTIONS: Final = 3
 
 
 @dataclass(frozen=True, eq=False)
 class WarpTask:
-    """The same points for every method.
+    """The same landmarks and targets for every method."""
 
-    Parameters
-    ----------
-    image : Box
-        The photo's pixels.
-    pairs : tuple of Pairs
-        Landmarks and targets of each face.
-    faces : tuple of Face
-        Whose they are; lattices hang on their anchors.
-    recipe : Recipe
-        Lattice size and kernel for those methods that have them.
-    """
-
-    image: Box
-    pairs: tuple[Pairs, ...]
-    faces: tuple[Face, ...]
-    recipe: Recipe
+    image: Box  # the photo's pixels
+    pairs: tuple[Pairs, ...]  # landmarks and targets of each face
+    faces: tuple[Face, ...]  # lattices are attached to the anchors of the faces
+    recipe: Recipe  # lattice size and kernel, for the methods that have them
 
     @staticmethod
     def of(photo: Image, faces: Sequence[Face], recipe: Recipe) -> WarpTask:
-        """Return the task of making these faces smaller."""
+        """Return the task to make these faces smaller."""
         pairs = tuple(aim(face, recipe) for face in faces)
         return WarpTask(Box.of(photo), pairs, tuple(faces), recipe)
 
     @cached_property
     def target_px(self) -> Array:
-        """Where all landmarks go, shape (N, 2)."""
+        """Targets of all landmarks, shape (N, 2)."""
         return np.vstack([pairs.target_px for pairs in self.pairs])
 
     @cached_property
     def displacement_px(self) -> Array:
-        """Backward displacement asked for there, shape (N, 2)."""
+        """Requested backward displacement at the targets, shape (N, 2)."""
         return np.vstack([pairs.displacement_px for pairs in self.pairs])
 
     @property
@@ -78,138 +74,142 @@ class WarpTask:
         """Mean landmark spacing of the faces."""
         return float(np.mean([face.anchor.spacing_px for face in self.faces]))
 
-    def anchored(self, *, edges: bool = True) -> tuple[Array, Array]:
-        """Return targets and displacements with what stays, as the references have it.
+    @property
+    def step_px(self) -> int:
+        """Node spacing of an interpolated field."""
+        return max(1, min(_MOST_STEP_PX, int(self.spacing_px / _NODES_A_SPACING)))
 
-        Arad's and Litwinowicz's features, Wolberg's mesh and Schaefer's handles lie on all of a
-        face: the corners of eyes and mouth stay. So do points round the picture, for methods
-        without end. Result: two of shape (N, 2), px; all that stays comes last.
+    def anchored(self, *, edges: bool = True) -> tuple[Array, Array]:
+        """Return targets and displacements together with the fixed points of the references.
+
+        The corners of eyes and mouth are fixed, as features, mesh vertices and handles are in the
+        references. With `edges` 16 points on the photo's border are fixed, too, for methods whose
+        displacement never ends. Result: two of shape (N, 2), px; fixed points last.
         """
-        still = [np.vstack([face.eyes, face.mouth]) for face in self.faces]
+        fixed = [np.vstack([face.eyes, face.mouth]) for face in self.faces]
         if edges:
             right, bottom = self.image.right - 1, self.image.bottom - 1
             grid = np.array([(x, y) for y in _ALONG for x in _ALONG])
-            still.append(grid[((grid == 0.0) | (grid == 1.0)).any(axis=1)] * (right, bottom))
-        stays = np.vstack(still)
-        target = np.vstack([self.target_px, stays])
-        return target, np.vstack([self.displacement_px, np.zeros_like(stays)])
+            fixed.append(grid[((grid == 0.0) | (grid == 1.0)).any(axis=1)] * (right, bottom))
+        points = np.vstack(fixed)
+        target = np.vstack([self.target_px, points])
+        return target, np.vstack([self.displacement_px, np.zeros_like(points)])
+
+    def around(self, margin_px: float) -> Box:
+        """Return the box of all landmarks and targets plus a margin, clipped to the photo."""
+        points = np.vstack([self.target_px, self.target_px + self.displacement_px])
+        low, high = points.min(axis=0) - margin_px, points.max(axis=0) + margin_px
+        corners = np.concatenate([np.floor(low), np.ceil(high) + 1.0]).astype(int).tolist()
+        return Box(*corners).clipped(self.image)
 
 
-class Warp(ABC):
+class Warp(Protocol):
     """A method fitted to a task: the output at x shows the photo at ``x + displacement``."""
 
-    strip_px: ClassVar[int] = 2**13  # pixels mapped at a time: their weights stay in the cache
-
-    @abstractmethod
     def at(self, points_px: Array) -> Array:
         """Return the backward displacement at points of shape (N, 2), px."""
 
     def on_grid(self, xs_px: npt.ArrayLike, ys_px: npt.ArrayLike) -> Array:
         """Return the displacement on the grid ``ys x xs``, shape (2, len(ys), len(xs)), px."""
-        xs, ys = np.asarray(xs_px, np.float64), np.asarray(ys_px, np.float64)
-        displacement = np.empty((2, len(ys), len(xs)))
-        step = max(1, self.strip_px // len(xs))
-        for top in range(0, len(ys), step):
-            rows = ys[top : top + step]
-            points = np.stack(np.meshgrid(xs, rows), axis=-1).reshape(-1, 2)
-            displacement[:, top : top + step] = self.at(points).T.reshape(2, len(rows), len(xs))
-        return displacement
 
-    def pixels(self, photo: Image, moved: Array | None = None) -> Image:
-        """Return the warped photo, bilinear; here the whole of it is resampled, strip by strip.
-
-        Parameters
-        ----------
-        photo : array of shape (H, W) or (H, W, C)
-            Left as it is.
-        moved : float64 array of shape (2, H, W), optional
-            Filled with the displacement of each pixel.
-        """
-        height, width = photo.shape[:2]
-        result, xs = np.empty_like(photo), np.arange(width)
-        step = max(1, self.strip_px // width)
-        for top in range(0, height, step):
-            ys = np.arange(top, min(top + step, height))
-            displacement = self.on_grid(xs, ys)
-            if moved is not None:
-                moved[:, top : ys[-1] + 1] = displacement
-            x, y = (
-                (displacement[0] + xs).astype(np.float32),
-                (displacement[1] + ys[:, None]).astype(np.float32),
-            )
-            border = cv2.BORDER_REPLICATE
-            result[top : ys[-1] + 1] = cv2.remap(photo, x, y, cv2.INTER_LINEAR, borderMode=border)
-        return result
+    def pixels(self, photo: Image) -> Image:
+        """Return the warped photo, resampled bilinearly."""
 
 
-class _Interpolated(Warp):
-    """A warp as anyone would run it: its field on a grid of 8 px, linear between, all at once."""
+@dataclass(frozen=True, eq=False)
+class Interpolated:
+    """A displacement at the middles of square cells, linear between, zero outside the cells."""
 
-    def __init__(self, warp: Warp) -> None:
-        self._warp = warp
+    left: int  # of the first cell, px
+    top: int
+    step_px: int  # side of a cell
+    nodes: Array  # (rows, columns, 2): backward displacement, px
+
+    @staticmethod
+    def of(at: Callable[[Array], Array], box: Box, step_px: int) -> Interpolated:
+        """Evaluate a displacement, which takes points (N, 2), on cells that cover a box."""
+        # One more cell on each side, so that pixels at the border have a node on both sides.
+        left, top = box.left - step_px, box.top - step_px
+        columns, rows = (-(-side // step_px) + 2 for side in (box.width, box.height))
+        empty = Interpolated(left, top, step_px, np.empty((rows, columns, 2)))
+        points = np.stack(np.meshgrid(*empty.axes_px), axis=-1).reshape(-1, 2)
+        parts = [at(points[k : k + _STRIP]) for k in range(0, len(points), _STRIP)]
+        nodes = np.concatenate(parts).reshape(rows, columns, 2)
+        return dataclasses.replace(empty, nodes=nodes)
+
+    @property
+    def axes_px(self) -> tuple[Array, Array]:
+        """The coordinates of the nodes, x and y."""
+        rows, columns = self.nodes.shape[:2]
+        middle = (self.step_px - 1) / 2.0
+        xs: Array = self.left + self.step_px * np.arange(columns, dtype=np.float64) + middle
+        ys: Array = self.top + self.step_px * np.arange(rows, dtype=np.float64) + middle
+        return xs, ys
+
+    def weights(self, points_px: Array) -> tuple[Array, Array]:
+        """Return the flat indices of the four nodes around points, and their weights, (4, N)."""
+        rows, columns = self.nodes.shape[:2]
+        middle = (self.step_px - 1) / 2.0
+        at = (points_px - (self.left + middle, self.top + middle)) / self.step_px
+        cell = np.clip(np.floor(at), 0, (columns - 2, rows - 2))
+        s, t = (at - cell).T
+        inside = ((at >= -0.5) & (at <= (columns - 0.5, rows - 0.5))).all(axis=1)
+        first = (cell[:, 1] * columns + cell[:, 0]).astype(np.intp)
+        index = first + np.array([0, 1, columns, columns + 1])[:, None]
+        # Outermost nodes hold for their cells' outer halves.
+        s, t = np.clip(s, 0.0, 1.0), np.clip(t, 0.0, 1.0)
+        weight = np.stack([(1 - s) * (1 - t), s * (1 - t), (1 - s) * t, s * t])
+        return index, weight * inside
 
     def at(self, points_px: Array) -> Array:
-        return self._warp.at(points_px)
+        """Return the backward displacement at points of shape (N, 2), px."""
+        index, weight = self.weights(np.asarray(points_px, np.float64))
+        return np.asarray((weight[..., None] * self.nodes.reshape(-1, 2)[index]).sum(axis=0))
 
     def on_grid(self, xs_px: npt.ArrayLike, ys_px: npt.ArrayLike) -> Array:
-        return self._warp.on_grid(xs_px, ys_px)
+        """Return the displacement on the grid ``ys x xs``, shape (2, len(ys), len(xs)), px."""
+        points = np.stack(np.meshgrid(xs_px, ys_px), axis=-1)
+        return self.at(points.reshape(-1, 2)).reshape(points.shape).transpose(2, 0, 1)
 
-    def pixels(self, photo: Image, moved: Array | None = None) -> Image:
-        height, width = photo.shape[:2]
-        # Nodes in the middles of 8 x 8 px, one row of them outside: so `resize` puts each pixel.
-        xs, ys = (np.arange(-_GRID_PX, n + _GRID_PX, _GRID_PX) + 3.5 for n in (width, height))
-        nodes = self._warp.on_grid(xs, ys).transpose(1, 2, 0).astype(np.float32)
-        size = (_GRID_PX * len(xs), _GRID_PX * len(ys))
-        field = np.asarray(cv2.resize(nodes, size, interpolation=cv2.INTER_LINEAR))
-        field = field[_GRID_PX : _GRID_PX + height, _GRID_PX : _GRID_PX + width]
-        if moved is not None:
-            moved[:] = field.transpose(2, 0, 1)
-        x = field[..., 0] + np.arange(width, dtype=np.float32)
-        y = field[..., 1] + np.arange(height, dtype=np.float32)[:, None]
+    def pixels(self, photo: Image) -> Image:
+        """Return the warped photo; only the box of the nodes that move is resampled."""
+        result = photo.copy()
+        moving = np.hypot(self.nodes[..., 0], self.nodes[..., 1]) > LOSSLESS_PX
+        if not moving.any():
+            return result
+        rows, columns = (np.flatnonzero(moving.any(axis=axis)) for axis in (1, 0))
+        # One more node on each side: the displacement falls below the limit between nodes.
+        first = np.maximum([rows[0] - 1, columns[0] - 1], 0)
+        last = np.minimum([rows[-1] + 2, columns[-1] + 2], moving.shape)
+        part = self.nodes[first[0] : last[0], first[1] : last[1]].astype(np.float32)
+        width, height = self.step_px * part.shape[1], self.step_px * part.shape[0]
+        left, top = self.left + self.step_px * first[1], self.top + self.step_px * first[0]
+        cells = Box(int(left), int(top), int(left) + width, int(top) + height)
+        box = cells.clipped(Box.of(photo))
+        field = np.asarray(cv2.resize(part, (width, height), interpolation=cv2.INTER_LINEAR))
+        field = field[box.top - cells.top :, box.left - cells.left :][: box.height, : box.width]
+        x = field[..., 0] + np.arange(box.left, box.right, dtype=np.float32)
+        y = field[..., 1] + np.arange(box.top, box.bottom, dtype=np.float32)[:, None]
         border = cv2.BORDER_REPLICATE
-        return np.asarray(cv2.remap(photo, x, y, cv2.INTER_LINEAR, borderMode=border))
-
-
-def interpolated(fit: Callable[[WarpTask], Warp]) -> Callable[[WarpTask], Warp]:
-    """Return what fits a method and runs it interpolated."""
-    return lambda task: _Interpolated(fit(task))
+        result[box.slices] = cv2.remap(photo, x, y, cv2.INTER_LINEAR, borderMode=border)
+        return result
 
 
 @dataclass(frozen=True, slots=True)
 class Method:
-    """A way to warp a photo so that landmarks go to their targets.
+    """A way to warp a photo so that landmarks move to their targets."""
 
-    Parameters
-    ----------
-    name, title : str
-        A short name for files, and what people read.
-    reference : str
-        Where it is described; numbers are those of the paper's list.
-    library : str
-        Who does the work.
-    fit : callable
-        Fits the method to a task; raises ImportError if `needs` is absent.
-    needs : str
-        The module that must be there, "" where none beyond this program's own.
-    quick : callable, optional
-        Fits it to be run as anyone would, to the same picture within 70 dB, where `fit` asks for
-        every pixel, to the letter.
-    """
-
-    name: str
+    name: str  # in file names
     title: str
-    reference: str
-    library: str
+    reference: str  # a number refers to the paper's list
     fit: Callable[[WarpTask], Warp]
-    needs: str = ""
-    quick: Callable[[WarpTask], Warp] | None = None
 
 
-class _FieldWarp(Warp):
-    """A displacement field; resampled in its lossless domain only."""
+@dataclass(frozen=True, eq=False)
+class _FieldWarp:
+    """A displacement field of the engine, resampled in its lossless domain."""
 
-    def __init__(self, field: Field) -> None:
-        self.field = field
+    field: Field
 
     def at(self, points_px: Array) -> Array:
         return self.field.at(points_px)
@@ -217,201 +217,196 @@ class _FieldWarp(Warp):
     def on_grid(self, xs_px: npt.ArrayLike, ys_px: npt.ArrayLike) -> Array:
         return self.field.on_grid(xs_px, ys_px)
 
-    def pixels(self, photo: Image, moved: Array | None = None) -> Image:
-        if moved is not None:
-            moved[:] = self.on_grid(*(np.arange(n) for n in photo.shape[1::-1]))
+    def pixels(self, photo: Image) -> Image:
         canvas = Canvas(photo)
         canvas.warp(self.field, reduce(self.field, Box.of(photo), "threshold"), "bilinear")
         return canvas.pixels
 
 
+def _spline(task: WarpTask, name: Fit, pairs: Sequence[Pairs]) -> Field:
+    anchors = [face.anchor for face in task.faces]
+    recipe = dataclasses.replace(task.recipe, fit=name)
+    return Field(fit(pairs, anchors, [recipe] * len(anchors)))
+
+
 def bspline(name: Fit, title: str, reference: str) -> Method:
-    """Return one of the fits of the control lattice, as a method: one lattice to each face."""
-
-    def fitted(task: WarpTask) -> Warp:
-        anchors = [face.anchor for face in task.faces]
-        recipe = dataclasses.replace(task.recipe, fit=name)
-        return _FieldWarp(Field(fit(task.pairs, anchors, [recipe] * len(anchors))))
-
-    return Method(name, title, reference, "Kogao", fitted)
+    """Return one of the fits of the control lattice as a method: one lattice for each face."""
+    return Method(name, title, reference, lambda task: _FieldWarp(_spline(task, name, task.pairs)))
 
 
-class _Moving(Warp):
-    """The most rigid map near each pixel (Schaefer, McPhail, Warren 2006).
+def _integrated(task: WarpTask) -> Warp:
+    """Take the lattice as a constant velocity and follow the flow by scaling and squaring.
 
-    Weights fall with the square of the distance, without an end: the edges stay.
+    The flow of a smooth velocity never folds. Landmarks of a flow miss their targets, so the
+    velocity is corrected by the misses a few times.
     """
+    velocity_px = task.displacement_px.copy()
+    ends = np.cumsum([len(pairs.target_px) for pairs in task.pairs])[:-1]
+    for left in range(_CORRECTIONS, -1, -1):
+        pairs = [
+            Pairs(mine.target_px + part, mine.target_px, mine.center_px)
+            for mine, part in zip(task.pairs, np.split(velocity_px, ends), strict=True)
+        ]
+        field = _spline(task, "exact", pairs)
+        reach = np.array([dataclasses.astuple(lattice.box) for lattice in field.lattices])
+        box = Box(*reach[:, :2].min(axis=0).tolist(), *reach[:, 2:].max(axis=0).tolist())
+        flow = Interpolated.of(np.zeros_like, box.clipped(task.image), task.step_px)
+        points = np.stack(np.meshgrid(*flow.axes_px), axis=-1)
+        nodes = field.on_grid(*flow.axes_px).transpose(1, 2, 0) / 2.0**_SQUARINGS
+        for _ in range(_SQUARINGS):
+            flow = dataclasses.replace(flow, nodes=nodes)
+            nodes = nodes + flow.at((points + nodes).reshape(-1, 2)).reshape(nodes.shape)
+        flow = dataclasses.replace(flow, nodes=nodes)
+        if left:
+            velocity_px += task.displacement_px - flow.at(task.target_px)
+    return flow
 
-    def __init__(self, task: WarpTask) -> None:
-        target_px, displacement_px = task.anchored()
-        # Counted from the middle, so that products of places lose little to rounding.
-        self._middle = target_px.mean(axis=0)
-        self._from = target_px - self._middle
-        at, goal = self._from, self._from + displacement_px
-        # In the complex plane a turn with a scaling is one factor; its best one is a ratio of
-        # weighted sums: of the places, the goals, and conj(place) * goal.
-        turned = np.column_stack(
-            [(at * goal).sum(axis=1), at[:, 0] * goal[:, 1] - at[:, 1] * goal[:, 0]]
-        )
-        self._summed = np.column_stack([np.ones(len(at)), at, goal, turned])
 
-    def at(self, points_px: Array) -> Array:
-        x, y = np.ascontiguousarray((points_px - self._middle).T)
-        apart = np.square(x[:, None] - self._from[:, 0])
-        apart += np.square(y[:, None] - self._from[:, 1])
-        weight = np.reciprocal(np.maximum(apart, _NEAREST_PX**2, out=apart), out=apart)
-        total, *sums = (weight @ self._summed).T
+def _squares(points: Array, others: Array) -> Array:
+    """Return the squared distances between points (N, 2) and others (M, 2), shape (N, M)."""
+    apart = np.square(np.subtract.outer(points[:, 0], others[:, 0]))
+    apart += np.square(np.subtract.outer(points[:, 1], others[:, 1]))
+    return np.asarray(apart)
+
+
+def _thin_plate(task: WarpTask) -> Warp:
+    """Fit the surface with the least bending through all points; it never ends."""
+    target, displacement = task.anchored()
+    middle, unit_px = target.mean(axis=0), task.spacing_px
+
+    def basis(points: Array) -> Array:
+        apart = _squares(points / unit_px, target / unit_px)
+        plate = apart * np.log(np.maximum(apart, 1e-300))
+        return np.column_stack([plate, np.ones(len(points)), (points - middle) / unit_px])
+
+    known = basis(target)
+    affine = known[:, len(target) :]
+    whole = np.vstack([known, np.column_stack([affine.T, np.zeros((3, 3))])])
+    weights = np.linalg.solve(whole, np.vstack([displacement, np.zeros((3, 2))]))
+    return Interpolated.of(lambda points: basis(points) @ weights, task.image, task.step_px)
+
+
+def _gaussians(task: WarpTask) -> Warp:
+    """Fit a Gaussian at each landmark, all together through all landmarks; they end."""
+    target, displacement = task.anchored(edges=False)
+    width_px = _WIDTH_SPACINGS * task.spacing_px
+
+    def basis(points: Array) -> Array:
+        return np.exp(-_squares(points / width_px, target / width_px))
+
+    weights = np.linalg.solve(basis(target), displacement)
+    # Even if all Gaussians had their centre on the landmark nearest to a point, they would move
+    # the point by less than LOSSLESS_PX at this distance.
+    most_px = max(float(np.abs(weights).sum(axis=0).max()), 2.0 * LOSSLESS_PX)
+    reach_px = width_px * float(np.sqrt(np.log(most_px / LOSSLESS_PX)))
+    box = task.around(reach_px)
+    return Interpolated.of(lambda points: basis(points) @ weights, box, task.step_px)
+
+
+def _moving_least_squares(task: WarpTask) -> Warp:
+    """Find the most rigid map near each node (Schaefer, McPhail, Warren 2006); it never ends.
+
+    Weights fall with the square of the distance.
+    """
+    target_px, displacement_px = task.anchored()
+    # Coordinates relative to the mean reduce rounding errors of products.
+    middle = target_px.mean(axis=0)
+    rest = target_px - middle
+    goal = rest + displacement_px
+    # In the complex plane a rotation with a scale is one factor; the best factor is a ratio of
+    # weighted sums of the positions, of the goals, and of conj(position) * goal.
+    turned = np.column_stack(
+        [(rest * goal).sum(axis=1), rest[:, 0] * goal[:, 1] - rest[:, 1] * goal[:, 0]]
+    )
+    summed = np.column_stack([np.ones(len(rest)), rest, goal, turned])
+
+    def at(points_px: Array) -> Array:
+        x, y = np.ascontiguousarray((points_px - middle).T)
+        apart = np.maximum(_squares(points_px - middle, rest), _NEAREST_PX**2)
+        total, *sums = (np.reciprocal(apart, out=apart) @ summed).T
         from_x, from_y, goal_x, goal_y, along, across = (one / total for one in sums)
-        # Of the factor the rigid map keeps the turn.
         along -= from_x * goal_x + from_y * goal_y
         across -= from_x * goal_y - from_y * goal_x
+        # A rigid map keeps only the rotation of the factor.
         size = np.hypot(along, across)
-        still = size == 0.0
-        size[still], along[still] = 1.0, 1.0
+        along[size == 0.0], size[size == 0.0] = 1.0, 1.0
         along, across = along / size, across / size
         u, v = x - from_x, y - from_y
         return np.column_stack(
             [along * u - across * v + goal_x - x, across * u + along * v + goal_y - y]
         )
 
+    return Interpolated.of(at, task.image, task.step_px)
 
+
+def _rigid_mesh(task: WarpTask) -> Warp:
+    """Keep each edge of a square mesh as long as possible (Sorkine, Alexa 2007).
+
+    Landmarks, eyes and mouth are constraints at their positions within the cells; the vertices on
+    the mesh's border are fixed, so the displacement ends there.
+    """
+    target, displacement = task.anchored(edges=False)
+    box = task.around(_MARGIN_SPACINGS * task.spacing_px)
+    step_px = int(np.ceil(max(task.spacing_px, np.sqrt(box.area / _MOST_VERTICES), 1.0)))
+    mesh = Interpolated.of(np.zeros_like, box, step_px)
+    rows, columns = mesh.nodes.shape[:2]
+    count = rows * columns
+    xs, ys = np.meshgrid(*mesh.axes_px)
+    rest = (xs + 1j * ys).ravel()
+    number = np.arange(count).reshape(rows, columns)
+    edges = np.vstack([
+        np.column_stack([number[:, :-1].ravel(), number[:, 1:].ravel()]),
+        np.column_stack([number[:-1].ravel(), number[1:].ravel()]),
+    ])  # fmt: skip
+    start, end = np.vstack([edges, edges[:, ::-1]]).T
+    along = rest[end] - rest[start]
+    matrix = np.diag(np.bincount(start, minlength=count).astype(np.float64))
+    matrix[start, end] -= 1.0
+    constraint = np.zeros((len(target), count))
+    index, weight = mesh.weights(target)
+    constraint[np.arange(len(target)), index] = weight
+    rim = np.r_[number[0], number[-1], number[1:-1, 0], number[1:-1, -1]]
+    matrix[rim, rim] += _CONSTRAINT
+    inverse = np.linalg.inv(matrix + _CONSTRAINT * constraint.T @ constraint)
+    goal = target + displacement
+    known = _CONSTRAINT * (constraint.T @ (goal[:, 0] + 1j * goal[:, 1]))
+    known[rim] += _CONSTRAINT * rest[rim]
+    turn = np.ones(count, np.complex128)
+    shown = rest
+    for _ in range(_RIGID_STEPS):
+        # The sum over a vertex's edges of the mean rotation of both ends, applied to the edge.
+        pull = -0.5 * (turn[start] + turn[end]) * along
+        right = np.bincount(start, pull.real, count) + 1j * np.bincount(start, pull.imag, count)
+        shown = inverse @ (right + known)
+        bent = np.conj(along) * (shown[end] - shown[start])
+        sums = np.bincount(start, bent.real, count) + 1j * np.bincount(start, bent.imag, count)
+        turn = sums / np.maximum(np.abs(sums), 1e-12)
+    moved = (shown - rest).reshape(rows, columns)
+    return dataclasses.replace(mesh, nodes=np.stack([moved.real, moved.imag], axis=-1))
+
+
+THIN_PLATE: Final = Method("thin-plate", Text("Thin-plate spline"), "[6]", _thin_plate)
+RADIAL: Final = Method("radial", Text("Radial basis functions, Gaussian"), "[5]", _gaussians)
 MOVING_LEAST_SQUARES: Final = Method(
     "moving",
     Text("Moving least squares, rigid"),
     Text("Schaefer et al. 2006"),
-    Text("own (numpy)"),
-    _Moving,
-    quick=interpolated(_Moving),
+    _moving_least_squares,
 )
-
-
-class _Pushed(Warp):
-    """Strokes one after the other; a point goes back through them, the last one first."""
-
-    def __init__(self, target_px: Array, displacement_px: Array, width_px: float) -> None:
-        self._target, self._displacement, self._width_px = target_px, displacement_px, width_px
-
-    def at(self, points_px: Array) -> Array:
-        x, y = np.array(np.transpose(points_px), np.float64, order="C")
-        for target, displacement in zip(self._target[::-1], self._displacement[::-1], strict=True):
-            apart = np.square(x - target[0])
-            apart += np.square(y - target[1])
-            apart /= -2.0 * self._width_px**2
-            pushed = np.exp(apart, out=apart)
-            x += pushed * displacement[0]
-            y += pushed * displacement[1]
-        return np.column_stack([x, y]) - points_px
-
-
-def _brushed(task: WarpTask) -> Warp:
-    """Choose the strength of the strokes, all composed before the photo is resampled once.
-
-    Neighbouring strokes add up, so all are made weaker by one factor, such that landmarks move as
-    far as they should on average: what a careful hand would do.
-    """
-    width_px = _BRUSH_SPACINGS * task.spacing_px
-    full = _Pushed(task.target_px, task.displacement_px, width_px).at(task.target_px)
-    asked = np.linalg.norm(task.displacement_px, axis=1).mean()
-    strength = asked / max(float(np.linalg.norm(full, axis=1).mean()), 1e-12)
-    return _Pushed(task.target_px, strength * task.displacement_px, width_px)
-
-
-LIQUIFY: Final = Method(
-    "liquify", Text("Liquify, Gaussian brush"), Text("today's practice"), Text("own (numpy)"),
-    _brushed, quick=interpolated(_brushed),
-)  # fmt: skip
-
-
-class _Radial(Warp):
-    def __init__(self, target_px: Array, displacement_px: Array, **shape: Any) -> None:
-        from scipy.interpolate import RBFInterpolator  # an extra
-
-        self._interpolator = RBFInterpolator(target_px, displacement_px, **shape)
-
-    def at(self, points_px: Array) -> Array:
-        return np.asarray(self._interpolator(points_px), np.float64)
-
-
-def _thin_plate(task: WarpTask) -> Warp:
-    """Fit the surface that bends least through all points; it never ends: the edges stay."""
-    return _Radial(*task.anchored(), kernel="thin_plate_spline")
-
-
-def _gaussians(task: WarpTask) -> Warp:
-    """Fit a Gaussian on each landmark, together through all of them; they end by themselves."""
-    epsilon = 1.0 / (_GAUSSIAN_SPACINGS * task.spacing_px)
-    return _Radial(*task.anchored(edges=False), kernel="gaussian", epsilon=epsilon, degree=-1)
-
-
-class _Piecewise(Warp):
-    """Map each of the Delaunay triangles of all points affinely."""
-
-    strip_px: ClassVar[int] = 2**16  # each asks every triangle
-
-    def __init__(self, task: WarpTask) -> None:
-        from skimage.transform import PiecewiseAffineTransform  # an extra
-
-        self._target, displacement = task.anchored()
-        self._source = self._target + displacement
-        self._transform = PiecewiseAffineTransform.from_estimate(self._target, self._source)
-
-    def at(self, points_px: Array) -> Array:
-        shown = np.asarray(self._transform(points_px), np.float64)
-        # Rounding puts points of the rim outside all triangles; both coordinates say -1 there.
-        outside = (shown == -1.0).all(axis=1)
-        return np.where(outside[:, None], 0.0, shown - points_px)
-
-
-class _Triangles(_Piecewise):
-    """The same, run triangle by triangle by OpenCV."""
-
-    def pixels(self, photo: Image, moved: Array | None = None) -> Image:
-        from scipy.spatial import Delaunay  # an extra
-
-        if moved is not None:
-            moved[:] = self.on_grid(*(np.arange(n) for n in photo.shape[1::-1]))
-        result = photo.copy()
-        targets, sources = self._target.astype(np.float32), self._source.astype(np.float32)
-        for corners in Delaunay(targets).simplices:
-            target, source = targets[corners], sources[corners]
-            left, top, width, height = cv2.boundingRect(target)
-            mask = np.zeros((height, width), np.uint8)
-            cv2.fillConvexPoly(mask, np.round(target - (left, top)).astype(np.int32), 1)
-            affine = cv2.getAffineTransform(target - np.array((left, top), np.float32), source)
-            flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
-            part = cv2.warpAffine(
-                photo, affine, (width, height), flags=flags, borderMode=cv2.BORDER_REPLICATE
-            )
-            box = (slice(top, top + height), slice(left, left + width))
-            cv2.copyTo(part, mask, result[box])
-        return result
-
-
-THIN_PLATE: Final = Method(
-    "thin-plate", Text("Thin-plate spline"), "[6]", "scipy", _thin_plate, needs="scipy",
-    quick=interpolated(_thin_plate),
-)  # fmt: skip
-RADIAL: Final = Method(
-    "radial",
-    Text("Radial basis functions, Gaussian"),
-    "[5]",
-    "scipy",
-    _gaussians,
-    needs="scipy",
-    quick=interpolated(_gaussians),
+RIGID_MESH: Final = Method(
+    "rigid-mesh", Text("As-rigid-as-possible mesh"), Text("Sorkine, Alexa 2007"), _rigid_mesh
 )
-PIECEWISE_AFFINE: Final = Method(
-    "mesh", Text("Piecewise-affine mesh"), "[4]", "scikit-image", _Piecewise,
-    needs="skimage",
-    quick=_Triangles,
-)  # fmt: skip
-
-
+INTEGRATED: Final = Method(
+    "integrated",
+    Text("B-spline, integrated (diffeomorphic)"),
+    Text("Arsigny et al. 2006"),
+    _integrated,
+)
 METHODS: Final[tuple[Method, ...]] = (
     *(bspline(fit.name, Text("B-spline, {fit}", fit=fit.word), fit.reference) for fit in FITS),
+    INTEGRATED,
     THIN_PLATE,
     RADIAL,
-    PIECEWISE_AFFINE,
     MOVING_LEAST_SQUARES,
-    LIQUIFY,
+    RIGID_MESH,
 )

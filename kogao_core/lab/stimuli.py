@@ -15,7 +15,7 @@ from PIL import Image as Pillow
 
 from kogao_core.base.atomic import put
 from kogao_core.base.display import png, reduced, rgb8
-from kogao_core.base.geometry import Affine, Array, Image
+from kogao_core.base.geometry import Affine, Image
 from kogao_core.base.language import Text
 from kogao_core.base.wording import shown
 from kogao_core.batch.measures import codebook_of, measured, write
@@ -24,7 +24,7 @@ from kogao_core.lab.reports.report import Part, Picture, Report, Row, Table
 from kogao_core.lab.subjects import Progress, no_progress
 from kogao_core.photo import Photo
 from kogao_core.pipeline import Rendering, render
-from kogao_core.projects import interchange
+from kogao_core.projects import evidence, interchange
 from kogao_core.projects.interchange import PointSet
 from kogao_core.recipe.recipe import PAPER, SETTINGS, Recipe
 from kogao_core.warp.field import Field, shown_at
@@ -32,7 +32,7 @@ from kogao_core.warp.lattice import ORDER, Lattice
 from kogao_core.warp.measures import moved
 
 Mask = Literal["oval", "outline"]
-Export = Literal["tfm", "npz", "maps"]
+Export = Literal["tfm", "evidence"]
 # As the paper, but for a dose that is the one asked for, and the sharper kernel.
 STIMULI: Final = dataclasses.replace(PAPER, fit="exact", interpolation="cubic")
 # Where the middles of the eyes lie in an aligned picture, in shares of its width and height.
@@ -59,12 +59,12 @@ def doses(text: str) -> tuple[float, ...]:
 
 @dataclass(frozen=True)
 class Wanted:
-    """What to make of each photo."""
+    """Doses and formats of the pictures."""
 
     percents: tuple[float, ...]  # doses asked for; below 0 the face gets larger
     recipe: Recipe = STIMULI  # all else
     size: tuple[int, int] | None = None  # width and height of aligned pictures; None as the photo
-    mask: Mask | None = None  # what stays of a picture; all, if None
+    mask: Mask | None = None  # visible part of a picture; None: all
     exports: tuple[Export, ...] = ()  # which kinds of fields are written
 
 
@@ -182,7 +182,7 @@ def written(
 
 
 def finish(rows: Sequence[Sequence[Stimulus]], folder: Path) -> None:
-    """Write what tells of all pictures: `MEASURES`, its codebook, and `CONTACT`."""
+    """Write the files about all pictures: `MEASURES`, its codebook, and `CONTACT`."""
     records = (record for row in rows for one in row for record in one.records)
     write(records, folder / MEASURES)
     put(sheet(rows), folder / CONTACT)
@@ -215,7 +215,7 @@ def sheet(rows: Sequence[Sequence[Stimulus]]) -> bytes:
 
 
 def report(rows: Sequence[Sequence[Stimulus]], recipe: Recipe) -> Report:
-    """Return what each face asked for and achieved, with the contact sheet's pictures."""
+    """Return the report: requested and achieved dose of each face, with the pictures."""
     records = [record for row in rows for one in row for record in one.records]
     seen = [Picture(rgb8(one.pixels), one.name, one.name) for row in rows for one in row]
     names = (
@@ -241,29 +241,11 @@ def report(rows: Sequence[Sequence[Stimulus]], recipe: Recipe) -> Report:
 
 
 def _exported(rendering: Rendering, kinds: Sequence[Export]) -> Iterator[tuple[str, bytes]]:
-    image = rendering.domain.image
-    xs, ys = np.arange(float(image.right)), np.arange(float(image.bottom))
-    for kind in kinds:
-        if kind == "tfm":
-            for number, lattice in enumerate(rendering.field.lattices, start=1):
-                yield f"-face{number}.tfm", tfm(lattice)
-            continue
-        if kind == "npz":
-            displacement = rendering.field.on_grid(xs, ys).transpose(1, 2, 0)
-            name, arrays = "displacement", {"displacement_px": displacement}
-        else:
-            maps = maps_of(rendering.field, xs, ys)
-            name, arrays = "maps", dict(zip(("map_x", "map_y"), maps, strict=True))
-        out = io.BytesIO()
-        small = {key: array.astype(np.float32) for key, array in arrays.items()}
-        np.savez_compressed(out, **small)  # type: ignore[arg-type]  # numpy's stub has no mapping
-        yield f"-{name}.npz", out.getvalue()
-
-
-def maps_of(field: Field, xs: Array, ys: Array) -> tuple[Array, Array]:
-    """Return where `cv2.remap` reads each pixel, x and y, shape (len(ys), len(xs))."""
-    displacement = field.on_grid(xs, ys)
-    return displacement[0] + xs, displacement[1] + ys[:, None]
+    if "tfm" in kinds:
+        for number, lattice in enumerate(rendering.field.lattices, start=1):
+            yield f"-face{number}.tfm", tfm(lattice)
+    if "evidence" in kinds:
+        yield "-evidence.npz", evidence.to_bytes(rendering.evidence())
 
 
 def tfm(lattice: Lattice) -> bytes:

@@ -23,14 +23,14 @@ PAPER_SIZE: Final = (960, 720)  # px, long and short side (section 5)
 
 
 def no_progress(_: int, __: int) -> None:
-    """Do nothing with how far an experiment is."""
+    """Ignore the progress."""
 
 
 @dataclass(frozen=True, eq=False)
 class Subject:
     """A photo and the faces to work on."""
 
-    name: str  # what reports call it: its file's name
+    name: str  # name in reports: the file's name
     # (H, W) or (H, W, C): the upright photo, as `kogao_core.pipeline.render` takes it.
     pixels: Image
     faces: tuple[Face, ...]  # at least one, px of the photo

@@ -1,6 +1,6 @@
-"""Photographs in and out: pixels at full depth, upright, with the metadata they came with.
+"""Read and write photos: upright pixels at full bit depth, with metadata.
 
-It may use `base` and `recipe`, and knows nothing of faces.
+This package may import `base` and `recipe`, and contains no face code.
 """
 
 from kogao_core.photo.errors import CannotDisclose, CannotWrite, RefusedOutput, UnreadablePhoto

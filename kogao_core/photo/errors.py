@@ -1,4 +1,4 @@
-"""What can go wrong with a file; each message is one sentence with what to do next."""
+"""Exceptions for reading and writing photos. Each message ends with a remedy for the user."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ class UnreadablePhoto(Exception):
 
 
 class CannotWrite(Exception):
-    """The photo can't be written there."""
+    """The photo can't be written to the output path."""
 
 
 class RefusedOutput(CannotWrite):
-    """The output asked for would lose something: an existing file, or part of the picture."""
+    """The output would overwrite a file or lose part of the picture."""
 
 
 class CannotDisclose(CannotWrite):
@@ -20,4 +20,4 @@ class CannotDisclose(CannotWrite):
 
 
 class MissingExtra(CannotDisclose):
-    """It takes a library that isn't installed."""
+    """Disclosure needs a library that isn't installed."""

@@ -1,6 +1,6 @@
-"""What becomes of a result on its way into a file: size, format, colours, name; one value.
+"""Export options: size, format, colours and file name.
 
-A reduced picture comes from `render` itself, which resamples once.
+`render` produces pictures of reduced size directly, so the pixels are resampled only once.
 """
 
 from __future__ import annotations
@@ -21,13 +21,16 @@ from kogao_core.base.display import eight_bits
 from kogao_core.base.geometry import Image
 from kogao_core.base.language import Text
 from kogao_core.base.wording import shown
-from kogao_core.photo.formats import FORMATS, READ_ONLY
-from kogao_core.photo.metadata import jpeg_extras
+from kogao_core.photo.errors import RefusedOutput
+from kogao_core.photo.formats import FORMATS, READ_ONLY, png
+from kogao_core.photo.metadata import jpeg_extras, kinds
 from kogao_core.photo.model import Photo, channels_of
 
 LONGEST_PX: Final = 65500
-_SHARPEN_PX: Final = 0.6  # of the result: what reducing has blurred
-_DATE: Final = slice(24, 36)  # in an ICC profile: the same result has the same bytes
+# Sigma of the sharpening blur, in pixels of the result.
+_SHARPEN_PX: Final = 0.6
+# Bytes of the creation date in an ICC profile, set to zero for reproducible files.
+_DATE: Final = slice(24, 36)
 _FIELD: Final = re.compile(r"\{(\w*)\}")
 _FIELDS: Final = ("name", "n", "amount")
 _SEPARATORS: Final = re.compile(r'[<>:"/\\|?*\x00-\x1f]')
@@ -35,18 +38,18 @@ _SEPARATORS: Final = re.compile(r'[<>:"/\\|?*\x00-\x1f]')
 
 @dataclass(frozen=True, slots=True)
 class Export:
-    """How results are written; as it is, a copy that keeps all that a file can."""
+    """Options for saving a copy. The defaults preserve as much of the source as possible."""
 
-    longest_px: int = 0  # of the longer side; 0 is the photo's own, and none is enlarged
-    ending: str = ""  # the format, such as .jpg; empty: the photo's own
-    quality: int = 0  # of JPEG and WebP, 1 to 100; 0 is the source's, or 95
-    srgb: bool = False  # converted to sRGB, 8 bits; else the photo's profile is kept
-    sharpen: float = 0.0  # of reduced pictures, 0 to 200 %
-    name: str = "{name}"  # of the file, with {name}, {n} and {amount}
-    metadata: bool = True  # EXIF, XMP, IPTC and the like are kept
+    longest_px: int = 0  # maximum length of the longer side; 0 keeps the size; never enlarges
+    ending: str = ""  # file name extension such as .jpg; empty keeps the photo's format
+    quality: int = 0  # JPEG and WebP quality, 1 to 100; 0 uses the source's quality, or 95
+    srgb: bool = False  # convert to 8-bit sRGB; False preserves the photo's profile
+    sharpen: float = 0.0  # sharpening of pictures with reduced size, 0 to 200 %
+    name: str = "{name}"  # file name template with {name}, {n} and {amount}
+    metadata: bool = True  # preserve EXIF, XMP, IPTC and other metadata
 
     def __post_init__(self) -> None:
-        """Refuse what can't be written."""
+        """Validate all fields. Raises ValueError."""
         ranges = {"longest_px": LONGEST_PX, "quality": 100, "sharpen": 200}
         for field, most in ranges.items():
             value: Any = getattr(self, field)
@@ -70,22 +73,22 @@ class Export:
 
     @property
     def coding(self) -> int | None:
-        """Return the quality for `write`; None where a file keeps all it can of the source's."""
+        """Quality for `write`. None: preserve as much of the source's encoding as possible."""
         changes = self.longest_px or self.quality or self.srgb or self.sharpen
         return None if not changes and self.metadata else self.quality
 
     def reduces(self, photo: Photo) -> bool:
-        """Tell whether a photo's result is smaller than the photo."""
+        """Return True if the export is smaller than the photo."""
         return 0 < self.longest_px < max(photo.width, photo.height)
 
     def place(self, photo: Path, number: int, percent: float, ending: str = ".jpg") -> Path:
-        """Return the file of a result, `photo` being its place by the source's own name.
+        """Return the output path. `photo` is the path in the output folder with the source's name.
 
-        `ending` is for photos whose own format isn't written.
+        `ending` is the fallback extension for photos in a read-only format.
         """
         if not self.ending and self.name == "{name}":
             unwritten = photo.suffix.lower() in READ_ONLY
-            # The whole name stays: a raw photo often lies beside its JPEG.
+            # Append the extension: a raw photo and its JPEG are often in the same folder.
             return photo.with_name(photo.name + ending) if unwritten else photo
         fields = {"name": photo.stem, "n": f"{number:03}", "amount": f"{percent:g}"}
         own = photo.suffix if photo.suffix.lower() in FORMATS else ending
@@ -93,7 +96,18 @@ class Export:
         return photo.with_name(name + (self.ending or own))
 
     def applied(self, photo: Photo, pixels: Image) -> tuple[Photo, Image]:
-        """Return a photo and its result as they are to be disclosed and written."""
+        """Apply sharpening, metadata removal and colour conversion. Return photo and pixels.
+
+        Raises RefusedOutput for --srgb if the colours are unknown.
+        """
+        if self.srgb and any(one.kind is kinds.COLOURS for one in photo.extras):
+            raise RefusedOutput(
+                Text(
+                    "{path} has no colour profile but PNG chunks with other colours, which can't "
+                    "be converted to sRGB; leave the colours as they are",
+                    path=photo.path,
+                )
+            )
         if self.sharpen and pixels.shape[:2] != photo.pixels.shape[:2]:
             pixels = _sharpened(pixels, self.sharpen / 100.0)
         if not self.metadata:
@@ -107,7 +121,7 @@ AS_IT_IS: Final = Export()
 
 
 def _sharpened(pixels: Image, share: float) -> Image:
-    """Return a picture with its finest detail stronger; transparency stays."""
+    """Sharpen fine detail with an unsharp mask. Preserve the alpha channel."""
     colours = pixels if channels_of(pixels) in (1, 3) else pixels[..., :-1]
     blurred = cv2.GaussianBlur(colours, (0, 0), _SHARPEN_PX).reshape(colours.shape)
     sharp = cv2.addWeighted(colours, 1.0 + share, blurred, -share, 0.0).reshape(colours.shape)
@@ -117,7 +131,7 @@ def _sharpened(pixels: Image, share: float) -> Image:
 
 
 def _in_srgb(photo: Photo, pixels: Image) -> tuple[Photo, Image]:
-    """Return 8-bit pixels in sRGB, and the photo with that profile; damaged ones are kept."""
+    """Convert 8-bit pixels to sRGB and replace the photo's profile. Keep a damaged profile."""
     srgb = ImageCms.ImageCmsProfile(ImageCms.createProfile("sRGB"))
     if photo.icc_profile is not None:
         colours = pixels if channels_of(pixels) in (1, 3) else pixels[..., :-1]
@@ -134,8 +148,9 @@ def _in_srgb(photo: Photo, pixels: Image) -> tuple[Photo, Image]:
         done = np.asarray(turned)
         pixels = done if colours is pixels else np.dstack([done, pixels[..., -1]])
     elif channels_of(pixels) < 3:
-        return photo, pixels  # grey without a profile is grey everywhere
+        return photo, pixels  # grey without a profile is the same in sRGB
     made = srgb.tobytes()
     undated = made[: _DATE.start] + bytes(12) + made[_DATE.stop :]
-    carried = tuple(one for one in photo.carried if not jpeg_extras.is_profile(one))
+    of_colours = png.is_colour if photo.format == "PNG" else jpeg_extras.is_profile
+    carried = tuple(one for one in photo.carried if not of_colours(one))
     return dataclasses.replace(photo, icc_profile=undated, carried=carried), pixels

@@ -1,4 +1,4 @@
-"""Write a photo over its own file, as a file of the same kind; the original goes into a store."""
+"""Overwrite a photo with the result in the same format, and store the original."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ from typing import Final
 from kogao_core.base.atomic import Pieces
 from kogao_core.base.geometry import Image
 from kogao_core.base.language import Text
-from kogao_core.base.originals import Originals
 from kogao_core.base.wording import system_reason
 from kogao_core.photo import formats
 from kogao_core.photo.errors import CannotWrite, RefusedOutput, UnreadablePhoto
@@ -20,6 +19,7 @@ from kogao_core.photo.formats import FORMATS
 from kogao_core.photo.formats.colour import CONVERTED
 from kogao_core.photo.metadata import kinds
 from kogao_core.photo.model import Photo, Stamp, is_same
+from kogao_core.photo.originals import Originals, StoreFull
 from kogao_core.photo.reading import read
 from kogao_core.photo.writing import Sign, check_output, write
 
@@ -27,7 +27,7 @@ _PICTURES: Final = (kinds.LAYERS, kinds.CHANNELS, kinds.FURTHER)
 
 
 def check_in_place(photo: Photo) -> None:
-    """Check that a changed photo can go over its own file without making less of it.
+    """Check that a changed photo can be saved in place without losing data.
 
     Raises RefusedOutput, CannotWrite.
     """
@@ -87,25 +87,36 @@ def write_in_place(
     originals: Originals | None,
     sign: Sign | None = None,
 ) -> str:
-    """Write new pixels over the photo's own file; see `write` for what stays as it was.
+    """Overwrite the photo's file with new pixels. `write` lists the preserved data.
 
-    A photo may be written several times: what is kept of its file comes from the original. Without
-    a store no original is kept, and it may be written once. Result: what is worth knowing, in one
-    line. Raises RefusedOutput, CannotWrite.
+    A photo may be saved several times: metadata and unchanged blocks come from the stored original.
+    Without a store, the original is lost and the photo may be saved only once. Return notes for the
+    user in one line. Raises RefusedOutput, CannotWrite.
     """
     check_in_place(photo)
     source = _source(photo, _file_of(photo, originals))
     if source is photo and is_same(photo.pixels, pixels):
         return Text("nothing changed: the file is as it was")
-    replaced_a_result = False
+    replaced_a_result, evicted = False, 0
 
     def keep(pieces: Pieces) -> None:
-        nonlocal replaced_a_result
+        nonlocal replaced_a_result, evicted
         _file_of(photo, originals)
         if originals is None:
             return
+        replaced_a_result = originals.find(photo.path) is not None
         try:
-            replaced_a_result = originals.keep(photo.path, pieces, _known_by(photo))
+            evicted = originals.keep(photo.path, pieces, _version(photo))
+        except StoreFull:
+            raise CannotWrite(
+                Text(
+                    "{folder} holds {limit:.0f} GB of originals and is full; kogao-cli originals "
+                    "lists them, kogao-cli forget PHOTO deletes one, and --anyway deletes the "
+                    "oldest",
+                    folder=originals.folder,
+                    limit=originals.limit_bytes / 1e9,
+                )
+            ) from None
         except OSError as error:
             raise CannotWrite(
                 Text(
@@ -117,46 +128,48 @@ def write_in_place(
                 )
             ) from error
 
-    note = write(source, pixels, photo.path, force=True, before=keep, sign=sign)
-    with suppress(OSError):  # the photo is written; its original lies there whole
-        lost = 0 if originals is None else originals.settle(photo.path)
-        if lost:
-            gone = Text.counted(
-                lost,
-                "the store of originals is full: the oldest one that it held has gone for good",
-                "the store of originals is full: the {n} oldest ones that it held have gone for "
-                "good",
+    notes = [write(source, pixels, photo.path, force=True, before=keep, sign=sign)]
+    if originals is not None:
+        with suppress(OSError):  # photo and original are saved already
+            originals.note_written(photo.path)
+    if evicted:
+        notes.append(
+            Text.counted(
+                evicted,
+                "the store of originals is full: the oldest original was deleted",
+                "the store of originals is full: the {n} oldest originals were deleted",
             )
-            note = Text.joined("; ", [note, gone])
-    if source is photo and replaced_a_result:
-        again = Text(
-            "this photo was changed in place before, so its pixels are resampled twice; "
-            "kogao-cli restore first, and they are once"
         )
-        return Text.joined("; ", [note, again])
-    return note
+    if source is photo and replaced_a_result:
+        notes.append(
+            Text(
+                "this photo was changed in place before, so its pixels are resampled twice; "
+                "kogao-cli restore first, and they are once"
+            )
+        )
+    return Text.joined("; ", notes)
 
 
 def _file_of(photo: Photo, originals: Originals | None) -> Path:
-    """Return the file that has the photo's metadata and blocks.
+    """Return the file with the metadata and blocks of the pixels that were read.
 
-    That is its own, as it was read or as it was written last, or the original where that was read.
+    Result: the photo's file if unchanged or last written by Kogao, or the stored original if the
+    original was read. Raises CannotWrite if another program changed the photo.
     """
     if photo.is_as_read:
         return photo.path
     with suppress(OSError):
-        found = None if originals is None else originals.behind(photo.path)
-        if found is not None:
-            kept, known_by = found
-            if photo.stamp == Stamp.of(kept.stat()):
-                return kept
-            if known_by == _known_by(photo):
+        found = None if originals is None else originals.find(photo.path)
+        if found is not None and found.record is not None:
+            if photo.stamp == Stamp.of(found.file.stat()):
+                return found.file
+            if found.record.version == _version(photo):
                 return photo.path
     raise CannotWrite(_changed(photo))
 
 
 def _source(photo: Photo, file: Path) -> Photo:
-    """Return the photo with a file of its metadata and blocks, and the pixels that lie there."""
+    """Return the photo with `file` as the source of pixels, metadata and blocks."""
     if file != photo.path:
         return dataclasses.replace(photo, path=file)
     if photo.is_as_read:
@@ -175,5 +188,5 @@ def _changed(photo: Photo) -> Text:
     )
 
 
-def _known_by(photo: Photo) -> str:
+def _version(photo: Photo) -> str:
     return "" if photo.stamp is None else f"{photo.stamp.size}-{photo.stamp.changed_ns}"

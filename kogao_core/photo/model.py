@@ -1,4 +1,4 @@
-"""A photo: its upright pixels and whatever must come out of the editor as it went in."""
+"""A photo: upright pixels, and the metadata and coding to preserve when saving."""
 
 from __future__ import annotations
 
@@ -20,78 +20,77 @@ _ROWS: Final = 64
 class JpegCoding:
     """How a JPEG file was compressed."""
 
-    # Quantisation tables, 64 numbers each, in Pillow's order; none in a lossless file.
+    # Quantisation tables, 64 numbers each, in Pillow's order; empty for a lossless file.
     tables: tuple[tuple[int, ...], ...]
     subsampling: int  # pillow's code: 0 is 4:4:4, 1 is 4:2:2, 2 is 4:2:0
     progressive: bool  # whether the scans are progressive
-    # Version, unit and density of its JFIF segment, seven bytes; empty without one.
+    # Version, unit and density from the JFIF segment, seven bytes; empty without a JFIF segment.
     jfif: bytes = b""
 
 
 @dataclass(frozen=True, slots=True)
 class Stamp:
-    """What differs in a later version of a file: size in bytes and time of change in ns."""
+    """File size in bytes and modification time in ns, used to detect changes."""
 
     size: int
     changed_ns: int
 
     @staticmethod
     def of(state: os.stat_result) -> Stamp:
-        """Return the stamp of a file's state."""
+        """Create a stamp from a stat result."""
         return Stamp(state.st_size, state.st_mtime_ns)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Companion:
-    """What goes along behind the picture of a JPEG: a gain map for HDR, a film, or a record."""
+    """Data after the main image of a JPEG: a gain map, a video or an application record."""
 
     kind: Kind
-    data: bytes  # its own file, as it was read
-    # What a gain map is to hold now, upright, and what it holds, as it lies.
+    data: bytes  # the embedded file, as read
+    # Gain maps only: new pixels (upright) and old pixels (stored orientation).
     pixels: Image | None = None
     before: Image | None = None
 
 
 @dataclass(frozen=True, eq=False)
 class Photo:
-    r"""A photograph as it was read.
+    r"""A photo as read from a file.
 
     Parameters
     ----------
     pixels : array of shape (H, W) or (H, W, C)
         Grey, grey + alpha (C = 2), RGB or RGBA; uint8, uint16 or float32; upright; read-only.
     path : Path
-        Where it was read.
-    format : {"JPEG", "PNG", "TIFF", "WEBP", "AVIF", "HEIF", "RAW"}
-        What the file is, whatever its name says; but raw files go by their names.
+        The file that was read.
+    format : str
+        Name of the `FileFormat`, detected from the content; for raw files, from the file name.
     icc_profile, exif, xmp : bytes, optional
-        Metadata as stored; `exif` starts with ``Exif\0\0`` and still tells the file's own
-        orientation.
+        Metadata as stored. `exif` starts with ``Exif\0\0`` and contains the file's orientation.
     photoshop : bytes, optional
-        Photoshop image resources, which hold the IPTC record.
+        Photoshop image resources, including the IPTC record.
     carried : tuple of bytes
-        Segments of a JPEG or chunks of a PNG or WebP, as stored, or a directory of a TIFF's rare
-        tags: what only its own format can hold.
+        Format-specific data, copied unchanged: JPEG segments, PNG or WebP chunks, or a directory of
+        rare TIFF tags.
     dpi : tuple of float, optional
         Print resolution (x, y).
     aspect : tuple of int, optional
-        Pixels along x and y in the same length, where that is given without a resolution.
+        Pixel density ratio (x, y), for files without a print resolution.
     orientation : int
-        EXIF orientation 1 to 8 of the file; `pixels` are already turned by it, the metadata aren't.
+        EXIF orientation 1 to 8 of the file. Already applied to `pixels`, but not to the metadata.
     jpeg : JpegCoding, optional
-        Compression of a JPEG source, for writing another like it.
+        Compression of a JPEG source, reused when saving.
     tiff_compression : int, optional
-        TIFF's number of how a TIFF source was compressed, for writing another like it.
+        Compression tag of a TIFF source, reused when saving.
     lossless_webp : bool
         Whether a WebP source was lossless.
     stamp : Stamp, optional
-        The version of the file that was read.
+        Size and modification time of the file when read.
     notes : tuple of str
-        What reading changed.
+        Messages about conversions during reading.
     extras : tuple of Extra
-        What else is in the file; see `kinds`.
+        Additional content of the file; see `kinds`.
     companions : tuple of Companion
-        What of it goes along into a changed JPEG; see `accompanied`.
+        Data after the main image to copy to a changed JPEG; see `accompanied`.
 
     Examples
     --------
@@ -139,9 +138,9 @@ class Photo:
 
     @property
     def is_as_read(self) -> bool:
-        """Whether its file is still the version that was read."""
+        """Whether the file is unchanged since it was read."""
         try:
-            # Saving over it earlier would have left other bytes there.
+            # An earlier save in place also changes the stamp.
             return self.stamp is not None and Stamp.of(self.path.stat()) == self.stamp
         except OSError:
             return False
@@ -152,7 +151,7 @@ class Photo:
         return 8 * int(self.pixels.dtype.itemsize)
 
     def _repr_png_(self) -> bytes:
-        """Return the photo as a notebook shows it."""
+        """Return a PNG preview for notebooks."""
         return preview(self.pixels)
 
 
@@ -162,9 +161,11 @@ def channels_of(pixels: Image) -> int:
 
 
 def is_same(before: Image, after: Image) -> bool:
-    """Tell whether pixels are the same, type and shape included; NaN equals nothing."""
+    """Return whether two arrays have the same type, shape and bytes; NaN equals the same NaN."""
     if before.dtype != after.dtype or before.shape != after.shape:
         return False
-    # Some rows at a time: ends where they differ, and compares in no memory worth the name.
+    if before.dtype == np.float32:
+        before, after = before.view(np.uint32), after.view(np.uint32)
+    # Comparing blocks of rows needs little memory and stops at the first difference.
     tops = range(0, len(before), _ROWS)
     return all(np.array_equal(before[top : top + _ROWS], after[top : top + _ROWS]) for top in tops)

@@ -1,4 +1,4 @@
-"""With which focal length a photo was taken, where its EXIF data and its size leave no doubt."""
+"""Determine a photo's focal length from EXIF data, unless crop or projection is doubtful."""
 
 from __future__ import annotations
 
@@ -14,31 +14,31 @@ from kogao_core.photo.metadata.tiff import told_by
 from kogao_core.photo.model import Photo
 from kogao_core.recipe.recipe import SETTINGS, Recipe
 
-FILM_MM: Final = math.hypot(36.0, 24.0)  # the diagonal that 35-mm equivalents refer to
-_SENSORS: Final = (3 / 2, 4 / 3)  # longer side over shorter
-_SAME_SHAPE: Final = 0.01
-_SAME_LENGTH: Final = 0.1  # by which two ways to the equivalent may differ
-_UNITS_MM: Final = {2: 25.4, 3: 10.0, 4: 1.0, 5: 0.001}
-_PANORAMA: Final = 6  # of CustomRendered, as phones write it
+FILM_MM: Final = math.hypot(36.0, 24.0)  # diagonal of 35-mm film, the basis of equivalents
+_SENSORS: Final = (3 / 2, 4 / 3)  # aspect ratios of uncropped photos, longer side / shorter side
+_SAME_SHAPE: Final = 0.01  # relative tolerance for the aspect ratio
+_SAME_LENGTH: Final = 0.1  # relative tolerance between the two estimates of the equivalent
+_UNITS_MM: Final = {2: 25.4, 3: 10.0, 4: 1.0, 5: 0.001}  # by FocalPlaneResolutionUnit
+_PANORAMA: Final = 6  # value of CustomRendered in panoramas of phones
 _CURVED: Final = ("fish", "gopro", "insta360", "osmo action", "theta")
 _LEAST_MM, _MOST_MM = SETTINGS["lens"].within or (0.0, math.inf)
 
 
 @dataclass(frozen=True, slots=True)
 class Optics:
-    """What a photo tells of its lens: the 35-mm equivalent in mm, or why it isn't known."""
+    """Focal length as 35-mm equivalent in mm, or the reason that the length is unknown."""
 
     focal_mm: float | None = None
     why: str = ""
 
     def settled(self, recipe: Recipe) -> Recipe:
-        """Return a recipe that goes by the photo with what that tells; off where it doesn't."""
+        """Replace "auto" in a recipe by the focal length, or by "off" if unknown."""
         if recipe.lens != "auto":
             return recipe
         return dataclasses.replace(recipe, lens=self.focal_mm or "off")
 
     def note(self, recipe: Recipe) -> str:
-        """Return why a recipe that goes by the photo leaves the lens alone; empty otherwise."""
+        """Return the reason that "auto" applies no lens correction; "" otherwise."""
         if recipe.lens != "auto" or not self.why:
             return ""
         return Text("the lens' stretch stays: {why}", why=self.why)
@@ -50,8 +50,8 @@ UNKNOWN: Final = Optics(
 
 
 def optics_of(photo: Photo) -> Optics:
-    """Return what a photo tells of its lens."""
-    told = dict(told_by(photo.exif) or ())  # a damaged block tells nothing
+    """Return the optics of a photo from EXIF data, XMP data and size."""
+    told = dict(told_by(photo.exif) or ())  # empty for a damaged block
     told |= told.get(Tag.ExifOffset, {})
     panorama = b"GPano:" in (photo.xmp or b"") or told.get(Tag.CustomRendered) == _PANORAMA
     words = " ".join(str(told.get(tag, "")) for tag in (Tag.Make, Tag.Model, Tag.LensModel))
@@ -68,7 +68,7 @@ def optics_of(photo: Photo) -> Optics:
 
 
 def _equivalent(told: dict[int, Any]) -> tuple[float | None, float | None]:
-    """Return the equivalent, mm, and what the sensor's diagonal makes of the focal length, mm."""
+    """Return the 35-mm equivalent, and the equivalent computed from the sensor diagonal, mm."""
     equivalent = _number(told.get(Tag.FocalLengthIn35mmFilm))
     focal, sides = _number(told.get(Tag.FocalLength)), _sides(told)
     by_sensor = None
@@ -85,7 +85,7 @@ def _equivalent(told: dict[int, Any]) -> tuple[float | None, float | None]:
 def _cropped(
     photo: Photo, told: dict[int, Any], focal: float, by_sensor: float | None
 ) -> Text | None:
-    """Return why a photo may not be all of what the lens drew, if so."""
+    """Return the reason that a photo may be cropped, or None."""
     sides, longer, shorter = _sides(told), max(photo.pixels.shape[:2]), min(photo.pixels.shape[:2])
     say = Text("if it is whole, give the focal length, {focal:.0f} mm", focal=focal)
     if sides is not None and (max(sides), min(sides)) != (longer, shorter):
@@ -110,7 +110,7 @@ def _sides(told: dict[int, Any]) -> tuple[float, float] | None:
 
 
 def _number(value: Any) -> float | None:
-    """Return a number above 0; None for all else that a file may hold."""
+    """Return `value` as a finite number above 0, or None."""
     try:
         number = float(value)
     except (TypeError, ValueError, ZeroDivisionError):

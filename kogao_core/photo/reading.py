@@ -1,12 +1,13 @@
-"""Open a photo: upright pixels at full depth, with the metadata that must survive."""
+"""Read a photo: upright pixels at full bit depth, with metadata."""
 
 from __future__ import annotations
 
 import dataclasses
+import math
 import os
 import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO, Final, Literal
 
@@ -25,8 +26,10 @@ from kogao_core.photo.metadata.kinds import Extra, Kind
 from kogao_core.photo.model import Photo, Stamp
 
 MAX_MEGAPIXELS: Final = 300.0
+_RGB_BYTES: Final = 3
+_COPIES: Final = 3  # copies of the pixels in memory while a photo is read and rotated
 _PILLOWS: Final = tuple(form.name for form in formats.ALL if form.decode is None)
-# Raw photos are told by their names: most are TIFF files to those who don't know better.
+# Test for raw photos first, by file name: most raw files are also valid TIFF files.
 _OTHERS: Final = sorted(formats.ALL, key=lambda form: form.name != "RAW")
 _LOCK: Final = threading.Lock()
 
@@ -37,22 +40,22 @@ def read(
     max_megapixels: float = MAX_MEGAPIXELS,
     bits: Literal[8, 16] = 16,
 ) -> Photo:
-    """Read a JPEG, PNG, TIFF, WebP or AVIF file; HEIC and raw files where there are extras.
+    """Read a JPEG, PNG, TIFF, WebP or AVIF file; with optional packages also HEIC and raw files.
 
     Parameters
     ----------
     path : path
-        The file; its content decides the format, not its name.
+        The file. The format is detected from the content, except for raw files.
     max_megapixels : float
-        Larger pictures are refused before they are decoded.
+        Larger pictures are rejected before decoding.
     bits : {8, 16}
-        How deep raw files, and HEIC files of 10 or 12 bits, are to be.
+        Bit depth for raw files and for HEIC files with 10 or 12 bits.
 
     Returns
     -------
     Photo
-        Its pixels are upright and as deep as the file: 16-bit PNG and TIFF stay uint16, float TIFF
-        stays float32. Palettes and CMYK become RGB(A).
+        Upright pixels at the file's bit depth: 16-bit PNG and TIFF stay uint16, float TIFF stays
+        float32. Palettes and CMYK become RGB(A).
 
     Raises
     ------
@@ -106,8 +109,9 @@ def _why_absent(path: Path) -> Text | None:
 
 
 def _read_open(file: IO[bytes], path: Path, max_megapixels: float, bits: int) -> Photo:
-    def check(width: int, height: int) -> None:
+    def check(width: int, height: int, pixel_bytes: int) -> None:
         _check_size(path, width, height, max_megapixels)
+        _check_memory(path, width * height * pixel_bytes, max_megapixels)
 
     stamp = Stamp.of(os.fstat(file.fileno()))
     with _own_limits(), hushed() as complaints:
@@ -153,7 +157,7 @@ def _decoded(source: Source) -> Photo:
 
 @contextmanager
 def _own_limits() -> Iterator[None]:
-    # Our limit replaces Pillow's, which is global state.
+    # Disable Pillow's limit, a global variable: `_check_size` applies Kogao's limit.
     with _LOCK:
         limit, Pillow.MAX_IMAGE_PIXELS = Pillow.MAX_IMAGE_PIXELS, None
         try:
@@ -179,10 +183,38 @@ def _check_size(path: Path, width: int, height: int, max_megapixels: float) -> N
         )
 
 
-def extras_of(photo: Photo, file: IO[bytes]) -> tuple[Extra, ...]:
-    """Return what an open file holds beside pixels, profile, EXIF, XMP, IPTC and resolution.
+def _check_memory(path: Path, count: int, max_megapixels: float) -> None:
+    """Reject pixels above the limit in bytes of 8-bit RGB, or above the free memory.
 
-    Result: in the order things are found; each of them once.
+    Raises UnreadablePhoto.
+    """
+    limit = min(_RGB_BYTES * max_megapixels * 1e6, _free_bytes() / _COPIES)
+    if count > limit:
+        raise UnreadablePhoto(
+            Text(
+                "{path} takes {size:.0f} MB of memory a copy; the limit is {limit:.0f} MB: close "
+                "other programs, raise it by kogao-cli --max-megapixels, or save the photo with 8 "
+                "bits",
+                path=path,
+                size=count / 1e6,
+                limit=limit / 1e6,
+            )
+        )
+
+
+def _free_bytes() -> float:
+    """Return the free memory in bytes, or infinity if the system doesn't report a number."""
+    with suppress(OSError, StopIteration, ValueError, IndexError):
+        lines = Path("/proc/meminfo").read_text().splitlines()
+        line = next(one for one in lines if one.startswith("MemAvailable:"))
+        return float(line.split()[1]) * 1024
+    return math.inf
+
+
+def extras_of(photo: Photo, file: IO[bytes]) -> tuple[Extra, ...]:
+    """Return all content other than pixels, profile, EXIF, XMP, IPTC and resolution.
+
+    Result: in file order, without duplicates.
     """
     form = formats.BY_NAME[photo.format]
     seen = [*photo.extras, *form.inside(photo, file), *_from_metadata(photo, form.note)]
@@ -193,18 +225,20 @@ def extras_of(photo: Photo, file: IO[bytes]) -> tuple[Extra, ...]:
 
 
 def _from_metadata(photo: Photo, note: Kind | None) -> Iterator[Extra]:
-    """Yield the extras that the metadata blocks name."""
+    """Yield the extras found in the metadata blocks."""
     is_turned = photo.orientation != 1
     yield from map(Extra, stale.found(photo.xmp, is_turned=is_turned) if photo.xmp else ())
     if is_turned and photo.photoshop and photoshop.has_places(photo.photoshop):
         yield Extra(kinds.PLACES)
+    if photo.photoshop and photoshop.xmp_of(photo.photoshop) not in (None, photo.xmp):
+        yield Extra(kinds.PHOTOSHOP_XMP)
     if photo.exif is None:
         return
     tags = Pillow.Exif()
     try:
         tags.load(photo.exif)
         has_note = tiff_extras.has_maker_note(tags)
-    except Exception:  # a damaged block, which is kept as it is
+    except Exception:  # a damaged block is copied unchanged
         return
     if note is not None and has_note:
         yield Extra(note)

@@ -1,4 +1,4 @@
-"""Save a photo without ever harming a file: checked first, written aside, put in place at once."""
+"""Save a photo safely: check the output, write a temporary file, rename the file."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from PIL import Image as Pillow
 
 from kogao_core.base.atomic import NotAFile, Pieces, check_target, put
 from kogao_core.base.display import eight_bits
-from kogao_core.base.geometry import Box, Image
+from kogao_core.base.geometry import Box, Image, check_image
 from kogao_core.base.language import Text
 from kogao_core.base.wording import system_reason
 from kogao_core.photo import formats
@@ -28,6 +28,7 @@ from kogao_core.photo.formats.base import Content, FileFormat
 from kogao_core.photo.formats.companions import grown
 from kogao_core.photo.jpeg.segments import SOI
 from kogao_core.photo.metadata import (
+    glance,
     jpeg_extras,
     kinds,
     photoshop,
@@ -39,7 +40,8 @@ from kogao_core.photo.metadata.upright import as_stored
 from kogao_core.photo.model import Photo, channels_of, is_same
 
 Sign: TypeAlias = Callable[[Photo, Pieces, str], Pieces]
-_SMALL_PX, _SMALL_QUALITY = (512, 320, 160, 120), 80  # of thumbnails: the longer side
+# Lengths of a thumbnail's longer side, tried in this order, and JPEG quality.
+_SMALL_PX, _SMALL_QUALITY = (512, 320, 160, 120), 80
 
 
 def write(
@@ -52,44 +54,46 @@ def write(
     sign: Sign | None = None,
     quality: int | None = None,
 ) -> str:
-    """Write new pixels with the photo's metadata, in the format of the name's ending.
+    """Write new pixels with the photo's metadata. The file extension selects the format.
 
-    The file appears whole or not at all. ICC profile, EXIF (its thumbnail made anew), XMP, IPTC and
-    resolution are kept; JPEG to JPEG keeps the orientation, the tables, the subsampling and, bit
-    for bit, every block in which no pixel changed; all else is upright, and what isn't from a JPEG
-    gets quality 95 and 4:4:4. If nothing
-    changed and the format is the source's, its bytes are copied.
+    - The file is written completely or not at all.
+    - ICC profile, EXIF (with a new thumbnail), XMP, IPTC and resolution are preserved.
+    - JPEG to JPEG preserves the orientation, the quantisation tables, the subsampling and, bit for
+      bit, every block without changed pixels.
+    - All other files are upright. A JPEG from another format has quality 95 and 4:4:4 subsampling.
+    - Unchanged pixels in the source's format: the source file is copied byte for byte.
 
     Parameters
     ----------
     photo : Photo
-        Where the metadata come from.
+        Source of the metadata.
     pixels : array of shape (H, W) or (H, W, C)
         uint8; uint16 for PNG and TIFF; float32 for TIFF.
     path : path
         ``.jpg``, ``.jpeg``, ``.png``, ``.tif``, ``.tiff``, ``.webp`` or ``.avif``.
     force : bool
-        Replace an existing file. The photo itself is first kept as ``NAME.original.jpg``.
+        Overwrite an existing file. If the file is the photo itself, a backup
+        ``NAME.original.jpg`` is created first.
     before : callable, optional
-        Called with what the file is to hold, just before it is put in place; it keeps what is
-        there, and nothing is kept beside it.
+        Called with the new file content just before the file is replaced. The callback must back up
+        the existing file; no ``NAME.original.jpg`` is created.
     sign : callable, optional
-        Given the photo, a changed one's file and its format; returns that file with content
-        credentials (`disclosure.signing`).
+        Called with the photo, the content of a changed file and the format. Returns the content
+        with content credentials (`disclosure.signing`).
     quality : int, optional
-        Encode everything anew, JPEG and WebP in this quality, 1 to 100, of 16 bits the upper 8;
-        0 is the source's quality.
+        Re-encode the whole picture. JPEG and WebP use this quality, 1 to 100; 0 uses the source's
+        quality. 16-bit pixels are reduced to 8 bits if the format needs 8 bits.
 
     Returns
     -------
     str
-        What is worth knowing, in one line: what reading changed, what isn't kept, what became of
-        a JPEG's blocks; empty where there is nothing to say, as where bytes were copied.
+        Notes in one line: conversions during reading, lost data, and the share of unchanged JPEG
+        blocks. Empty without notes, for example after a byte copy.
 
     Raises
     ------
     RefusedOutput
-        If the file exists and `force` isn't set, or the format can't hold these pixels.
+        If the file exists and `force` isn't set, or the format can't store these pixels.
     CannotWrite
         If the folder is missing or not writable, or the disk is full.
 
@@ -100,7 +104,7 @@ def write(
     >>> pixels = photo.pixels.copy()
     >>> pixels[:8, :8] = 0
     >>> kogao.write(photo, pixels, "marked.jpg")
-    "100.0 % of the JPEG's blocks are the source's own"
+    '100.0 % of the JPEG unchanged'
     >>> kogao.write(photo, pixels, "marked.png")
     ''
     >>> try:
@@ -109,6 +113,9 @@ def write(
     ...     print(problem)
     marked.png exists; choose another name, or force=True to replace it
     """
+    if not isinstance(photo, Photo):
+        raise TypeError(f"expected a Photo as kogao.read returns it, got {type(photo).__name__}")
+    check_image(pixels)
     path = Path(path)
     name = check_output(path, force=force)
     if quality is not None and pixels.dtype == np.uint16 and bits_of(path) == 8:
@@ -117,6 +124,10 @@ def write(
     form, is_same_format = formats.BY_NAME[name], name == photo.format and quality is None
     if not is_same_format:
         photo = dataclasses.replace(photo, companions=())
+    if kinds.XMP not in form.kept and glance.has_record(photo.xmp or b""):
+        raise RefusedOutput(
+            Text("{format} can't hold the edit record; choose another format", format=form.title)
+        )
     try:
         if is_same_format and is_same(photo.pixels, pixels) and photo.is_as_read:
             pieces: Pieces = [photo.path.read_bytes()]
@@ -139,7 +150,7 @@ def write(
         elif path.exists() and photo.path.exists() and path.samefile(photo.path):
             there = Text("the photo as it was is {file}", file=_backed_up(path))
             note = Text.joined("; ", [there, note])
-        # The last look is just before the file appears: someone may have been quicker.
+        # Check again just before the rename: another program may have created the file.
         put(pieces, path, lambda: check_output(path, force=force))
         return note
     except OSError as error:
@@ -161,7 +172,7 @@ def write(
 
 
 def _backed_up(path: Path) -> Path:
-    """Keep a photo under another name beside it; the oldest one that was kept stays."""
+    """Copy a photo to ``NAME.original.EXT`` in the same folder. Keep an existing backup."""
     target = Path(os.path.realpath(path))
     backup = target.with_name(f"{target.stem}.original{target.suffix}")
     if not backup.exists():
@@ -171,9 +182,9 @@ def _backed_up(path: Path) -> Path:
 
 
 def check_output(path: str | os.PathLike[str], *, force: bool = False) -> str:
-    """Return the format of an output path, or say why nothing can be written there.
+    """Check an output path. Return the name of the format, from the file extension.
 
-    Result: by the name's ending. Raises RefusedOutput, CannotWrite.
+    Raises RefusedOutput, CannotWrite.
     """
     path = Path(path)
     if path.is_dir():
@@ -209,13 +220,13 @@ def check_output(path: str | os.PathLike[str], *, force: bool = False) -> str:
 
 
 def bits_of(path: str | os.PathLike[str]) -> Literal[8, 16]:
-    """Return how deep a raw photo is best read for an output path."""
+    """Return the best bit depth for reading a raw photo that is saved to `path`."""
     form = FORMATS.get(Path(path).suffix.lower())
     return 16 if form is None or "uint16" in formats.BY_NAME[form].layouts else 8
 
 
 def check_holds(path: str | os.PathLike[str], pixels: Image) -> None:
-    """Check that the format of an output path can hold these pixels. Raises RefusedOutput."""
+    """Check that the format of an output path can store these pixels. Raises RefusedOutput."""
     path = Path(path)
     form = formats.of(path)
     depth, longest = pixels.dtype.name, form.longest_side_px
@@ -251,15 +262,18 @@ def _shows_through(pixels: Image) -> bool:
 def _worth_knowing(
     photo: Photo, pixels: Image, form: FileFormat, kept: str, *, is_signed: bool, is_export: bool
 ) -> str:
-    """Return the notes on a changed photo: what it lost, and what of its file was kept."""
+    """Return notes about a changed photo: lost metadata, conversions and unchanged blocks."""
     blocks = {
+        kinds.EXIF: photo.exif,
+        kinds.XMP: photo.xmp,
+        kinds.ICC: photo.icc_profile,
         kinds.IPTC: photo.photoshop,
         kinds.RESOLUTION: photo.dpi,
         kinds.ASPECT: photo.aspect,
     }
     extras = [*photo.extras, *(Extra(kind) for kind, block in blocks.items() if block)]
     along, signed = {one.kind for one in photo.companions}, ""
-    if is_signed:  # credentials of the photo's own go into the new ones
+    if is_signed:  # the new credentials include the photo's credentials
         along.add(kinds.CREDENTIALS)
         signed = "signed, with the photo as its source"
     grey = ""
@@ -275,7 +289,7 @@ def _worth_knowing(
 
 
 def _spread(photo: Photo, pixels: Image) -> str:
-    """Tell of pixels without a number, which spread to their neighbours where pixels move."""
+    """Return a note if resampling increased the number of NaN or infinite pixels."""
     if pixels.dtype != np.float32:
         return ""
     before, after = (
@@ -321,10 +335,10 @@ def encode(
     part: Box | None = None,
     quality: int | None = None,
 ) -> Pieces:
-    """Return a file with new pixels and the photo's metadata.
+    """Encode new pixels with the photo's metadata. Return the file content.
 
-    It is upright, unless the format keeps a photo as it lies and no quality is asked for; `part` is
-    then of the stored pixels.
+    Only a format that stores the orientation, without `quality`, keeps the photo's orientation. All
+    other files are upright. `part` selects a region of the pixels as stored.
     """
     if form.encode is None:
         raise ValueError(f"{form.title} is read only")
@@ -332,7 +346,7 @@ def encode(
     if form.name == photo.format:
         late = (one.data for one in photo.extras if one.kind is kinds.LATE_SEGMENTS)
         carried = (*photo.carried, *late)
-    if photo.jpeg is None:  # its colours were converted
+    if photo.jpeg is None:  # the colours were converted
         carried = tuple(one for one in carried if not jpeg_extras.is_profile(one))
     along = {one.kind: len(one.data) for one in photo.companions}
     if kinds.GAIN_MAP not in along:
@@ -360,7 +374,7 @@ def encode(
         photo,
         _coloured(pixels) if becomes_colour else np.ascontiguousarray(pixels),
         {
-            "icc_profile": None if becomes_colour else photo.icc_profile,  # it is one of grey
+            "icc_profile": None if becomes_colour else photo.icc_profile,  # the profile is for grey
             "exif": photo.exif and upright.turned_exif(photo.exif, turn, small),
             "xmp": photo.xmp and tidied(photo.xmp),
             "dpi": photo.dpi,
@@ -374,7 +388,10 @@ def encode(
 
 
 def _small(pixels: Image, orientation: int, old: bytes) -> bytes:
-    """Return upright pixels as a small JPEG file that lies so, as long as an old one, or b""."""
+    """Return a JPEG thumbnail in the given orientation, no larger than `old` in bytes.
+
+    Return b"" if no size fits or if `old` is no JPEG.
+    """
     if not old.startswith(SOI):
         return b""
     for longest in _SMALL_PX:
@@ -391,6 +408,6 @@ def _small(pixels: Image, orientation: int, old: bytes) -> bytes:
 
 
 def _coloured(grey: Image) -> Image:
-    """Return grey, with alpha or without, as RGB or RGBA."""
+    """Convert grey to RGB, or grey with alpha to RGBA."""
     planes = grey.reshape(*grey.shape[:2], -1)
     return np.ascontiguousarray(planes[..., [0, 0, 0, 1][: 2 + planes.shape[2]]])

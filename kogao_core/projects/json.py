@@ -1,4 +1,4 @@
-"""The parts of a project file: faces, recipes, protection; lengths are counted in `unit` px."""
+"""Convert parts of a project file from and to JSON. `unit` is the unit of lengths in px."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from kogao_core.warp.protection import Protection, Stroke
 
 MOST_FACES: Final = 1000
 _MOST_POINTS: Final = 10_000
-# Points may be dragged off the photo, but hardly by more than its size.
+# Points may be dragged off the photo, but rarely farther than the photo's size.
 _FARTHEST: Final = 64.0
 _LEAST_LENGTH: Final = 1e-9
 _FACE_FIELDS: Final = (
@@ -29,7 +29,7 @@ _FACE_FIELDS: Final = (
 
 
 def face_dict(face: Face, unit: int) -> dict[str, Any]:
-    """Return a face as plain JSON values; a target that is automatic is null."""
+    """Convert a face to plain JSON values. An automatic target becomes null."""
     pinned, targets = face.pinned_anchor, face.targets
     origin = None if pinned is None else [value / unit for value in pinned.origin_px]
     anchor = None if pinned is None else {"origin": origin, "spacing": pinned.spacing_px / unit}
@@ -61,12 +61,12 @@ def faces(nodes: Sequence[Node], unit: int) -> tuple[Face, ...]:
 
 
 def face(node: Node, unit: int) -> Face:
-    """Read what `face_dict` wrote."""
+    """Read a face written by `face_dict`."""
     node.only(_FACE_FIELDS)
     outline = _points(node.field("outline"), unit, _MOST_POINTS)
     targets, anchor = node.field("targets"), node.field("frame")
     confidence, own = node.field("confidence"), node.field("recipe")
-    forehead = node.field("forehead")  # null in what was written before there was one
+    forehead = node.field("forehead")  # null in projects of old versions
     try:
         return Face(
             outline=outline,
@@ -82,7 +82,7 @@ def face(node: Node, unit: int) -> Face:
         )
     except BadFile:
         raise
-    except ValueError as error:  # what Face itself refuses
+    except ValueError as error:  # Face rejects the values
         node.refuse(Text("is no face: {error}", error=error))
 
 
@@ -95,20 +95,16 @@ def recipe(node: Node) -> Recipe:
 
 
 def protection_dict(protection: Protection, unit: int) -> dict[str, Any]:
-    """Return protected places as plain JSON values."""
+    """Convert protected regions to plain JSON values."""
     strokes = [
-        {
-            "points": _in_units(stroke.points_px, unit),
-            "radius": stroke.radius_px / unit,
-            "feather": stroke.feather_px / unit,
-        }
+        {"points": _in_units(stroke.points_px, unit), "radius": stroke.radius_px / unit}
         for stroke in protection.strokes
     ]
     return {"strokes": strokes}
 
 
 def protection(node: Node, unit: int) -> Protection:
-    """Read what `protection_dict` wrote."""
+    """Read protected regions written by `protection_dict`."""
     strokes = _strokes(node.only(("strokes",)).field("strokes"))
     return Protection(tuple(_stroke(stroke, unit) for stroke in strokes))
 
@@ -128,7 +124,7 @@ def _strokes(node: Node) -> list[Node]:
 
 
 def brushwork_list(brushwork: Brushwork, unit: int) -> list[dict[str, Any]]:
-    """Return strokes of push and restore as plain JSON values."""
+    """Convert push and restore strokes to plain JSON values."""
     return [
         {
             "kind": stroke.kind,
@@ -143,19 +139,19 @@ def brushwork_list(brushwork: Brushwork, unit: int) -> list[dict[str, Any]]:
 
 
 def brushwork(node: Node, unit: int) -> Brushwork:
-    """Read what `brushwork_list` wrote; projects from before there were any have none."""
+    """Read strokes written by `brushwork_list`. Old projects have no strokes."""
     if node.value is None:
         return Brushwork()
     return Brushwork(tuple(_brush_stroke(stroke, unit) for stroke in _strokes(node)))
 
 
 def lines_list(lines: Sequence[Line], unit: int) -> list[list[list[float]]]:
-    """Return straight lines as plain JSON values."""
+    """Convert straight lines to plain JSON values."""
     return [_in_units(np.array(line), unit) for line in lines]
 
 
 def lines(node: Node, unit: int) -> tuple[Line, ...]:
-    """Read what `lines_list` wrote; projects from before there were any have none."""
+    """Read lines written by `lines_list`. Old projects have no lines."""
     if node.value is None:
         return ()
     found = [_points(item, unit, 2) for item in node.items(MOST_CORNERS)]
@@ -165,18 +161,17 @@ def lines(node: Node, unit: int) -> tuple[Line, ...]:
 
 
 def as_line(ends: Array) -> Line:
-    """Return a line of its ends, shape (2, 2)."""
+    """Create a line from end points of shape (2, 2)."""
     (x, y), (u, v) = ends.tolist()
     return (x, y), (u, v)
 
 
 def _stroke(node: Node, unit: int) -> Stroke:
-    node.only(("points", "radius", "feather"))
+    node.only(("points", "radius", "feather"))  # ignore the feather of old projects
     points = _points(node.field("points"), unit, _MOST_POINTS)
     if not len(points):
         node.refuse(Text("needs at least one point"))
-    radius, feather = (node.field(name).number(0.0, 1.0) * unit for name in ("radius", "feather"))
-    return Stroke(points, radius, feather)
+    return Stroke(points, node.field("radius").number(0.0, 1.0) * unit)
 
 
 def _brush_stroke(node: Node, unit: int) -> BrushStroke:
@@ -194,7 +189,7 @@ def _brush_stroke(node: Node, unit: int) -> BrushStroke:
         )
     except BadFile:
         raise
-    except ValueError as error:  # what the stroke itself refuses
+    except ValueError as error:  # BrushStroke rejects the values
         node.refuse(Text("is no stroke: {error}", error=error))
 
 

@@ -269,9 +269,9 @@ def load(path: str | os.PathLike[str]) -> Project:
     return from_node(parse(read(Path(path), _MOST_BYTES), _MOST_BYTES))
 
 
-def save(project: Project, path: str | os.PathLike[str]) -> None:
-    """Write a project file, whole or not at all."""
-    put(to_bytes(project), path)
+def save(project: Project, path: str | os.PathLike[str], *, private: bool = False) -> None:
+    """Write a project file atomically; a private one is readable by its owner alone."""
+    put(to_bytes(project), path, private=private)
 
 
 def to_bytes(project: Project) -> bytes:

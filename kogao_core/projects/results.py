@@ -1,12 +1,14 @@
-"""Results that this program has made, so that none is taken for a photo and retouched twice."""
+"""List of the results that Kogao made, so that it doesn't retouch a photo twice."""
 
 from __future__ import annotations
 
 import glob
+import hashlib
 import json
+import logging
 import os
 import re
-from collections import defaultdict
+from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import asdict, dataclass
 from functools import lru_cache
@@ -15,43 +17,47 @@ from typing import Any, Final
 
 from kogao_core.base.atomic import appended, put
 from kogao_core.base.installed import data_folder
-from kogao_core.base.language import Text
+from kogao_core.base.language import Text, translated
+from kogao_core.base.strict import BadFile, parse
+from kogao_core.base.wording import printable
 from kogao_core.photo.formats import READABLE
 from kogao_core.photo.metadata import glance
 from kogao_core.projects.project import sha256_of
 
 NAME: Final = "results.jsonl"
-"""Of the list, in the user's data folder."""
+"""File name of the list, in the user's data folder."""
 REPORT: Final = "kogao-batch.jsonl"
-"""Of a batch's report, in the folder of its results."""
+"""File name of a batch's report, in the folder of the results."""
 MARK: Final = "_kogao"
-"""Ends the name that is suggested for a copy, before the suffix."""
+"""End of the stem that Kogao suggests for a copy."""
 _MARKED: Final = re.compile(rf"(.+){MARK}(?:[ _-]?\d+|\(\d+\))?")
-_MOST_BYTES: Final = 8 << 20
+_MAX_BYTES: Final = 8 << 20
+_MAX_LINE_BYTES: Final = 1 << 12
+_HEX: Final = 64
+_LOG: Final = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """A line of the list."""
+    """A line of the list. It has hashes instead of paths, so that it names no photo."""
 
-    source: str  # the photo it was made from
-    result: str  # where it was written
-    # Of its bytes, by which it is known wherever it goes; a result that equals its photo has none.
-    size: int
-    sha256: str
-    edit: str = ""  # hash of the project that was done; empty for settings alone
+    source: str  # SHA-256 of the path of the photo
+    name: str  # SHA-256 of the name of the photo
+    size: int  # of the result in bytes; 0 if the result equals the photo
+    sha256: str  # of the result; empty if it equals the photo
+    edit: str = ""  # SHA-256 of the project that was applied; empty for settings alone
 
 
 @dataclass(frozen=True, slots=True)
 class Provenance:
-    """What is known of where a result comes from: its photo, if that is there."""
+    """A result and the photo it was made from, if that was found."""
 
     path: Path
     source: Path | None = None
 
     @property
     def why(self) -> Text:
-        """A sentence for whoever asked for it to be worked on."""
+        """A sentence that says that the file is a result."""
         if self.source is None:
             return Text("{name} is one of Kogao's own results", name=self.path.name)
         return Text(
@@ -63,85 +69,106 @@ class Provenance:
 
 @dataclass(frozen=True, slots=True)
 class Results:
-    """The list of results, a file of JSON lines that programs add to at once."""
+    """The list of results, a file of JSON lines to which several programs may append at once."""
 
     file: Path
 
     @staticmethod
     def of_user() -> Results:
-        """Return this user's list."""
+        """Return the list of this user."""
         return Results(data_folder() / NAME)
 
     def add(self, source: Path, result: Path, edit: str = "") -> None:
-        """Add a result; a list that can't be written loses nobody a picture."""
+        """Add a result; do nothing if the list can't be written."""
         with suppress(OSError):
             size, digest = result.stat().st_size, sha256_of(result)
             if source.stat().st_size == size and sha256_of(source) == digest:
                 size, digest = 0, ""
-            line = Result(os.path.realpath(source), os.path.realpath(result), size, digest, edit)
-            if self.file.is_file() and self.file.stat().st_size > _MOST_BYTES:
-                kept = self.file.read_bytes().splitlines(keepends=True)
-                put(kept[len(kept) // 2 :], self.file)
-            with appended(self.file) as lines:
-                lines.write(json.dumps(asdict(line)).encode() + b"\n")
+            line = Result(*_hashes(source), size, digest, edit)
+            if self.file.is_file() and self.file.stat().st_size > _MAX_BYTES:
+                lines = self.file.read_bytes().splitlines(keepends=True)
+                put(lines[len(lines) // 2 :], self.file, private=True)
+            with appended(self.file) as file:
+                self.file.chmod(0o600)
+                file.write(json.dumps(asdict(line)).encode() + b"\n")
 
-    def of(self, photo: Path) -> list[Result]:
-        """Return the results of a photo that are still there."""
-        made = self._read()[0].get(os.path.realpath(photo), [])
-        return [one for one in made if os.path.exists(one.result)]
+    def edits_of(self, photo: Path) -> set[str]:
+        """Return the hashes of the projects that results of a photo were saved with."""
+        return {one.edit for one in self._read() if one.source == _hashes(photo)[0]}
+
+    def forget(self, photo: Path) -> int:
+        """Remove the lines about a photo and about a file as a result; return how many."""
+        lines, digest = self._read(), sha256_of(photo) if photo.is_file() else ""
+        kept = [one for one in lines if one.source != _hashes(photo)[0] and one.sha256 != digest]
+        if len(kept) < len(lines):
+            put([json.dumps(asdict(one)).encode() + b"\n" for one in kept], self.file, private=True)
+        return len(lines) - len(kept)
 
     def origin(self, path: Path) -> Provenance | None:
-        """Return where a result comes from; None for a photo.
+        """Return the origin of a result, or None for a photo.
 
-        It is known by its bytes, by the report of the batch that made it, by its edit record, or
-        by its name.
+        A result is recognised by its bytes, the report of its batch, its edit record or its name.
         """
         try:
-            made = self._read()[1].get(path.stat().st_size, [])
-            digest = sha256_of(path) if made else ""
-            for one in made:
+            size = path.stat().st_size
+            same_size = [one for one in self._read() if one.sha256 and one.size == size]
+            digest = sha256_of(path) if same_size else ""
+            for one in same_size:
                 if one.sha256 == digest:
-                    return Provenance(path, _there(Path(one.source), path))
+                    return Provenance(path, _photo_of(one, path))
             report = path.with_name(REPORT)
             if report.is_file():
-                source = _outputs(report, report.stat().st_mtime_ns).get(path.name)
+                source = _sources(report, report.stat().st_mtime_ns).get(path.name)
                 if source is not None:
-                    return Provenance(path, _there(Path(source), path))
+                    places = (Path(source), path.with_name(Path(source).name))
+                    return Provenance(path, _first_photo(places, path))
             marked = _MARKED.fullmatch(path.stem)
             if marked is not None or glance.is_ours(path):
                 return Provenance(path, _namesake(path, marked[1]) if marked else None)
-        except OSError:  # whoever reads it finds a sentence
+        except OSError:  # the caller finds out when it reads the file
             pass
         return None
 
-    def _read(self) -> _Index:
+    def _read(self) -> list[Result]:
         try:
-            return _index(self.file, self.file.stat().st_mtime_ns)
+            return _lines(self.file, self.file.stat().st_mtime_ns)
         except OSError:
-            return {}, {}
-
-
-# Results by their photos, and by their sizes.
-_Index = tuple[dict[str, list[Result]], dict[int, list[Result]]]
+            return []
 
 
 @lru_cache(maxsize=2)
-def _index(file: Path, _: int) -> _Index:
-    by_source, by_size = defaultdict[str, list[Result]](list), defaultdict[int, list[Result]](list)
-    for entry in objects_in(file):
-        try:
-            one = Result(**entry)
-        except TypeError:  # of another version
-            continue
-        by_source[one.source].append(one)
-        if one.sha256:
-            by_size[one.size].append(one)
-    return by_source, by_size
+def _lines(file: Path, _: int) -> list[Result]:
+    """Return the lines of a list; log a warning about damaged ones."""
+    lines = file.read_bytes().splitlines()
+    read = [one for one in map(_line, lines) if one is not None]
+    if len(read) < len(lines):
+        count = len(lines) - len(read)
+        text = Text.counted(count, "{file}: skipped {n} damaged line",
+                            "{file}: skipped {n} damaged lines", file=file)  # fmt: skip
+        _LOG.warning("%s", printable(translated(text)))
+    return read
+
+
+def _line(line: bytes) -> Result | None:
+    """Return a line of the list, or None if it is damaged.
+
+    Older lines have the path of the photo in `source`, and a field `result` instead of `name`.
+    """
+    try:
+        node = parse(line, _MAX_LINE_BYTES)
+        if "result" in node.only((*Result.__slots__, "result")).value:
+            source, name = _hashes(Path(node.field("source").text(_MAX_LINE_BYTES)))
+        else:
+            source, name = (node.field(field).text(_HEX) for field in ("source", "name"))
+        sha256, edit = (node.field(field).text(_HEX) for field in ("sha256", "edit"))
+        return Result(source, name, node.field("size").whole(0, 1 << 53), sha256, edit)
+    except BadFile:
+        return None
 
 
 @lru_cache(maxsize=16)
-def _outputs(report: Path, _: int) -> dict[str, str]:
-    """Return the photos that a batch has worked on, by the names of their results."""
+def _sources(report: Path, _: int) -> dict[str, str]:
+    """Return the paths of the photos of a batch by the names of their results."""
     return {
         Path(str(entry.get("output"))).name: str(entry.get("source"))
         for entry in objects_in(report)
@@ -150,7 +177,7 @@ def _outputs(report: Path, _: int) -> dict[str, str]:
 
 
 def objects_in(file: Path) -> list[dict[str, Any]]:
-    """Return the objects in a file of JSON lines; damaged lines don't count."""
+    """Return the objects in a file of JSON lines; skip damaged lines."""
     found = []
     for line in file.read_text(encoding="utf-8", errors="replace").splitlines():
         try:
@@ -162,15 +189,31 @@ def objects_in(file: Path) -> list[dict[str, Any]]:
     return found
 
 
-def _there(source: Path, path: Path) -> Path | None:
-    """Return a photo where it was, or beside its result."""
-    places = (source, path.with_name(source.name))
-    return next((one for one in places if one != path and one.is_file()), None)
+def _hashes(photo: Path) -> tuple[str, str]:
+    """Return the SHA-256 of the real path and of the name of a photo."""
+    place = Path(os.path.realpath(photo))
+    path, name = (hashlib.sha256(os.fsencode(text)).hexdigest() for text in (place, place.name))
+    return path, name
+
+
+def _photo_of(line: Result, path: Path) -> Path | None:
+    """Return the photo of a result: where it was, if near the result, or by its name beside it."""
+    near: list[Path] = []
+    for folder in (path.parent, path.parent.parent):
+        with suppress(OSError):
+            near += (one for one in folder.iterdir() if one.suffix.lower() in READABLE)
+    hashes = {one: _hashes(one) for one in near}
+    places = [one for one in near if hashes[one][0] == line.source]
+    beside = [one for one in near if one.parent == path.parent and hashes[one][1] == line.name]
+    return _first_photo([*places, *beside], path)
+
+
+def _first_photo(places: Iterable[Path], result: Path) -> Path | None:
+    return next((one for one in places if one != result and one.is_file()), None)
 
 
 def _namesake(path: Path, stem: str) -> Path | None:
-    """Return the photo beside a result whose name it bears."""
+    """Return the photo beside a result that has the result's name without the mark."""
     same = path.with_name(stem + path.suffix)
     others = sorted(path.parent.glob(f"{glob.escape(stem)}.*"))
-    photos = [one for one in (same, *others) if one.suffix.lower() in READABLE and one.is_file()]
-    return photos[0] if photos else None
+    return _first_photo((one for one in (same, *others) if one.suffix.lower() in READABLE), path)

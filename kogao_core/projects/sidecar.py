@@ -1,73 +1,157 @@
-"""The project file beside a photo, and a project applied to a photo at hand."""
+"""Find the project file of a photo, and apply a project to a photo."""
 
 from __future__ import annotations
 
 import hashlib
+import json
 import os
 from contextlib import suppress
 from dataclasses import dataclass, field
+from functools import lru_cache
 from pathlib import Path
-from typing import Final
+from typing import Final, NamedTuple
 
+from kogao_core.base import strict
+from kogao_core.base.atomic import put
 from kogao_core.base.geometry import Box, Image, Line
 from kogao_core.base.installed import data_folder
 from kogao_core.base.language import Text
 from kogao_core.base.strict import BadFile
 from kogao_core.base.wording import printable
 from kogao_core.faces.face import Face
-from kogao_core.projects.project import Original, Project, Sheet
+from kogao_core.projects.project import Original, Project, Sheet, load, sha256_of
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.warp.brush import UNTOUCHED, Brushwork
 from kogao_core.warp.limits import OutOfBounds, check_brushwork, check_faces, check_protection
 from kogao_core.warp.protection import Protection
 
 SUFFIX: Final = ".kogao.json"
+_RECORD: Final = ".place"  # suffix of a file that records where the edits of a photo are
+_MOST_RECORD_BYTES: Final = 1 << 14
+
+
+class SavedEdits(NamedTuple):
+    """Edits on disk: the project file and the photo for which they were saved."""
+
+    file: Path
+    photo: Path
 
 
 def sidecar_of(photo: str | os.PathLike[str]) -> Path:
-    """Return where the project of a photo lies: ``portrait.jpg.kogao.json`` beside it."""
+    """Return the path of a photo's project: ``portrait.jpg.kogao.json`` in the same folder."""
     path = Path(photo)
     return path.with_name(path.name + SUFFIX)
 
 
 def own_folder() -> Path:
-    """Return the user's own folder of projects that don't lie beside their photos."""
+    """Return the user's folder for projects that can't be saved next to their photos."""
     return data_folder() / "edits"
 
 
 def own_place(photo: str | os.PathLike[str], folder: Path) -> Path:
-    """Return where the project of a photo lies in a folder of the user's own."""
+    """Return the path of a photo's project in the user's folder."""
     known = hashlib.sha256(os.fsencode(os.path.realpath(photo))).hexdigest()
     return folder / f"{known[:32]}{SUFFIX}"
 
 
 def kept(photo: str | os.PathLike[str], folder: Path | None = None) -> Path | None:
-    """Return the newest project of a photo, beside it or in the user's own folder, if any."""
-    places = [sidecar_of(photo), *([own_place(photo, folder)] if folder else [])]
+    """Return the newest project file of a photo, see `find`."""
+    found = find(photo, folder)
+    return None if found is None else found.file
+
+
+def find(photo: str | os.PathLike[str], folder: Path | None = None) -> SavedEdits | None:
+    """Return the newest edits of a photo, next to the photo or in the user's folder, if any.
+
+    A photo without edits may have been renamed or moved: then return edits of a photo with the
+    same SHA-256 that no longer exists under the name for which the edits were saved.
+    """
+    path = Path(photo)
+    places = [sidecar_of(path), *([own_place(path, folder)] if folder else [])]
     there: dict[Path, int] = {}
     for place in places:
-        with suppress(OSError):  # a folder that can't be asked holds none
+        with suppress(OSError):  # an unreadable folder contains no edits
             if place.is_file():
                 there[place] = place.stat().st_mtime_ns
-    return max(there, key=lambda place: there[place], default=None)
+    if there:
+        return SavedEdits(max(there, key=lambda place: there[place]), path)
+    with suppress(OSError):
+        return _of_same_content(path, folder)
+    return None
+
+
+def record(photo: Path, sha256: str, file: Path, folder: Path) -> None:
+    """Record in the user's folder where the edits of a photo are. Raises OSError.
+
+    `find` reads the record after the photo has been renamed or moved.
+    """
+    paths = {"photo": os.path.realpath(photo), "file": os.path.realpath(file)}
+    put(json.dumps(paths).encode(), _record_of(folder, photo.stat().st_size, sha256), private=True)
+
+
+def _record_of(folder: Path, size: int, sha256: str) -> Path:
+    return folder / f"{size}-{sha256[:32]}{_RECORD}"
+
+
+def _of_same_content(photo: Path, folder: Path | None) -> SavedEdits | None:
+    """Return edits of a photo with the same bytes under another name. Raises OSError."""
+    found, beside = photo.stat(), photo.parent
+    renamed = _without_photo(beside, beside.stat().st_mtime_ns)
+    # Hash the photo only if a record has the same file size.
+    recorded = folder is not None and any(folder.glob(f"{found.st_size}-*{_RECORD}"))
+    if not renamed and not recorded:
+        return None
+    digest = _digest(photo, found.st_size, found.st_mtime_ns)
+    if digest in renamed:
+        return SavedEdits(renamed[digest], renamed[digest].with_name(_photo_name(renamed[digest])))
+    if folder is None or not recorded:
+        return None
+    try:
+        data = strict.read(_record_of(folder, found.st_size, digest), _MOST_RECORD_BYTES)
+        top = strict.parse(data, _MOST_RECORD_BYTES)
+        edits = SavedEdits(*(Path(top.field(name).text(4096)) for name in ("file", "photo")))
+    except BadFile:
+        return None
+    return edits if edits.file.is_file() and not edits.photo.exists() else None
+
+
+def _photo_name(file: Path) -> str:
+    return file.name[: -len(SUFFIX)]
+
+
+@lru_cache(maxsize=64)
+def _without_photo(folder: Path, _: int) -> dict[str, Path]:
+    """Return the sidecars in a folder whose photo is missing, by the photo's SHA-256."""
+    found = {}
+    # A photo renamed twice has two sidecars: the newer sidecar replaces the older one.
+    for file in sorted(folder.glob(f"*{SUFFIX}"), key=os.path.getmtime):
+        if not file.with_name(_photo_name(file)).exists():
+            with suppress(BadFile):
+                found[load(file).original.sha256] = file
+    return found
+
+
+@lru_cache(maxsize=4096)
+def _digest(photo: Path, size: int, modified_ns: int) -> str:  # noqa: ARG001
+    return sha256_of(photo)
 
 
 @dataclass(frozen=True, eq=False)
 class Applied:
-    """What a project makes of one photo: the arguments of `render`."""
+    """A project applied to one photo: the arguments of `render`."""
 
-    faces: list[Face]  # those to make smaller, px of the photo
-    recipe: Recipe  # the photo's choices
-    protection: Protection  # places that must not move, px
-    note: str = ""  # what the user should know of the match; empty for the very photo
-    loose: tuple[Line, ...] = ()  # straight lines that aren't held, px
-    # More faces of the photo, which are left alone, px.
+    faces: list[Face]  # the faces to make smaller, px of the photo
+    recipe: Recipe  # the photo's settings
+    protection: Protection  # protected regions, px
+    note: str = ""  # a note for the user about the match; empty for the identical file
+    loose: tuple[Line, ...] = ()  # straight lines that are not kept straight, px
+    # Additional faces of the photo, not changed, px.
     others: list[Face] = field(default_factory=list)
     brushwork: Brushwork = UNTOUCHED  # strokes of push and restore, px
 
     @property
     def what(self) -> Text:
-        """A few words on what is done, for an edit record."""
+        """Short summary of the edits, for an edit record."""
         faces = Text.counted(
             len(self.faces),
             "{n} face made smaller: {amount}",
@@ -125,7 +209,7 @@ def apply(project: Project, pixels: Image, sha256: str | None = None) -> Applied
 
 
 def match(project: Project, pixels: Image, sha256: str | None = None) -> tuple[Project, str]:
-    """Return a project in px of a photo, and what the user should know of the match.
+    """Scale a project to the size of a photo. Return the project and a note for the user.
 
     Result: the note is empty for the very photo. Raises BadFile.
     """
@@ -150,7 +234,7 @@ def sheet_of(project: Project) -> Sheet:
 
 
 def original(path: Path, sha256: str, pixels: Image) -> Original:
-    """Return how a project beside a photo names it: by its file name alone, in plain letters."""
+    """Return the photo's entry for a project in the same folder: the printable file name."""
     name = printable(path.name)
     height, width = pixels.shape[:2]
     return Original(name, sha256, width, height)

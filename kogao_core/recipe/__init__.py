@@ -1,4 +1,4 @@
-"""What there is to set, every choice of a user as one value, and such values with names.
+"""Settings, recipes (all settings of a user as one value) and presets (recipes with names).
 
-It may use `base`.
+Imports only `base`.
 """

@@ -1,4 +1,4 @@
-"""Recipes with names, as files: the user's lie in one folder, each one that `--recipe` takes."""
+"""Presets: named recipes as files in the user's folder, readable by `--recipe`."""
 
 from __future__ import annotations
 
@@ -17,21 +17,23 @@ from kogao_core.base.wording import shown, system_reason
 from kogao_core.recipe.recipe import PAPER, Recipe
 
 BUILT_IN: Final[dict[str, Recipe]] = {
-    Text("Retoucher's, 4 %"): Recipe(),
-    Text("Gentle, 2 %"): Recipe(percent=2.0),
-    Text("Clear, 6 %"): Recipe(percent=6.0),
+    Text("Small face"): Recipe(),
+    Text("Slim"): Recipe(percent=3.0, width=-4.0, cheeks_width=-2.0),
+    Text("V-line"): Recipe(percent=4.0, jaw_width=-6.0),
+    Text("Shorter forehead"): Recipe(percent=4.0, forehead_height=-8.0),
+    Text("Subtle"): Recipe(percent=4.0),
     Text("The paper's"): PAPER,
 }
 ENDING: Final = ".json"
 LONGEST_NAME: Final = 60
 _MOST_BYTES: Final = 2**20
-# What a name of a file can't hold, on any system, and what the others are written with.
+# Characters not allowed in file names on some system; in file names they are percent-encoded.
 _UNFIT: Final = re.compile(r'[<>:"/\\|?*%\x00-\x1f\x7f]|^\.|[. ]$')
 _UNPRINTABLE: Final = re.compile("[\x00-\x1f\x7f\ud800-\udfff]")
 
 
 def user_folder() -> Path:
-    """Return the folder of this user's presets, which the editor uses, too; it needn't be there."""
+    """Return the folder of the user's presets, shared with the editor; it may not exist."""
     return data_folder() / "presets"
 
 
@@ -54,19 +56,19 @@ def read(file: Path) -> Recipe:
 
 
 def write(recipe: Recipe, file: Path) -> None:
-    """Write a recipe as a file, whole or not at all."""
+    """Write a recipe to a file atomically."""
     put(f"{json.dumps(recipe.to_dict(), indent=1)}\n".encode(), file)
 
 
 def listed(folder: Path) -> dict[str, Recipe]:
-    """Return the presets in a folder, by name; files that this program can't read are left out."""
+    """Return the presets in a folder, by name; skip unreadable files."""
     found = {}
     for file in sorted(folder.glob(f"*{ENDING}")) if os.path.isdir(folder) else ():
         try:
-            # A pipe would keep whoever opens it waiting.
+            # Skip pipes: opening one would block.
             if file.is_file():
                 found[name_of(file)] = read(file)
-        except (OSError, ValueError):  # closed to us; written by a newer program, or by hand
+        except (OSError, ValueError):  # no permission; newer version; edited by hand
             continue
     return found
 
@@ -87,19 +89,19 @@ def file_of(folder: Path, name: str) -> Path:
 
 
 def name_of(file: Path) -> str:
-    """Return the name of the preset in a file, as far as it can be one."""
+    """Return the preset name of a file, decoded as far as possible."""
     return _UNPRINTABLE.sub("?", unquote(file.stem))[:LONGEST_NAME]
 
 
 def add(folder: Path, name: str, recipe: Recipe) -> None:
-    """Keep a recipe under a name in a folder, in place of any other of that name."""
+    """Save a recipe under a name in a folder; overwrite a preset of the same name."""
     file = file_of(folder, name)
     folder.mkdir(parents=True, exist_ok=True)
     write(recipe, file)
 
 
 def remove(folder: Path, name: str) -> None:
-    """Delete a preset from a folder; one that is gone is no error."""
+    """Delete a preset from a folder; ignore a missing preset."""
     for file in folder.glob(f"*{ENDING}"):
         if name_of(file) == name:
             file.unlink(missing_ok=True)

@@ -1,10 +1,11 @@
-"""Every choice of the user as one frozen, versioned value."""
+"""All settings of the user as one frozen, versioned value."""
 
 from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from numbers import Real
 from typing import Any, Final, TypeVar
 
 from kogao_core.base.language import Text
@@ -16,56 +17,81 @@ from kogao_core.recipe.settings import (
     INTERPOLATIONS,
     LATTICE_UNITS,
     LENSES,
+    SCOPES,
     DomainName,
     Fit,
     Interpolation,
     LatticeUnit,
     LensName,
+    ScopeName,
     Setting,
 )
 
 Value = TypeVar("Value")
-VERSION: Final = 3
-# cv2.remap rounds its map to 1/32 px, so a smaller move than half of that changes no byte.
+VERSION: Final = 4
+# cv2.remap rounds coordinates to 1/32 px, so a move of less than half of that changes no byte.
 LOSSLESS_PX: Final = 1.0 / 64.0
 
-# By version: what turns the fields of a recipe of that version into those of the next.
+_SIGNED: Final = (-15.0, 15.0)  # below 0 smaller, above it larger
+# Fields of version 3, in % of the warp distance, and the shapes that replaced them.
+_SHARES: Final = {
+    "cheeks": "cheeks_width",
+    "jaw": "jaw_width",
+    "chin": "chin_length",
+    "left": "left_width",
+    "right": "right_width",
+}
+_PERCENT_BEFORE_4: Final = 4.0  # the default of `percent` in versions 1 to 3
+
+
+def _without_shares(fields: dict[str, Any]) -> dict[str, Any]:
+    """Convert the fields of a recipe from version 3 to version 4.
+
+    A share of the warp distance becomes the shape setting that moves a landmark equally far.
+    """
+    head, counts = fields.pop("head_follows", 50.0), fields.pop("zones", True)
+    fields.pop("keep_features", None)
+    scope = "face" if isinstance(head, Real) and head <= 0.0 else "head"
+    new = {"percent": _PERCENT_BEFORE_4, "scope": scope, **fields}
+    SETTINGS["percent"].check(new["percent"])
+    low, high = _SIGNED
+    for share, shape in _SHARES.items():
+        percent = new.pop(share, 100.0)
+        dataclasses.replace(SETTINGS["even_out"], within=(0.0, 200.0), name=share).check(percent)
+        if percent != 100.0 and counts:
+            SETTINGS[shape].check(before := new.get(shape, 0.0))
+            new[shape] = min(high, max(low, before - new["percent"] * (percent / 100.0 - 1.0)))
+    return new if counts else {**new, "even_out": 0.0}
+
+
+# For each version, a function that converts fields of that version to the next version.
 _UPGRADES: Final[dict[int, Callable[[dict[str, Any]], dict[str, Any]]]] = {
-    # What was made before lines could be held looks as it did.
+    # Version 1 had no lines to keep straight.
     1: lambda fields: {"hold_background": False, **fields},
-    # Nor what was made before anything but forehead and hair could follow.
+    # Version 2 moved either the face alone or, with `whole_head`, hair as well.
     2: lambda fields: {
         "head_follows": 100.0 if fields.get("whole_head") is True else 0.0,
-        "keep_features": False,
         **{name: value for name, value in fields.items() if name != "whole_head"},
     },
+    3: _without_shares,
 }
-
-_SIGNED: Final = (-15.0, 15.0)  # below 0 smaller, above it larger
 
 
 def setting(default: Value, title: Text, what: Text, where: str = "", **others: Any) -> Value:
-    """Return a field of the recipe with all that is said of it, a `Setting`."""
+    """Declare a field of the recipe with its `Setting`."""
     declared = Setting(title, what, where, **others)
     field: Any = dataclasses.field(default=default, metadata={Setting: declared})
-    return field  # type: ignore[no-any-return]  # as `dataclasses.field` has it
-
-
-def _zone(default: float, title: Text, word: Text, what: Text) -> float:
-    """Return how far a part of the face goes beside the rest."""
-    return setting(
-        default, title, what, within=(0.0, 200.0), unit=Text("%"), word=word, needs="zones"
-    )
+    return field  # type: ignore[no-any-return]  # like `dataclasses.field`
 
 
 def _signed(default: float, title: Text, word: Text, what: Text, **others: str) -> float:
-    """Return how much larger or smaller a part of the face gets."""
+    """Declare a field for the size of a part of the face, -15 to 15 %."""
     return setting(default, title, what, within=_SIGNED, unit=Text("%"), word=word, **others)
 
 
 @dataclass(frozen=True, slots=True)
 class Recipe:
-    """What to do to a face; the defaults are the retoucher's, `PAPER` is the paper's.
+    """Settings for the warp of a face; the defaults suit retouchers, `PAPER` has the paper's.
 
     Parameters
     ----------
@@ -73,51 +99,43 @@ class Recipe:
         Warp distance in % of D, the landmark-to-centre distance (section 3.2), -15 to 15; below 0
         faces get larger.
     center : int
-        Centre candidate 1 to 4 on the line from the eyes to the mouth (figure 7a).
+        Centre candidate 1 to 4 on the line from the eyes to the mouth (figure 7a), with scope
+        "face".
     lattice : float
         Lattice spacing R in `lattice_unit`, 0.1 to 8 (section 3.3).
     lattice_unit : {"spacing", "warp"}
-        What R is measured in: mean landmark spacing, or mean warp distance.
+        Unit of R: mean landmark spacing, or mean warp distance.
     fit : {"approximation", "exact", "multilevel"}
-        How control points follow from landmarks (section 2).
+        Method to compute control points from landmarks (section 2).
     domain : {"image", "control-points", "threshold"}
-        Which pixels are worked on (section 4).
+        The processed pixels (section 4).
     threshold_px : float
-        Position change below which a pixel stays, px of the image rendered (section 4.2); values
-        up to 1/64 change no byte, larger ones fade the displacement in over [T, 2T].
+        Smaller displacements leave a pixel unchanged, px of the rendered image (section 4.2).
+        Values up to 1/64 change no byte; larger values fade the displacement in over [T, 2T].
     interpolation : {"bilinear", "cubic", "lanczos4"}
         Resampling kernel.
     guard : bool
-        Hold a face that would fold back to the largest move that doesn't.
+        Limit displacements that would fold the picture.
     hold_background : bool
-        Hold straight lines of the background and other people where they are, if it is known
-        where those are (`holding.Held`).
-    head_follows : float
-        How far what surrounds the face goes along, 0 to 100 %: 0 the face alone, as in the paper;
-        50 ears, temples and forehead; 100 the whole head with its hair (`surround`).
-    keep_features : bool
-        Let each eye and the mouth shift without changing their shape, and a line from temple to
-        temple stay straight.
-    zones : bool
-        Let the fields below count.
-    cheeks, jaw, chin : float
-        How far these go, in % of the warp distance, 0 to 200 (`zones`).
-    left, right : float
-        The same for the sides of the face, as one sees them in the picture of an upright head.
+        Keep straight lines of the background straight and other people still, where their
+        positions are known (`holding.Held`).
+    scope : {"head", "face"}
+        What shrinks: the whole head as one body about a fixed point on the head's axis (`head`),
+        or the face alone towards its centre, as in the paper.
     even_out : float
-        How far the two sides go towards each other's mirror image, 0 to 100 % (`zones`).
+        Move both sides towards each other's mirror image, 0 to 100 % (`zones`).
     width, length : float
-        The face narrower or shorter (below 0), wider or longer, in % of D, -15 to 15; these and
-        those below count beside the warp distance, whatever it is (`zones.Shape`).
+        Make the face narrower or shorter (below 0), wider or longer, in % of D, -15 to 15. These
+        settings and the zones below are independent of the warp distance (`zones.Shape`).
     jaw_width, chin_length, cheeks_width, left_width, right_width : float
         The same for a zone of the outline, towards the centre or away from it.
     forehead_height : float
-        The same for the hairline, down or up.
+        The same for the hairline, down or up, with scope "head".
     lens : {"off", "auto"} or float
-        Take out how a lens stretches heads off its axis (`lens`): of which focal length, as
-        35-mm film would need it, 8 to 1000 mm; "auto" goes by the photo, see `optics.settled`.
+        Correct the stretch of heads away from the lens' axis (`lens`), for this 35-mm equivalent
+        focal length, 8 to 1000 mm; "auto" reads the photo's metadata, see `optics.settled`.
     lens_amount : float
-        How much of that stretch is taken out, 0 to 100 %.
+        Strength of the lens correction, 0 to 100 %.
 
     Raises
     ------
@@ -135,29 +153,30 @@ class Recipe:
     """
 
     percent: float = setting(
-        4.0,
+        6.0,
         Text("Warp distance"),
-        Text(
-            "How far landmarks move, in % of D, their distance to the centre; below 0, away from it"
-        ),
+        Text("Move landmarks by this % of the distance to the centre; negative enlarges"),
         Text("section 3.2"),
         within=(-15.0, 15.0),
+        option="amount",
         unit=Text("% of D"),
         letter="W",
     )
     center: int = setting(
         2,
         Text("Centre"),
-        Text("Which candidate between the eyes and the mouth landmarks move to"),
+        Text("Centre candidate between eyes and mouth"),
         Text("section 3.2"),
         within=(1, len(CENTERS)),
         is_whole=True,
+        needs="scope",
+        unless="head",
         letter="C",
     )
     lattice: float = setting(
         1.0,
         Text("Lattice"),
-        Text("Spacing R of the control lattice: small is local, large is smooth"),
+        Text("Lattice spacing R: small is local, large is smooth"),
         Text("section 3.3"),
         within=(0.1, 8.0),
         is_method=True,
@@ -166,7 +185,7 @@ class Recipe:
     lattice_unit: LatticeUnit = setting(
         "spacing",
         Text("Lattice unit"),
-        Text("What R counts"),
+        Text("Unit of R"),
         Text("section 3.3"),
         alternatives=LATTICE_UNITS,
         is_method=True,
@@ -175,7 +194,7 @@ class Recipe:
     fit: Fit = setting(
         "exact",
         Text("Fit"),
-        Text("How the lattice takes up the landmarks' moves"),
+        Text("Fit of the lattice to the landmarks"),
         Text("sections 2.1, 2.2"),
         alternatives=FITS,
         is_method=True,
@@ -184,7 +203,7 @@ class Recipe:
     domain: DomainName = setting(
         "threshold",
         Text("Domain"),
-        Text("Which pixels are worked on; the picture is the same, the smaller is quicker"),
+        Text("Pixels to compute; smaller is faster, the result is the same"),
         Text("sections 4.1, 4.2"),
         alternatives=DOMAINS,
         per_photo=True,
@@ -194,12 +213,12 @@ class Recipe:
     threshold_px: float = setting(
         LOSSLESS_PX,
         Text("Threshold"),
-        Text("Pixels that would move less stay as they are"),
+        Text("Leave pixels unchanged below this displacement"),
         Text("section 4.2"),
         within=(0.0, 16.0),
         unit=Text("px"),
         option="threshold",
-        default_text=Text("1/64: no byte is lost"),
+        default_text=Text("1/64: lossless"),
         per_photo=True,
         is_method=True,
         letter="r",
@@ -207,7 +226,7 @@ class Recipe:
     interpolation: Interpolation = setting(
         "cubic",
         Text("Interpolation"),
-        Text("How a pixel is read between pixels"),
+        Text("Interpolation between pixels"),
         alternatives=INTERPOLATIONS,
         per_photo=True,
         is_method=True,
@@ -215,7 +234,7 @@ class Recipe:
     guard: bool = setting(
         True,
         Text("Guard"),
-        Text("Hold back what would fold, or read from outside the photo"),
+        Text("Limit displacements that would fold the picture or read outside the photo"),
         per_photo=True,
         is_method=True,
         letter="Q",
@@ -223,145 +242,83 @@ class Recipe:
     hold_background: bool = setting(
         True,
         Text("Hold background"),
-        Text("Keep straight lines of the background straight, and other people where they are"),
+        Text("Keep background lines straight and other people in place"),
         per_photo=True,
         is_method=True,
         letter="b",
     )
-    head_follows: float = setting(
-        50.0,
-        Text("Head follows"),
-        Text(
-            "How far what surrounds the face goes along: 0 % the face alone, 50 % ears and "
-            "temples, 100 % the whole head with its hair"
-        ),
-        within=(0.0, 100.0),
-        unit=Text("%"),
-        word=Text("head follows"),
-        letter="o",
-    )
-    keep_features: bool = setting(
-        True,
-        Text("Keep features"),
-        Text("Let eyes and mouth keep their shape, and a line from temple to temple stay straight"),
-        word=Text("features kept"),
-        letter="K",
-    )
-    zones: bool = setting(
-        True,
-        Text("Zones"),
-        Text("Let parts of the face go their own shares, and even out its sides"),
-        is_method=True,
-    )
-    cheeks: float = _zone(
-        100.0,
-        Text("Share of the cheeks"),
-        Text("cheeks"),
-        Text("How far the cheeks move, in % of the warp distance"),
-    )
-    jaw: float = _zone(
-        100.0,
-        Text("Share of the jaw"),
-        Text("jaw"),
-        Text("How far the jaw moves, between cheeks and chin, in % of the warp distance"),
-    )
-    chin: float = _zone(
-        100.0,
-        Text("Share of the chin"),
-        Text("chin"),
-        Text("How far the chin moves, in % of the warp distance"),
-    )
-    left: float = _zone(
-        100.0,
-        Text("Share of the left"),
-        Text("picture's left"),
-        Text(
-            "How far the side moves that is on the left in the picture, in % of the warp distance"
-        ),
-    )
-    right: float = _zone(
-        100.0,
-        Text("Share of the right"),
-        Text("picture's right"),
-        Text(
-            "How far the side moves that is on the right in the picture, in % of the warp distance"
-        ),
+    scope: ScopeName = setting(
+        "head",
+        Text("Change"),
+        Text("What gets smaller"),
+        alternatives=SCOPES,
+        letter="g",
     )
     even_out: float = setting(
         0.0,
         Text("Even out"),
-        Text(
-            "How far left and right move to each other's mirror image; less, the more a head turns"
-        ),
+        Text("Make both sides more alike, % towards the mirror image; less for turned heads"),
         within=(0.0, 100.0),
         unit=Text("%"),
         word=Text("even out"),
-        needs="zones",
     )
     width: float = _signed(
         0.0,
         Text("Width"),
         Text("face width"),
-        Text("The face narrower (below 0) or wider, in % of its distance to the centre"),
+        Text("Width of the face; negative is narrower"),
         option="face-width",
     )
     length: float = _signed(
         0.0,
         Text("Length"),
         Text("face length"),
-        Text("The face shorter (below 0) or longer, in % of its distance to the centre"),
+        Text("Length of the face; negative is shorter"),
         option="face-length",
     )
     jaw_width: float = _signed(
         0.0,
         Text("Jaw"),
         Text("jaw width"),
-        Text("The jaw slimmer (below 0) or wider, in % of its distance to the centre"),
+        Text("Width of the jaw; negative is slimmer"),
         letter="J",
     )
     chin_length: float = _signed(
         0.0,
         Text("Chin"),
         Text("chin length"),
-        Text("The chin shorter (below 0) or longer, in % of its distance to the centre"),
+        Text("Length of the chin; negative is shorter"),
     )
     cheeks_width: float = _signed(
         0.0,
         Text("Cheeks"),
         Text("cheeks' width"),
-        Text("The cheeks slimmer (below 0) or wider, in % of their distance to the centre"),
+        Text("Width of the cheeks; negative is slimmer"),
     )
     forehead_height: float = _signed(
         0.0,
         Text("Forehead"),
         Text("forehead height"),
-        Text("The hairline lower (below 0) or higher, in % of its distance to the centre"),
+        Text("Height of the hairline; negative is lower"),
+        needs="scope",
+        unless="face",
     )
     left_width: float = _signed(
         0.0,
         Text("Picture's left"),
         Text("width on the left"),
-        Text(
-            "The side on the left in the picture slimmer (below 0) or wider, in % of its "
-            "distance to the centre"
-        ),
+        Text("Side of the face at the picture's left; negative is slimmer"),
     )
     right_width: float = _signed(
         0.0,
         Text("Picture's right"),
         Text("width on the right"),
-        Text(
-            "The side on the right in the picture slimmer (below 0) or wider, in % of its "
-            "distance to the centre"
-        ),
+        Text("Side of the face at the picture's right; negative is slimmer"),
     )
     lens: LensName | float = setting(
         "off",
         Text("Take out lens stretch"),
-        Text(
-            "How a wide lens stretched heads towards the edge, by its focal length as 35-mm film "
-            "would need it"
-        ),
+        Text("Correct wide-angle stretch of heads, with the 35-mm equivalent focal length"),
         within=(8.0, 1000.0),
         alternatives=LENSES,
         unit=Text("mm"),
@@ -372,15 +329,16 @@ class Recipe:
     lens_amount: float = setting(
         100.0,
         Text("Lens amount"),
-        Text("How much of the lens' stretch is taken out"),
+        Text("Strength of the lens correction"),
         within=(0.0, 100.0),
         unit=Text("%"),
         word=Text("lens amount"),
         needs="lens",
+        unless="off",
     )
 
     def __post_init__(self) -> None:
-        """Refuse values outside the documented ranges; numpy's numbers become Python's."""
+        """Reject values outside the documented ranges; convert numpy numbers to Python numbers."""
         for setting in SETTINGS.values():
             value = getattr(self, setting.name)
             setting.check(value)
@@ -388,47 +346,38 @@ class Recipe:
 
     @property
     def amount(self) -> Text:
-        """How far faces come towards which centre, and whatever else isn't left as it is.
+        """The Amount and all settings that differ from the defaults, as one sentence.
 
         Examples
         --------
         >>> import kogao_core as kogao
-        >>> kogao.Recipe(percent=6, chin=50, even_out=20).amount
-        '6 % towards centre 2, chin 50 %, even out 20 %'
+        >>> kogao.Recipe(percent=6, chin_length=-5, even_out=20).amount
+        '6 %, even out 20 %, chin length -5 %'
         """
-        said = [
-            Text("{percent:g} % towards centre {center}", percent=self.percent, center=self.center)
-        ]
-        told = {"percent", "center"}
-        if self.face_alone:
-            said.append(Text("the face alone"))
-            told |= {"head_follows", "keep_features"}
+        if self.scope == "head":
+            said = [Text("{percent:g} %", percent=self.percent)]
+        else:
+            values = {"percent": self.percent, "center": self.center}
+            said = [Text("{percent:g} % towards centre {center}", **values), Text("face only")]
         for name, setting in SETTINGS.items():
-            if name in told or setting.is_method:
+            if name in ("percent", "center", "scope") or setting.is_method:
                 continue
-            counts = not setting.needs or getattr(self, setting.needs) not in (False, "off")
-            if counts and getattr(self, name) != _DEFAULTS[name]:
+            if setting.counts(self) and getattr(self, name) != _DEFAULTS[name]:
                 said.append(setting.said(getattr(self, name)))
         return Text.joined(", ", said)
 
     @property
-    def face_alone(self) -> bool:
-        """Whether the face alone moves, as in the paper and its survey."""
-        return self.head_follows == 0.0 and not self.keep_features
-
-    @property
     def whole_face(self) -> bool:
-        """Whether all of a face goes by the same share, as in the paper, and not parts of it."""
-        parts = (*SHAPE, *ZONES) if self.zones else SHAPE
-        return all(getattr(self, name) == _DEFAULTS[name] for name in parts)
+        """True if all of a face moves by the same share, as in the paper."""
+        return all(getattr(self, name) == 0.0 for name in SHAPE)
 
     def of_face(self, own: Recipe | None) -> Recipe:
-        """Return this recipe with a face's `own` choices, where it has some (`FACE_FIELDS`).
+        """Return this recipe with a face's `own` settings (`FACE_FIELDS`), if any.
 
         Parameters
         ----------
         own : Recipe, optional
-            The face's recipe; of it, `FACE_FIELDS` count.
+            The face's recipe; only `FACE_FIELDS` are used.
 
         Returns
         -------
@@ -447,7 +396,7 @@ class Recipe:
         return dataclasses.replace(self, **{name: getattr(own, name) for name in FACE_FIELDS})
 
     def at_scale(self, scale: float) -> Recipe:
-        """Return the recipe for the same photo resized by `scale`: only the threshold is in px.
+        """Return the recipe for the same photo resized by `scale`; only the threshold changes.
 
         Parameters
         ----------
@@ -457,7 +406,7 @@ class Recipe:
         Returns
         -------
         Recipe
-            Its threshold never falls below the lossless 1/64 px.
+            The threshold stays at least the lossless 1/64 px.
 
         Examples
         --------
@@ -475,17 +424,17 @@ class Recipe:
 
     @staticmethod
     def from_dict(values: Mapping[str, Any]) -> Recipe:
-        """Read what `to_dict` wrote; missing fields take their defaults, unknown ones are refused.
+        """Read the output of `to_dict`; missing fields get defaults, unknown fields are refused.
 
         Parameters
         ----------
         values : mapping
-            Plain JSON values by field, with the version that wrote them.
+            Plain JSON values by field, with the version of the writer.
 
         Returns
         -------
         Recipe
-            Brought up from an older version if need be.
+            Converted from an older version if necessary.
 
         Raises
         ------
@@ -508,7 +457,7 @@ class Recipe:
 
 
 def _upgraded(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the fields of a recipe as this version names them, without the version."""
+    """Return the fields of a recipe converted to this version, without the version."""
     version = values.get("version", VERSION)
     if version not in range(1, VERSION + 1):
         raise ValueError(
@@ -524,30 +473,25 @@ def _upgraded(values: Mapping[str, Any]) -> dict[str, Any]:
     return fields
 
 
-# In the order of the fields.
+# In declaration order.
 SETTINGS: Final = {
     field.name: dataclasses.replace(field.metadata[Setting], name=field.name)
     for field in dataclasses.fields(Recipe)
 }
-# What is said of parts of the face, and its name within a sentence; it counts while `zones` is on.
-ZONES: Final = {
-    name: setting.word or setting.title
-    for name, setting in SETTINGS.items()
-    if setting.needs == "zones"
-}
-# What reshapes the face directly, whatever the warp distance.
-SHAPE: Final = tuple(
-    name for name, setting in SETTINGS.items() if setting.within == _SIGNED and name != "percent"
+# Settings for the shape of the face, independent of the warp distance; all are 0 by default.
+SHAPE: Final = (
+    *("width", "length", "jaw_width", "chin_length", "cheeks_width", "forehead_height"),
+    *("left_width", "right_width", "even_out"),
 )
-# What each face may choose for itself.
+# Settings that each face may override.
 FACE_FIELDS: Final = tuple(name for name, setting in SETTINGS.items() if not setting.per_photo)
 
 _DEFAULTS: Final = dataclasses.asdict(Recipe())
 PAPER: Final = Recipe(
+    percent=4.0,
     fit="approximation",
     interpolation="bilinear",
     guard=False,
     hold_background=False,
-    head_follows=0.0,
-    keep_features=False,
+    scope="face",
 )

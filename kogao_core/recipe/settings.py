@@ -1,6 +1,6 @@
-"""What a setting of the recipe is, and what there is to choose from.
+"""Declarations of the recipe's settings and their alternatives.
 
-The words are for people, who read them translated.
+Titles and help texts are visible and translated.
 """
 
 from __future__ import annotations
@@ -17,29 +17,30 @@ DomainName = Literal["image", "control-points", "threshold"]
 Interpolation = Literal["bilinear", "cubic", "lanczos4"]
 LatticeUnit = Literal["spacing", "warp"]
 LensName = Literal["off", "auto"]
+ScopeName = Literal["head", "face"]
 Corner = Literal["top-left", "top-right", "bottom-left", "bottom-right"]
 Name = TypeVar("Name", bound=str, covariant=True)
 
 
 def cited(words: Text, where: str) -> Text:
-    """Return words with the place in the paper behind them, if there is one."""
+    """Append the reference to the paper, if any, to the words."""
     return Text("{words} ({where})", words=words, where=where) if where else words
 
 
 @dataclass(frozen=True, slots=True)
 class Alternative(Generic[Name]):
-    """One of the things that a field of the recipe may be."""
+    """One of the possible values of a field."""
 
     name: Name  # in files and on the command line
-    title: Text  # what people call it
-    word: Text  # the same within a sentence
-    help: Text  # what it is, in a few words
-    where: str = ""  # where the paper has it; empty, where it hasn't
-    reference: str = ""  # who described it; numbers are those of the paper's list
+    title: Text  # visible title
+    word: Text  # the title within a sentence
+    help: Text  # short description
+    where: str = ""  # section of the paper; empty if not in the paper
+    reference: str = ""  # publication; numbers refer to the paper's list
 
     @property
     def description(self) -> Text:
-        """What it is called, what it is, and where the paper has it."""
+        """Title, description and reference to the paper."""
         words = Text("{title}, {help}", title=self.title, help=self.help)
         return cited(words, self.where)
 
@@ -48,47 +49,49 @@ class Alternative(Generic[Name]):
 class Center:
     """A centre candidate."""
 
-    fraction: float  # how far along the way from the eyes to the mouth it lies
-    where: str = ""  # where the paper has it; empty, where it hasn't
+    fraction: float  # position on the line from the eyes (0) to the mouth (1)
+    where: str = ""  # section of the paper; empty if not in the paper
 
 
 @dataclass(frozen=True, slots=True)
 class Setting:
-    """A field of the recipe, declared once for all that read, check or show it.
+    """Declaration of a field of the recipe, shared by readers, checks and controls.
 
     Parameters
     ----------
     title : Text
-        What people call it.
+        Visible title.
     help : Text
-        What it does, in one line.
+        Effect of the field, in one line.
     where : str
-        Where the paper has it; empty, where it hasn't.
+        Section of the paper; empty if not in the paper.
     within : tuple of float, optional
         Smallest and largest value of a number.
     is_whole : bool
-        Whether only whole numbers will do.
+        True if only whole numbers are valid.
     alternatives : tuple of Alternative
-        What there is to choose from, beside the numbers of a range; a field without range and
-        alternatives is true or false.
+        Possible values in addition to the range. A field without range and alternatives is
+        True or False.
     unit : str
-        Of a number.
+        Unit of a number.
     per_photo : bool
-        Whether all faces of a photo share it; of the rest each face may choose for itself.
+        True if all faces of a photo share the field; other fields can differ between faces.
     option : str
-        What it is called on the command line; the name with hyphens, if not given.
+        Name on the command line; by default the field's name with hyphens.
     default_text : str
-        The default in words, where it says little as it is.
+        The default in words, if the value alone is unclear.
     word : Text, optional
-        The title within a sentence, where that differs.
+        The title within a sentence, if different.
     needs : str
-        The field that must be on for this one to count.
+        Name of the field that can disable this field; empty if there is none.
+    unless : str
+        The value of the field `needs` that disables this field.
     is_method : bool
-        Whether it says how the work is done: `Recipe.amount` tells of all others.
+        True for processing methods, which `Recipe.amount` omits.
     letter : str
-        What leads to its control, with Alt; empty behind another's. All letters are taken.
+        Mnemonic of the control; empty for none.
     name : str
-        The field; it is filled in by `SETTINGS`.
+        Name of the field; set by `SETTINGS`.
     """
 
     title: Text
@@ -103,12 +106,13 @@ class Setting:
     default_text: str = ""
     word: Text | None = None
     needs: str = ""
+    unless: str = ""
     is_method: bool = False
     letter: str = ""
     name: str = ""
 
     def said(self, value: Any) -> Text:
-        """Return a value within a sentence, by the name of the field."""
+        """Return a value with the field's name, for use within a sentence."""
         name = self.word or self.title
         if value in self.choices:
             return Text("{name}: {word}", name=name, word=self.alternative(value).word)
@@ -118,18 +122,22 @@ class Setting:
             return Text("{zone} {value:g} %", zone=name, value=value)
         return Text("{name} {value:g} {unit}", name=name, value=value, unit=self.unit)
 
+    def counts(self, recipe: Any) -> bool:
+        """Return True if the field has an effect with a recipe's other fields."""
+        return not self.needs or getattr(recipe, self.needs) != self.unless
+
     @property
     def choices(self) -> tuple[str, ...]:
-        """The names of what there is to choose from."""
+        """The names of the alternatives."""
         return tuple(one.name for one in self.alternatives)
 
     def alternative(self, name: str) -> Alternative[Any]:
-        """Return one of the things to choose from by its name."""
+        """Return the alternative with this name."""
         return next(one for one in self.alternatives if one.name == name)
 
     @property
     def full_help(self) -> Text:
-        """What it does, and where the paper has it."""
+        """Help text and reference to the paper."""
         return cited(self.help, self.where)
 
     def check(self, value: object) -> None:
@@ -138,12 +146,12 @@ class Setting:
         Parameters
         ----------
         value : object
-            Of any kind.
+            Any object.
 
         Raises
         ------
         ValueError
-            If it is none for this field; the message names the field, its range and the value.
+            If the value is invalid; the message names the field, its range and the value.
         """
         if self.within is not None and not (self.alternatives and isinstance(value, str)):
             self._check_number(value, *self.within)
@@ -167,17 +175,17 @@ class Setting:
             )
 
     def plain(self, value: Any) -> Any:
-        """Return a value that passed `check` as files hold it.
+        """Convert a value that passed `check` to a plain JSON value.
 
         Parameters
         ----------
         value : object
-            Numbers may be numpy's.
+            May be a numpy number.
 
         Returns
         -------
         object
-            Python's own number; what is none, as it is.
+            A Python number; other values unchanged.
         """
         if self.is_whole:
             return int(value)
@@ -188,7 +196,7 @@ class Setting:
             raise ValueError(
                 Text("{name} must be a number, got {value}", name=self.name, value=shown(value))
             )
-        number: Any = value  # comparing isn't among what Real has for mypy
+        number: Any = value  # mypy: Real has no comparison
         if not low <= number <= high:
             raise ValueError(
                 Text(
@@ -211,7 +219,7 @@ class Setting:
             )
 
 
-# What solves each is in `fit`.
+# `fit` implements the methods.
 FITS: Final[tuple[Alternative[Fit], ...]] = (
     Alternative(
         "approximation",
@@ -225,39 +233,39 @@ FITS: Final[tuple[Alternative[Fit], ...]] = (
         "exact",
         Text("Exact"),
         Text("exact"),
-        Text("on every target"),
+        Text("meets every target"),
         reference=Text("this program"),
     ),
     Alternative(
         "multilevel",
         Text("Multilevel"),
         Text("multilevel"),
-        Text("refined steps"),
+        Text("refined in steps"),
         Text("section 3.3"),
         Text("[8], [10], [12]"),
     ),
 )
 DOMAINS: Final[tuple[Alternative[DomainName], ...]] = (
-    Alternative("image", Text("Whole image"), Text("image"), Text("every pixel")),
+    Alternative("image", Text("Whole image"), Text("image"), Text("all")),
     Alternative(
         "control-points",
         Text("Control points"),
         Text("control points"),
-        Text("cells in their reach"),
+        Text("cells in reach"),
         Text("section 4.1"),
     ),
     Alternative(
         "threshold",
         Text("Threshold"),
         Text("threshold"),
-        Text("pixels that move"),
+        Text("moving pixels"),
         Text("section 4.2"),
     ),
 )
 INTERPOLATIONS: Final[tuple[Alternative[Interpolation], ...]] = (
-    Alternative("bilinear", Text("Bilinear"), Text("bilinear"), Text("quickest")),
+    Alternative("bilinear", Text("Bilinear"), Text("bilinear"), Text("fastest")),
     Alternative("cubic", Text("Cubic"), Text("cubic"), Text("sharper")),
-    Alternative("lanczos4", Text("Lanczos 4"), Text("Lanczos 4"), Text("keeps most detail")),
+    Alternative("lanczos4", Text("Lanczos 4"), Text("Lanczos 4"), Text("most detail")),
 )
 LATTICE_UNITS: Final[tuple[Alternative[LatticeUnit], ...]] = (
     Alternative(
@@ -271,23 +279,30 @@ LATTICE_UNITS: Final[tuple[Alternative[LatticeUnit], ...]] = (
         "warp",
         Text("Warp distances"),
         Text("warp distances"),
-        Text("grow with %"),
+        Text("grows with the amount"),
         Text("section 3.3"),
     ),
 )
+SCOPES: Final[tuple[Alternative[ScopeName], ...]] = (
+    Alternative("head", Text("Head"), Text("head"), Text("with ears and hair")),
+    Alternative("face", Text("Face only"), Text("face only"), Text("as in the paper")),
+)
 LENSES: Final[tuple[Alternative[LensName], ...]] = (
-    Alternative("off", Text("Off"), Text("off"), Text("heads stay as the lens drew them")),
+    Alternative("off", Text("Off"), Text("off"), Text("no correction")),
     Alternative(
-        "auto", Text("From the photo"), Text("from the photo"), Text("what it tells of itself")
+        "auto",
+        Text("From the photo"),
+        Text("from the photo"),
+        Text("focal length from the metadata"),
     ),
 )
 # Figure 7a gives distance to the eyes : distance to the mouth as 10:0, 8:2, 6:4 and 4.7:5.3. The
 # last one is the tip of the nose.
 PAPER_CENTERS: Final = tuple(Center(share, Text("figure 7a")) for share in (1.0, 0.8, 0.6, 0.47))
-# What there is to choose from; experiments ask for the paper's, which stay when this grows.
+# The available centres. Experiments use the paper's centres, even if more are added here.
 CENTERS: Final = PAPER_CENTERS
 
-# Of the picture that labels a result (`photo.disclosure`), which no recipe holds.
+# Corner of the label picture on a result (`photo.disclosure`); not part of a recipe.
 CORNERS: Final[dict[Corner, Text]] = {
     "top-left": Text("Top left"),
     "top-right": Text("Top right"),

@@ -20,7 +20,7 @@ from typing import Final, Literal
 import numpy as np
 import numpy.typing as npt
 
-from kogao_core.base.geometry import Affine, Array, Box, frozen, ramp, smoothstep
+from kogao_core.base.geometry import Affine, Array, Box, frozen, smoothstep
 from kogao_core.base.language import Text
 from kogao_core.warp.field import Field
 from kogao_core.warp.fit import MIN_SPACING_PX
@@ -28,14 +28,11 @@ from kogao_core.warp.frame import kept_inside
 from kogao_core.warp.guard import share_let_in
 from kogao_core.warp.lattice import Grid, Lattice, meet
 from kogao_core.warp.one_to_one import fade_is_safe
-from kogao_core.warp.protection import Protection
 
 BrushKind = Literal["push", "restore"]
 _SPACINGS: Final = 4.0  # of the lattice in a brush's radius
 # Places along its way in a radius.
 _STEPS: Final = 8.0
-# Spacings from a place to the farthest node that moves it.
-_REACH: Final = 2.0 * np.sqrt(2.0)
 _COARSEST: Final = 1.5  # spacings, of what a restore takes its share of
 LEAST_FALLOFF: Final = 0.4  # sharper ones fall between control points
 # Lattices are joined while that takes no more than so many times their own control points.
@@ -191,20 +188,20 @@ UNTOUCHED = Brushwork()
 
 
 def brushed(
-    field: Field, brushwork: Brushwork, protection: Protection, photo: Box, *, guarded: bool
+    field: Field, brushwork: Brushwork, photo: Box, *, guarded: bool
 ) -> tuple[Field, tuple[float, ...]]:
     """Return a field after the strokes of a brush, and how much of each stroke was let through.
 
     Its own lattices stay as they are, and first; a stroke that would fold is held back alone.
     """
     own, strokes = len(field.lattices), brushwork.strokes
-    keys = _keys(field, brushwork, protection, (photo, guarded))
+    keys = _keys(field, brushwork, (photo, guarded))
     lattices, shares = _known(keys) or (field.lattices, ())
     field = dataclasses.replace(field, lattices=lattices)
     for stroke, key in [*zip(strokes, keys, strict=True)][len(shares) :]:
         grid = Grid((photo.left - 0.5, photo.top - 0.5), stroke.spacing_px)
         if stroke.kind == "push":
-            changes = [_push(stroke, grid, protection)]
+            changes = [_push(stroke, grid)]
         else:
             changes = _restore(stroke, grid, field.lattices)
         changes = [kept_inside(one, photo) for one in changes if one.phi.any()]
@@ -217,14 +214,14 @@ def brushed(
     return field, shares
 
 
-def _keys(field: Field, work: Brushwork, protection: Protection, other: object) -> list[bytes]:
+def _keys(field: Field, work: Brushwork, other: object) -> list[bytes]:
     """Return what tells the results of the first stroke, of the first two, … from all others."""
     known, keys = hashlib.blake2b(repr(other).encode()), []
     for lattice in field.lattices:
         known.update(repr((lattice.grid, lattice.first, lattice.shape)).encode())
         known.update(lattice.phi.tobytes())
-    for still in protection.strokes:
-        known.update(repr((still.radius_px, still.feather_px)).encode())
+    for still in field.protection.strokes:
+        known.update(repr(still.radius_px).encode())
         known.update(still.points_px.tobytes())
     for one in work.strokes:
         known.update(repr((one.kind, one.radius_px, one.strength, one.falloff)).encode())
@@ -250,8 +247,8 @@ def _keep(key: bytes, drawn: _Drawn) -> None:
             _KEPT.popitem(last=False)
 
 
-def _push(stroke: BrushStroke, grid: Grid, protection: Protection) -> Lattice:
-    """Return what drags along what lies under a brush; protected places stay to the bit."""
+def _push(stroke: BrushStroke, grid: Grid) -> Lattice:
+    """Return the lattice that moves the picture under a brush along its way."""
     dabs = stroke.dabs()
     at, first, shape, weights = _nodes(stroke, grid, dabs[:, :2])
     moves = -stroke.strength * (dabs[:, 2:4] * dabs[:, 4:])
@@ -259,11 +256,6 @@ def _push(stroke: BrushStroke, grid: Grid, protection: Protection) -> Lattice:
     for axis in (0, 1):
         summed = np.bincount(at.ravel(), (weights * moves[:, axis, None]).ravel(), phi[..., 0].size)
         phi[..., axis] = summed.reshape(shape)
-    if protection.strokes:
-        rows, columns = np.nonzero(phi.any(axis=2))
-        x, y = grid.node_px(columns + first[0], 0), grid.node_px(rows + first[1], 1)
-        away = protection.away_px(np.column_stack([x, y])) - _REACH * grid.spacing_px
-        phi[rows, columns] *= ramp(away / stroke.radius_px)[:, None]
     return Lattice(grid, first, phi)
 
 

@@ -1,8 +1,8 @@
-"""Backward resampling into a result, in place and in fixed blocks.
+"""Section 4: backward resampling into a result buffer, in fixed blocks.
 
-A pixel's bytes depend only on the source, the control points near it and its block's fixed place,
-never on which other blocks are worked on: a partial update equals a full one bit for bit. Pictures
-of another size, larger ones or a reduced copy, are resampled once, too.
+The bytes of a pixel depend only on the source, the control points nearby and the fixed position of
+its block. A partial update therefore equals a full update bit for bit. Reduced copies and pictures
+of another size are also resampled only once.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from kogao_core.base.geometry import Array, Box, Image
+from kogao_core.base.geometry import Array, Box, Image, check_image
 from kogao_core.base.threads import default_threads, share_out
 from kogao_core.recipe.settings import Interpolation
 from kogao_core.warp.domain import Cells, Domain, Mask, cells_beyond
@@ -28,26 +28,23 @@ FLAGS: Final[dict[Interpolation, int]] = {
     "cubic": cv2.INTER_CUBIC,
     "lanczos4": cv2.INTER_LANCZOS4,
 }
-BLOCK_WIDTH_PX: Final = 16  # what is worked on or left alone
-# Where the displacement changes by less, few pixels are read elsewhere, and only those are
-# resampled. To find them costs as much as to resample all of them bilinearly.
+BLOCK_WIDTH_PX: Final = 16  # width of the blocks that are resampled or skipped
+# Largest change of a displacement, px, for which only the pixels with a new rounded position are
+# resampled. Finding these pixels costs as much as resampling all pixels bilinearly.
 _FAINT_PX: Final = {cv2.INTER_LINEAR: 0.0, cv2.INTER_CUBIC: 2.0**-8, cv2.INTER_LANCZOS4: 2.0**-7}
-_STRIP_ROWS: Final = 256  # of a smaller picture: bounds the memory
-_COPY_PX: Final = 400_000  # copied at a time: enough to be worth waking another thread
-_DTYPES: Final = (np.uint8, np.uint16, np.float32)
-_MAX_CHANNELS: Final = 4
-_TILE_PX: Final = 512  # of the photo, about: a tile and its maps fit into the processor's cache
+_STRIP_ROWS: Final = 256  # rows per step for a picture of another size, to limit memory
+_COPY_PX: Final = 400_000  # pixels copied per task: enough to justify another thread
+_TILE_PX: Final = 512  # side of a tile in the photo: the tile and its maps fit into the CPU cache
 
 
 class Canvas:
-    """A result buffer over one source; blocks no longer warped get their source back.
+    """A result buffer for one source. Blocks that no longer move get their source pixels back.
 
-    After an exception in the middle of `warp` the pixels hold a part of it; the next call puts all
-    of them right.
+    If `warp` raises an exception, the pixels are partly updated; the next call repairs them.
     """
 
     def __init__(self, source: Image) -> None:
-        _check(source)
+        check_image(source)
         self.source = source
         self.image = Box.of(source)
         self.pixels = _copied(source)
@@ -59,7 +56,7 @@ class Canvas:
     def warp(
         self, field: Field, domain: Domain, interpolation: Interpolation, threads: int | None = None
     ) -> list[Box]:
-        """Resample the blocks of `domain` from the source; return the boxes that may differ now."""
+        """Resample the blocks of `domain` from the source. Return the boxes that may differ."""
         active = self._blocks(domain)
         before, flag = self._job, FLAGS[interpolation]
         job = Job(self.source, self.pixels, field, flag, before)
@@ -73,7 +70,7 @@ class Canvas:
                 faint = touched & ~self._touched(strong)
             todo = active & ~known | touched & ~faint
         given_back, redone, checked = (self._runs(blocks) for blocks in (stale, todo, faint))
-        # Whatever is raised from here on, the next call does all these blocks again.
+        # If an exception follows, the next call resamples all these blocks again.
         self._warped, self._job = self._warped | active, None
         for box in given_back:
             self.pixels[box.slices] = self.source[box.slices]
@@ -99,7 +96,7 @@ class Canvas:
         return hit
 
     def _runs(self, blocks: Mask) -> list[Box]:
-        """Return the boxes of neighbouring blocks in a row, cut where strips end."""
+        """Return the boxes of adjacent blocks in a row, split at the ends of strips."""
         if not blocks.any():
             return []
         edged = np.zeros((blocks.shape[0], blocks.shape[1] + 2), np.int8)
@@ -121,13 +118,13 @@ class Canvas:
 
 
 def warp_alike(picture: Image, field: Field, domain: Domain, kind: Interpolation) -> Image:
-    """Return a picture of all that the domain's image shows, of any size, warped as that one.
+    """Warp a picture of another size, such as a gain map, like the domain's image.
 
-    The field is asked where the picture's own pixels lie, so they are resampled once.
+    The field is evaluated at the pixels of the picture, so each pixel is resampled once.
     """
-    _check(picture)
+    check_image(picture)
     size, bounds = Box.of(picture), domain.bounds
-    if size == domain.image:  # in a third of the time
+    if size == domain.image:  # a canvas takes a third of the time
         canvas = Canvas(picture)
         canvas.warp(field, domain, kind)
         return canvas.pixels
@@ -151,7 +148,7 @@ def warp_alike(picture: Image, field: Field, domain: Domain, kind: Interpolation
 
 
 def _copied(source: Image) -> Image:
-    """Return a copy in the order of its rows; fresh memory is what takes time, so threads share."""
+    """Return a C-contiguous copy. Threads share the work: page faults of new memory dominate."""
     copy = np.empty(source.shape, source.dtype)
     rows = max(1, _COPY_PX // max(1, source.shape[1]))
 
@@ -162,23 +159,12 @@ def _copied(source: Image) -> Image:
     return copy
 
 
-def _check(source: Image) -> None:
-    if source.dtype not in _DTYPES:
-        raise ValueError(f"pixels must be uint8, uint16 or float32, got {source.dtype}")
-    if source.ndim not in (2, 3) or (
-        source.ndim == 3 and not 1 <= source.shape[2] <= _MAX_CHANNELS
-    ):
-        raise ValueError(f"pixels must have shape (H, W) or (H, W, 1..4), got {source.shape}")
-    if 0 in source.shape:
-        raise ValueError("the image is empty")
-
-
 def _overlaps(
     edges_px: npt.NDArray[np.int64], blocks: int, size_px: int, end_px: int
 ) -> tuple[slice, npt.NDArray[np.float32]]:
-    """Return the blocks that cells reach along one axis, and 1 where the two share pixels, else 0.
+    """Return the blocks that cells reach along one axis, and a 0/1 matrix of overlaps.
 
-    Blocks are rows, cells columns.
+    Rows of the matrix are blocks, columns are cells.
     """
     first = min(max(int(edges_px[0]) // size_px, 0), blocks)
     reached = slice(first, max(first, min(-(-int(edges_px[-1]) // size_px), blocks)))
@@ -189,7 +175,7 @@ def _overlaps(
 
 
 def size_of(image: Box, longest_px: int) -> tuple[int, int]:
-    """Return width and height of a picture reduced to a longer side; its own if that is enough."""
+    """Return (width, height) of an image reduced to `longest_px`; never enlarged. 0: no limit."""
     share = min(1.0, longest_px / max(image.width, image.height)) if longest_px else 1.0
     return max(1, round(image.width * share)), max(1, round(image.height * share))
 
@@ -197,11 +183,11 @@ def size_of(image: Box, longest_px: int) -> tuple[int, int]:
 def reduced(
     source: Image, field: Field, moving: Box, size: tuple[int, int], flag: int, threads: int | None
 ) -> Image:
-    """Return the warped photo as a smaller picture, of a size (width, height), in one resampling.
+    """Return the warped photo reduced to `size` (width, height), in one resampling.
 
-    Each pixel is the mean of places spread evenly over it, as many as there are px of the photo,
-    each read where the field says. Nothing is rounded to pixels in between.
-    `moving` is where the field moves anything; `flag` is OpenCV's interpolation.
+    Each pixel is the mean of evenly spaced samples, one per photo pixel along each axis. Each
+    sample is read at its displaced position, without rounding in between. `moving`: box with all
+    non-zero displacements. `flag`: OpenCV interpolation.
     """
     image, (width, height) = Box.of(source), size
     result = np.empty((height, width, *source.shape[2:]), source.dtype)
@@ -221,7 +207,7 @@ def reduced(
             there += field.on_grid(xs, ys)
         low = np.clip(there.min(axis=(1, 2)) - KERNEL_REACH_PX, 0, None).astype(int)
         high = (there.max(axis=(1, 2)) + KERNEL_REACH_PX + 1).astype(int)
-        # At the photo's edge at least one pixel is left to be repeated.
+        # Keep at least one pixel at the edge of the photo to replicate.
         low = np.minimum(low, (image.width - 1, image.height - 1))
         seen = source[low[1] : max(high[1], 1), low[0] : max(high[0], 1)].astype(np.float32)
         at = (there - low[:, None, None]).astype(np.float32)
@@ -236,6 +222,6 @@ def reduced(
 
 
 def _places(first: int, end: int, fine: int, scale: float) -> Array:
-    """Return where the parts of some pixels lie in the photo, px; their centres."""
+    """Return the centres of the samples of pixels `first` to `end` in the photo, px."""
     parts = np.arange(first * fine, end * fine) + 0.5
     return np.asarray(parts / fine * scale - 0.5)

@@ -1,4 +1,4 @@
-"""Section 4: which pixels need work, and how many. Control points (4.1) and thresholding (4.2)."""
+"""Section 4: the reduced warp domain, by control points (4.1) and by threshold (4.2)."""
 
 from __future__ import annotations
 
@@ -16,25 +16,25 @@ from kogao_core.warp.field import Field
 from kogao_core.warp.lattice import Lattice, groups, meet
 
 Mask = npt.NDArray[np.bool_]
-_LARGEST_CELL_PX: Final = 96  # smaller cells are bounded more tightly
-_STRIP_PX: Final = 256  # rows evaluated at a time: bounds the memory of a mask
-_TILE_PX: Final = 16  # squares that are counted whole, left out whole, or looked at
-_LARGEST_COUNTED_PX: Final = 48  # the same where pixels are counted
-_AT_ONCE: Final = 2048  # tiles looked at together: bounds the memory
+_LARGEST_CELL_PX: Final = 96  # refine larger cells: the bounds of smaller cells are tighter
+_STRIP_PX: Final = 256  # rows evaluated per step, to limit the memory of a mask
+_TILE_PX: Final = 16  # side of the tiles that are counted by bounds before by pixel
+_LARGEST_COUNTED_PX: Final = 48  # refine larger cells before pixels are counted
+_AT_ONCE: Final = 2048  # tiles evaluated per step, to limit memory
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Cells:
-    """The active cells of one lattice, shape (J + 3, I + 3), and its pixel columns and rows.
+    """Active cells of one lattice, bool (J + 3, I + 3).
 
-    A lattice cell owns the pixel centres in ``[origin + h i, origin + h (i + 1))``.
+    Cell i contains the pixel centres in ``[origin + h i, origin + h (i + 1))``.
     """
 
     lattice: Lattice
     active: Mask
 
     def edges_px(self, axis: int) -> npt.NDArray[np.int64]:
-        """Return the first pixel of each of n cells along `axis` (0 is x), and the end (n + 1,)."""
+        """Return the first pixel of each cell along `axis` (0 is x), and the end: (n + 1,)."""
         count = self.active.shape[1 - axis] + 1
         edges = self.lattice.grid.nodes_px(self.lattice.first_cell[axis], count, axis)
         return np.ceil(edges).astype(np.int64)
@@ -51,11 +51,11 @@ class Cells:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Domain:
-    """The pixels that a warp works on."""
+    """The pixels that a warp resamples."""
 
-    name: DomainName  # how it was reduced
-    image: Box  # the whole image
-    cells: tuple[Cells, ...]  # active lattice cells per face; pixels outside them keep their bytes
+    name: DomainName  # rule that selected the cells
+    image: Box  # the full image
+    cells: tuple[Cells, ...]  # active lattice cells per face; other pixels keep their bytes
 
     def mask(self, box: Box) -> Mask:
         """Return which pixels of `box` lie in the domain's cells, shape (height, width)."""
@@ -68,7 +68,7 @@ class Domain:
 
     @property
     def bounds(self) -> Box:
-        """Smallest box of the image that holds the domain."""
+        """Bounding box of the domain, clipped to the image."""
         if self.name == "image":
             return self.image
         boxes = [_bounds(cells) for cells in self.cells if cells.active.any()]
@@ -86,36 +86,32 @@ def _bounds(cells: Cells) -> Box:
 
 
 def fade_of(recipe: Recipe) -> float:
-    """Return the T of the field's fade: none up to the lossless threshold, which shows no seam.
+    """Return the displacement below which the field fades to zero, px; 0 for no fade.
 
-    Result: px; 0 is no fade.
+    A threshold up to `LOSSLESS_PX` needs no fade: it leaves no visible seam.
     """
     lossless = recipe.domain != "threshold" or recipe.threshold_px <= LOSSLESS_PX
     return 0.0 if lossless else recipe.threshold_px
 
 
 def threshold_of(recipe: Recipe, field: Field) -> float:
-    """Return the T of a rendering: the recipe's, or the lossless one where its fade was refused.
-
-    Result: px.
-    """
+    """Return the threshold T in use, px: `LOSSLESS_PX` if the guard refused the recipe's fade."""
     return LOSSLESS_PX if fade_of(recipe) > field.fade_px else recipe.threshold_px
 
 
 def reduce(field: Field, image: Box, name: DomainName) -> Domain:
-    """Select the cells to work on.
+    """Select the cells to resample. No pixel outside the selected cells changes.
 
-    ``control-points`` keeps every cell that a non-zero control point reaches: 4 x 4 of them, not
-    the 3 x 3 of section 4.1, which leaves a seam. ``threshold`` keeps the cells in which a pixel
-    could move by more than T, the field's own or the lossless one; large cells are cut up first.
-    Result: no pixel outside it changes.
+    ``control-points`` keeps the 4 x 4 cells that each non-zero control point reaches; the 3 x 3
+    cells of section 4.1 leave a seam. ``threshold`` keeps cells in which a pixel could move by
+    more than T, after large cells are refined.
     """
     match name:
         case "image" | "control-points":
             cells = tuple(Cells(lattice, lattice.reached) for lattice in field.lattices)
         case "threshold":
-            # Neighbours' displacements add up, so each face may only use up its share of the
-            # threshold; a little less, because single precision may round a displacement up.
+            # Displacements of overlapping faces add up, so each face gets an equal part of the
+            # threshold. The factor leaves room for rounding in single precision.
             least_px = 0.99 * max(LOSSLESS_PX, field.fade_px)
             cells = tuple(
                 cells_beyond(a, image, least_px / sum(meet(a, b) for b in field.lattices))
@@ -127,7 +123,7 @@ def reduce(field: Field, image: Box, name: DomainName) -> Domain:
 
 
 def cells_beyond(lattice: Lattice, image: Box, least_px: float) -> Cells:
-    """Return the cells of a lattice in which a pixel of the image could move by more than that."""
+    """Return the cells of a lattice in which a pixel could move by more than `least_px`."""
     lattice = lattice.within(image)
     while lattice.grid.spacing_px > _LARGEST_CELL_PX:
         lattice = lattice.refined().within(image)
@@ -135,10 +131,7 @@ def cells_beyond(lattice: Lattice, image: Box, least_px: float) -> Cells:
 
 
 def threshold_mask(field: Field, box: Box, threshold_px: float = LOSSLESS_PX) -> Mask:
-    """Return which pixels of `box` move by more than T: figure 13's regions, exact to the pixel.
-
-    Result bool (height, width).
-    """
+    """Return the pixels of `box` that move by more than T (figure 13). Result: bool (H, W)."""
     spline = Field(field.lattices)
     xs = np.arange(box.left, box.right)
     mask = np.zeros((box.height, box.width), bool)
@@ -152,7 +145,7 @@ def threshold_mask(field: Field, box: Box, threshold_px: float = LOSSLESS_PX) ->
 
 
 def mask_of(field: Field, box: Box, name: DomainName, threshold_px: float = LOSSLESS_PX) -> Mask:
-    """Return which pixels of `box` belong to a domain of section 4. Result bool (height, width)."""
+    """Return the pixels of `box` in a domain of section 4. Result: bool (H, W)."""
     match name:
         case "image" | "control-points":
             return reduce(field, box, name).mask(box)
@@ -163,10 +156,7 @@ def mask_of(field: Field, box: Box, name: DomainName, threshold_px: float = LOSS
 
 
 def pixel_counts(field: Field, image: Box, threshold_px: float) -> dict[DomainName, int]:
-    """Count the pixels of the three domains (figures 14 and 15), whole cells where that can be.
-
-    Result: number of pixels by name of the domain.
-    """
+    """Count the pixels of the three domains (figures 14 and 15). Result: count per domain name."""
     apart = [[field.lattices[k] for k in group] for group in groups(field.lattices)]
     return {
         "image": image.area,
@@ -178,7 +168,7 @@ def pixel_counts(field: Field, image: Box, threshold_px: float) -> dict[DomainNa
 def _reached(lattices: Sequence[Lattice], image: Box) -> int:
     """Count the pixels in cells that a non-zero control point of any of the lattices reaches."""
     cells = [Cells(lattice, lattice.reached) for lattice in lattices]
-    # Between neighbouring edges of any lattice all pixels lie in the same cells.
+    # All pixels between two neighbouring cell edges lie in the same cells.
     x, y = (
         np.sort(np.concatenate([c.edges_px(axis) for c in cells]).clip(start, end))
         for axis, start, end in ((0, image.left, image.right), (1, image.top, image.bottom))
@@ -188,14 +178,14 @@ def _reached(lattices: Sequence[Lattice], image: Box) -> int:
 
 
 def _moving(lattices: Sequence[Lattice], image: Box, threshold_px: float) -> int:
-    """Count the pixels that lattices which reach into each other move by more than T."""
+    """Count the pixels that overlapping lattices move by more than T."""
     reach = np.array([lattice.reach_px for lattice in lattices])
     low, high = np.floor(reach[:, :2].min(axis=0)), np.ceil(reach[:, 2:].max(axis=0))
     box = Box(*low.astype(int).tolist(), *high.astype(int).tolist()).clipped(image)
     tiles = _Tiles(box)
     least, most = np.stack([_tile_bounds(lattice, tiles) for lattice in lattices], axis=1)
     together = most.sum(axis=0)
-    # Wherever the others go, they leave a tile at least this far from home.
+    # Lower bound if the displacements of the other lattices partly cancel.
     least = (least - (together - most)).max(axis=0)
     total = int(tiles.heights @ (least > threshold_px) @ tiles.widths)
     at = np.argwhere((least <= threshold_px) & (together > threshold_px))
@@ -215,7 +205,7 @@ def _moving(lattices: Sequence[Lattice], image: Box, threshold_px: float) -> int
 
 
 class _Tiles:
-    """Squares of `_TILE_PX` that cover a box from its first pixel on."""
+    """Square tiles of `_TILE_PX` that cover a box, from its top left pixel."""
 
     def __init__(self, box: Box) -> None:
         self.box = box
@@ -246,7 +236,7 @@ class _Tiles:
 
 
 def _tile_bounds(lattice: Lattice, tiles: _Tiles) -> tuple[Array, Array]:
-    """Bound from below and above how far a lattice moves any pixel of each tile, px."""
+    """Return a lower and an upper bound of the displacement in each tile, px."""
     while lattice.grid.spacing_px > _LARGEST_COUNTED_PX:
         lattice = lattice.refined()
     values = np.stack([-lattice.least_px, lattice.bound_px])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final, Protocol
@@ -9,35 +10,83 @@ from typing import Final, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from kogao_core.base.geometry import Array, smoothstep
+from kogao_core.base.geometry import Array, points_of, smoothstep
 from kogao_core.faces.targets import Pairs
 from kogao_core.warp.lattice import Lattice, basis, basis_slope, matrices
-from kogao_core.warp.protection import NO_FALLOFF, Falloff
+from kogao_core.warp.protection import (
+    NOTHING,
+    Protection,
+    share_at,
+    share_on_grid,
+    slopes_on_grid,
+)
 
-_INVERSION_STEPS: Final = 64
-_INVERTED_PX: Final = 1e-4
-_MOST_AHEAD: Final = 32.0  # how many times the last moves one goes: in a fold they say little
-_LEAST_CHANGE: Final = 1e-30
+_INVERSION_STEPS: Final = 64  # most iterations of `shown_at`
+_INVERTED_PX: Final = 1e-4  # largest error of a converged point, px
+# Most extrapolation of a step, in previous steps: near a fold the secant is unreliable.
+_MOST_AHEAD: Final = 32.0
+_LEAST_CHANGE: Final = 1e-30  # px^2, avoids a division by zero
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Field:
-    """Backward displacement ``d(x)``: the output at x shows the source at ``x + d(x)``."""
+    """Backward displacement ``d(x)``: the result at x shows the photo at ``x + d(x)``.
 
-    lattices: tuple[Lattice, ...]  # one per face; displacements add up
-    # Displacements shorter than this vanish and come back smoothly until twice as long (section 4.2
-    # without its step); 0 leaves the spline as it is.
+    `at` evaluates the displacement at points, `on_grid` and `det_jacobian` on an ascending grid.
+
+    Parameters
+    ----------
+    lattices : tuple of Lattice
+        One for each face, then the lattices of brush strokes; displacements add up.
+    fade_px : float
+        Displacements shorter than this fade to zero, smoothly over this length to twice this
+        length (section 4.2 without its step); 0 leaves the spline unchanged.
+    protection : Protection
+        Regions where the displacement fades to zero.
+
+    Examples
+    --------
+    >>> import kogao_core as kogao
+    >>> photo = kogao.read(kogao.sample())
+    >>> face = kogao.template_face((450, 480), 400)
+    >>> field = kogao.render(photo.pixels, [face], kogao.Recipe(percent=5)).field
+    >>> field.at([(450.0, 640.0)]).shape, field.on_grid([0, 1, 2], [5, 6]).shape
+    ((1, 2), (2, 2, 3))
+    >>> field.det_jacobian([0, 1, 2], [5, 6]).shape
+    (2, 3)
+    """
+
+    lattices: tuple[Lattice, ...]
     fade_px: float = 0.0
-    falloff: Falloff = NO_FALLOFF  # hard edges towards which the displacement fades out
+    protection: Protection = NOTHING
 
     @property
     def is_plain(self) -> bool:
-        """True when the displacement is the spline and nothing else."""
-        return self.fade_px <= 0.0 and not self.falloff.strokes
+        """True without a fade and without protection."""
+        return self.fade_px <= 0.0 and not self.protection.strokes
 
     def at(self, points_px: npt.ArrayLike) -> Array:
-        """Return the displacement at points of shape (N, 2), px. Result: backward, px."""
-        points = np.asarray(points_px, np.float64)
+        """Return the displacement at points.
+
+        Parameters
+        ----------
+        points_px : array of shape (N, 2)
+            Points of the result, x and y, px.
+
+        Returns
+        -------
+        array of shape (N, 2)
+            Backward displacement, px.
+
+        Examples
+        --------
+        >>> import kogao_core as kogao
+        >>> photo, face = kogao.read(kogao.sample()), kogao.template_face((450, 480), 400)
+        >>> field = kogao.render(photo.pixels, [face], kogao.Recipe(percent=5)).field
+        >>> bool(abs(field.at(face.outline)).max() > 5.0), field.at([(5.0, 5.0)])
+        (True, array([[0., 0.]]))
+        """
+        points = points_of(points_px)
         displacement: Array = np.zeros_like(points)
         near = [(a, at) for a in self.lattices if len(at := np.flatnonzero(a.reaches(points)))]
         weights = matrices([lattice.window_at(*points[at].T) for lattice, at in near])
@@ -45,33 +94,106 @@ class Field:
             displacement[at] += lattice.mixed_at(bx, by)
         if self.is_plain:
             return displacement
-        factor, _ = self.falloff.at(points)
-        share = factor * fade(np.hypot(*displacement.T), self.fade_px)
-        return np.asarray(displacement * share[:, None])
+        displacement = displacement * fade(np.hypot(*displacement.T), self.fade_px)[:, None]
+        return displacement * share_at(self.protection.strokes, points, displacement)[:, None]
 
     def on_grid(self, xs_px: npt.ArrayLike, ys_px: npt.ArrayLike) -> Array:
-        """Return the displacement on the grid ``ys x xs``, shape (2, len(ys), len(xs)), px.
+        """Return the displacement on a grid; much faster than at single points.
 
-        `xs_px`, `ys_px` (N,) and (M,). Result (2, M, N): x and y component, px.
+        Parameters
+        ----------
+        xs_px, ys_px : array of shape (N,) and (M,)
+            Ascending coordinates of the grid, px.
+
+        Returns
+        -------
+        array of shape (2, M, N)
+            x and y component of the backward displacement, px.
+
+        Examples
+        --------
+        >>> import kogao_core as kogao
+        >>> photo, face = kogao.read(kogao.sample()), kogao.template_face((450, 480), 400)
+        >>> field = kogao.render(photo.pixels, [face], kogao.Recipe(percent=5)).field
+        >>> field.on_grid(range(900), range(300, 310)).shape
+        (2, 10, 900)
         """
         displacement = self._spline(xs_px, ys_px)
         if self.is_plain:
             return displacement
-        factor, _ = self.falloff.on_grid(xs_px, ys_px)
-        return np.asarray(displacement * factor * fade(np.hypot(*displacement), self.fade_px))
+        displacement = displacement * fade(np.hypot(*displacement), self.fade_px)
+        return displacement * share_on_grid(self.protection.strokes, xs_px, ys_px, displacement)
+
+    def protected_share(self, points_px: Array) -> Array:
+        """Return the share of the displacement that protection leaves at points.
+
+        Parameters
+        ----------
+        points_px : array of shape (N, 2)
+            Points of the result, x and y, px.
+
+        Returns
+        -------
+        array of shape (N,)
+            0 where nothing moves, 1 without protection.
+
+        Examples
+        --------
+        >>> import kogao_core as kogao
+        >>> photo, face = kogao.read(kogao.sample()), kogao.template_face((450, 480), 400)
+        >>> field = kogao.render(photo.pixels, [face], kogao.Recipe(percent=5)).field
+        >>> field.protected_share(face.outline[:2])
+        array([1., 1.])
+        """
+        unprotected = dataclasses.replace(self, protection=NOTHING)
+        return share_at(self.protection.strokes, points_px, unprotected.at(points_px))
 
     def det_jacobian(self, xs_px: npt.ArrayLike, ys_px: npt.ArrayLike) -> Array:
-        """Return det(I + dd/dx) on the tensor grid, shape (len(ys), len(xs)); <= 0 is a fold.
+        """Return the Jacobian determinant of ``x + d(x)`` on a grid.
 
-        `xs_px`, `ys_px` (N,) and (M,). Result (M, N).
+        Parameters
+        ----------
+        xs_px, ys_px : array of shape (N,) and (M,)
+            Ascending coordinates of the grid, px.
+
+        Returns
+        -------
+        array of shape (M, N)
+            Below 1 the result is stretched, above 1 compressed; 0 or less is a fold.
+
+        Examples
+        --------
+        >>> import kogao_core as kogao
+        >>> photo, face = kogao.read(kogao.sample()), kogao.template_face((450, 480), 400)
+        >>> field = kogao.render(photo.pixels, [face], kogao.Recipe(percent=5)).field
+        >>> bool(field.det_jacobian(range(900), range(900)).min() > 0.5)
+        True
         """
         return det_of(*self.slopes(xs_px, ys_px))
 
     def slopes(self, xs_px: npt.ArrayLike, ys_px: npt.ArrayLike) -> tuple[Array, Array]:
-        """Return the derivatives of the displacement along x and along y on the tensor grid.
+        """Return the derivatives of the displacement along x and along y on a grid.
 
-        Without a fade those of several fields, each with its lattices, add up. `xs_px`, `ys_px`
-        (N,) and (M,). `along_x`, `along_y` (2, M, N): of its x and y component, px per px.
+        Without a fade and protection the slopes of several fields add up.
+
+        Parameters
+        ----------
+        xs_px, ys_px : array of shape (N,) and (M,)
+            Ascending coordinates of the grid, px.
+
+        Returns
+        -------
+        along_x, along_y : array of shape (2, M, N)
+            Derivatives of the x and y component, px per px.
+
+        Examples
+        --------
+        >>> import kogao_core as kogao
+        >>> photo, face = kogao.read(kogao.sample()), kogao.template_face((450, 480), 400)
+        >>> field = kogao.render(photo.pixels, [face], kogao.Recipe(percent=5)).field
+        >>> along_x, along_y = field.slopes(range(900), range(900))
+        >>> along_x.shape
+        (2, 900, 900)
         """
         along_x, along_y = self._spline_slopes(xs_px, ys_px)
         if not self.is_plain:
@@ -79,11 +201,11 @@ class Field:
             if self.fade_px > 0.0:
                 along_x, along_y = self._faded_slopes(displacement, along_x, along_y)
                 displacement = displacement * fade(np.hypot(*displacement), self.fade_px)
-            factor, (rise_x, rise_y) = self.falloff.on_grid(xs_px, ys_px)
-            along_x, along_y = (
-                factor * along_x + rise_x * displacement,
-                factor * along_y + rise_y * displacement,
-            )
+            if self.protection.strokes:
+                around = xs_px, ys_px, displacement
+                along_x, along_y = slopes_on_grid(
+                    self.protection.strokes, *around, along_x, along_y
+                )
         return along_x, along_y
 
     def _spline(self, xs_px: npt.ArrayLike, ys_px: npt.ArrayLike) -> Array:
@@ -108,7 +230,7 @@ class Field:
         ys_px: npt.ArrayLike,
         kinds: Sequence[Callable[[Array], Array]],
     ) -> Iterator[tuple[Lattice, tuple[slice, slice], list[tuple[Array, Array]]]]:
-        """Yield the lattices that reach a grid, with the rows and columns, and `matrices` there."""
+        """Yield each lattice that reaches a grid, with its rows and columns and its `matrices`."""
         xs, ys = np.asarray(xs_px, np.float64), np.asarray(ys_px, np.float64)
         if any((axis[1:] < axis[:-1]).any() for axis in (xs, ys)):
             raise ValueError("the coordinates of a grid must ascend; ask for places by Field.at")
@@ -136,9 +258,9 @@ class Field:
 
 
 def det_of(along_x: Array, along_y: Array) -> Array:
-    """Return det(I + D) of slopes D.
+    """Return det(I + D) for slopes D.
 
-    `along_x`, `along_y` (2, ...) px. Result: of their shape without the first axis.
+    `along_x`, `along_y` (2, ...), px per px. Result: of shape (...).
     """
     return np.asarray((1.0 + along_x[0]) * (1.0 + along_y[1]) - along_x[1] * along_y[0])
 
@@ -159,16 +281,38 @@ def _fade_slope(length_px: Array, threshold_px: float) -> Array:
 
 
 class Displacing(Protocol):
-    """A backward displacement: a `Field`, or a rival's."""
+    """A backward displacement, such as a `Field` or the field of another method."""
 
     def at(self, points_px: Array, /) -> Array:
         """Return the displacement at points of shape (N, 2), px."""
 
 
 def shown_at(field: Displacing, source_px: Array, start_px: Array | None = None) -> Array:
-    """Return where the output shows points of the source: solves ``x + d(x) = source``.
+    """Return where the result shows points of the photo: solves ``x + d(x) = source``.
 
-    Result (N, 2).
+    Parameters
+    ----------
+    field : Field
+        The backward displacement, such as `Rendering.field`.
+    source_px : array of shape (N, 2)
+        Points of the photo, x and y, px.
+    start_px : array of shape (N, 2), optional
+        First guess; the points themselves by default.
+
+    Returns
+    -------
+    array of shape (N, 2)
+        Points of the result, px, to 0.0001 px where the field doesn't fold.
+
+    Examples
+    --------
+    >>> import kogao_core as kogao
+    >>> photo = kogao.read(kogao.sample())
+    >>> face = kogao.template_face((450, 480), 400)
+    >>> rendering = kogao.render(photo.pixels, [face], kogao.Recipe(percent=5))
+    >>> chin = kogao.shown_at(rendering.field, face.outline[10:11])
+    >>> bool(abs(chin - rendering.pairs[0].target_px[10]).max() < 0.01)
+    True
     """
     x = np.array(source_px if start_px is None else start_px, np.float64)
     left, miss, move = np.arange(len(x)), np.zeros_like(x), np.zeros_like(x)
@@ -184,7 +328,7 @@ def shown_at(field: Displacing, source_px: Array, start_px: Array | None = None)
 
 
 def shown_by(displacement: Callable[[Array], Array], points: Array, steps: int) -> Array:
-    """Return where points of shape (N, 2) are shown, px: ``x + d(x) = point``, in so many steps."""
+    """Return where points of shape (N, 2) are shown, px: solve ``x + d(x) = point`` in `steps`."""
     shown = points
     for _ in range(steps):
         shown = points - displacement(shown)
@@ -192,9 +336,10 @@ def shown_by(displacement: Callable[[Array], Array], points: Array, steps: int) 
 
 
 def _accelerated(miss: Array, last: Array, move: Array) -> Array:
-    """Return the next moves of points that missed by `last` and moved (Anderson 1965, depth 1).
+    """Return the next moves of points, by Anderson acceleration of depth 1 (Anderson 1965).
 
-    Moved by what it missed alone, a point near a fold would hardly come nearer, or never.
+    `miss` and `last` are the current and the previous error, `move` is the previous move. The
+    plain iteration (`miss` alone) converges slowly or not at all near a fold.
     """
     change = miss - last
     share = (change * miss).sum(axis=1) / np.maximum((change**2).sum(axis=1), _LEAST_CHANGE)
@@ -203,10 +348,10 @@ def _accelerated(miss: Array, last: Array, move: Array) -> Array:
 
 @dataclass(frozen=True, slots=True)
 class Residual:
-    """How far the displacement at the targets is from the one asked for there, px.
+    """Distance between actual and requested displacement, px: at the targets and between them.
 
-    And between them, from that of the curve through them. Where a landmark lands, which `shown_at`
-    tells, is up to 4 % nearer to its target, for there the displacement is another.
+    Between targets, the curve through the targets gives the requested displacement. A landmark may
+    land up to 4 % nearer to its target (see `shown_at`): the displacement differs where it lands.
     """
 
     mean_px: float
@@ -216,7 +361,7 @@ class Residual:
 
 
 def residual(field: Field, pairs: Sequence[Pairs]) -> Residual:
-    """Compare the field with what the landmarks, and the curve through them, ask for.
+    """Compare the field with the displacement requested by landmarks and the curve through them.
 
     Result: all zeros without a face.
     """

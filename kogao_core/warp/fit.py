@@ -1,8 +1,8 @@
-"""Sections 2.1, 2.2 and 3.3: control points from landmark pairs, by three fits.
+"""Sections 2.1, 2.2 and 3.3: fit control points to landmark pairs, by one of three fits.
 
-The paper fits coordinates; here the control points hold the *displacement* ``source - target`` and
-are fitted at the targets. What no landmark reaches is then exactly zero, and the field is directly
-the backward map that resampling needs.
+The paper fits coordinates. Here the control points store the *displacement* ``source - target`` and
+are fitted at the targets. The displacement is exactly zero beyond the reach of all landmarks, and
+the field is directly the backward map for resampling.
 """
 
 from __future__ import annotations
@@ -25,42 +25,38 @@ from kogao_core.warp.frame import kept_inside
 from kogao_core.warp.lattice import ORDER, Grid, Lattice, basis, groups, matrices
 from kogao_core.warp.lens import Lensed
 from kogao_core.warp.limits import MOST_CONTROL_POINTS, MOST_TOGETHER, OutOfBounds
-from kogao_core.warp.protection import NOTHING, Protection
 from kogao_core.warp.surround import Surround
 
 MULTILEVEL_STEPS: Final = 3  # halvings of the lattice at most: R, R/2, R/4, R/8
-MIN_SPACING_PX: Final = 1.0
-# No lattice is finer than this share of the landmark spacing: there every landmark has control
-# points of its own by far, and a warp distance of 0 would ask for infinitely many.
+MIN_SPACING_PX: Final = 1.0  # least lattice spacing, px
+# Least lattice spacing, in landmark spacings. At this spacing each landmark has control points of
+# its own. Without the limit, a warp distance of 0 would need infinitely many control points.
 LEAST_SPACINGS: Final = 0.05
-# Fades and falloffs are bounded on lattices of a quarter of the spacing.
+# The fade is bounded on lattices with this many times finer spacing.
 _FINER_PROOF: Final = 4.0
-# Landmarks that want what the lattice can hardly express would need huge control points: the
-# exact fit may use control points this many times as long as the approximation's, together. Over
-# the sliders' range a face that has room needs 0.9 to 1.54.
+# Largest norm of the control points of the exact fit, relative to the approximation's. The limit
+# prevents huge control points for moves that the lattice can hardly express. Over the sliders'
+# range a face far from the photo's edge needs 0.9 to 1.54.
 MOST_EFFORT: Final = 1.6
-_LEAST_RIDGE: Final = 1e-9  # of the largest eigenvalue: what single landmarks can't feel
-_BISECTIONS: Final = 40
-# The edges' part and the landmarks' are solved for in turns.
+# Least ridge, relative to the largest eigenvalue: too small to change the fit at single landmarks.
+_LEAST_RIDGE: Final = 1e-9
+_BISECTIONS: Final = 40  # steps of the search for the ridge
+# Number of rounds, each a fit of the landmarks and a projection onto still photo edges.
 _ROUNDS: Final = 2
 _NO_FEATURES: Final = (np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0))
-# Protected lines are sampled this densely, in lattice spacings.
-STILL_STEP: Final = 0.5
-# Control points lie on a 1/4096 px grid, so that dragging one landmark leaves those far away
-# exactly, not just nearly, as they were.
+# Control points are multiples of 1/4096 px, so that a drag of one landmark leaves distant control
+# points exactly unchanged.
 QUANTUM_PX: Final = 2.0**-12
 
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """What one face asks of its lattice: displacements (N, 2) at targets (N, 2), both px.
+    """The displacements (N, 2) requested from a face's lattice at the targets (N, 2), both px.
 
-    The first `movers` points are landmarks, `features` more lie round eyes and mouth; the others
-    are protected places, which ask for no displacement and bring no control points of their own:
-    protecting a place moves no other. Points give way as far as their `slack` says; those without
-    any are met. A lattice finer than `least_px` isn't tried. Control points have what `surround`
-    holds before the points are fitted, and move nothing across the edges of `photo`; `around_px`
-    is the box of places, (2, 2), that it moves.
+    The first `movers` points are landmarks, the next `features` points are round eyes and mouth.
+    Points with `slack` 0 are interpolated; a larger slack permits a larger error. `least_px` is the
+    finest lattice spacing for `multilevel`. The lattice starts as `surround`, and moves nothing
+    across the edges of `photo`. `around_px` is the box that the surround displaces, (2, 2).
     """
 
     grid: Grid
@@ -77,12 +73,12 @@ class Problem:
 
     @cached_property
     def support(self) -> _Support:
-        """The control points that its points reach."""
+        """The control points within reach of the problem's points."""
         return _Support(self)
 
     @property
     def near_px(self) -> Array:
-        """Least and greatest (x, y) of what is moved, (2, 2), px; the photo's edge is no end."""
+        """Box of the displaced region, least and greatest (x, y), (2, 2), px; ignores the photo."""
         ends = self.target_px[: self.movers]
         near = np.array([ends.min(axis=0), ends.max(axis=0)])
         near += np.array([[-1.0], [1.0]]) * self.grid.spacing_px
@@ -92,18 +88,18 @@ class Problem:
 
     @cached_property
     def asked_effort(self) -> float:
-        """The length of the control points that approximate what is asked for in all."""
+        """Norm of the control points that approximate the complete displacement, px."""
         return float(np.linalg.norm(approximate(self).phi)) if self.effort is None else self.effort
 
     @cached_property
     def own_nodes(self) -> npt.NDArray[np.int64]:
-        """The control points of its support that its landmarks reach, as numbers."""
-        # What `np.unique` returns, which loads numpy's masked arrays for it.
+        """Indices of the control points within reach of landmarks and features."""
+        # Like `np.unique`, which would import numpy's masked arrays.
         moving = self.movers + self.features
         return np.flatnonzero(np.bincount(self.support.nodes[:moving].ravel()))
 
     def within(self, lattice: Lattice) -> Lattice:
-        """Return the lattice without what it moves across the photo's edges."""
+        """Return the lattice without displacement across the photo's edges."""
         return lattice if self.photo is None else kept_inside(lattice, self.photo)
 
 
@@ -127,7 +123,7 @@ def fit(
     anchors: Sequence[Anchor],
     recipes: Sequence[Recipe],
 ) -> tuple[Lattice, ...]:
-    """Fit one lattice to each face, with nothing protected.
+    """Fit one lattice to each face.
 
     Result: the total displacement field is their sum. Raises OutOfBounds.
     """
@@ -138,11 +134,10 @@ def problems_of(
     pairs: Sequence[Pairs],
     anchors: Sequence[Anchor],
     recipes: Sequence[Recipe],
-    protection: Protection = NOTHING,
     surrounds: Sequence[Lensed | Surround | None] = (),
     photo: Box | None = None,
 ) -> list[Problem]:
-    """Return what each face asks of its lattice.
+    """Return the fitting problem of each face.
 
     Result: in the order of the faces. Raises OutOfBounds.
     """
@@ -151,12 +146,12 @@ def problems_of(
         for pair, anchor, recipe in zip(pairs, anchors, recipes, strict=True)
     ]
     surrounds = surrounds or (None,) * len(grids)
-    _check_control_points(pairs, anchors, recipes, grids, protection, surrounds)
+    _check_control_points(pairs, anchors, recipes, grids, surrounds)
     asked = list(zip(pairs, anchors, grids, recipes, strict=True))
-    alone = [_problem(*each, protection, None, photo) for each in asked]
+    alone = [_problem(*each, None, photo) for each in asked]
     _check_together(alone)
     return [
-        problem if surround is None else _problem(*each, protection, surround, photo)
+        problem if surround is None else _problem(*each, surround, photo)
         for problem, each, surround in zip(alone, asked, surrounds, strict=True)
     ]
 
@@ -178,13 +173,13 @@ def solve(problems: Sequence[Problem], recipes: Sequence[Recipe]) -> tuple[Latti
         total = [problem.within(one) for problem, one in zip(problems, whole, strict=True)]
         if all(kept is lattice for kept, lattice in zip(total, whole, strict=True)):
             break
-        # What the edges took is asked for again, not what an approximation leaves.
+        # Request again the part removed at the edges, without the error of an approximation.
         left = [_left_by(total, _asking(problem, whole)) for problem in problems]
     return tuple(on_quanta(lattice) for lattice in total if lattice is not None)
 
 
 def _asking(problem: Problem, lattices: Sequence[Lattice]) -> Problem:
-    """Return a problem that asks for what lattices make of it."""
+    """Return the problem that requests the displacement of `lattices` at the targets."""
     nothing = dataclasses.replace(problem, displacement_px=np.zeros_like(problem.displacement_px))
     made = -_left_by(lattices, nothing).displacement_px
     return dataclasses.replace(problem, displacement_px=made, effort=problem.asked_effort)
@@ -208,7 +203,7 @@ def _fitted(problems: Sequence[Problem], recipes: Sequence[Recipe]) -> list[Latt
 
 
 def _left_by(done: Sequence[Lattice | None], problem: Problem) -> Problem:
-    """Return what a problem still asks for once its and its neighbours' lattices are there."""
+    """Return the problem with the displacement that `done` does not yet provide at the targets."""
     left = problem.displacement_px
     for lattice in (one for one in done if one is not None):
         near = lattice.reaches(problem.target_px)
@@ -221,7 +216,7 @@ def _left_by(done: Sequence[Lattice | None], problem: Problem) -> Problem:
 
 
 def summed(lattice: Lattice, other: Lattice) -> Lattice:
-    """Return the sum of two lattices on grids that are the same but for halvings.
+    """Return the sum of two lattices on grids that differ only by halvings.
 
     Result: on the finer grid of the two.
     """
@@ -237,7 +232,6 @@ def _check_control_points(
     anchors: Sequence[Anchor],
     recipes: Sequence[Recipe],
     grids: Sequence[Grid],
-    protection: Protection,
     surrounds: Sequence[Lensed | Surround | None],
 ) -> None:
     total = 0.0
@@ -247,7 +241,7 @@ def _check_control_points(
         halvings = MULTILEVEL_STEPS if recipe.fit == "multilevel" else 0
         finest = grid.spacing_px / 2.0**halvings
         finest = min(grid.spacing_px, max(LEAST_SPACINGS * anchor.spacing_px, finest))
-        if recipe.threshold_px > LOSSLESS_PX or any(s.feather_px for s in protection.strokes):
+        if recipe.threshold_px > LOSSLESS_PX:
             finest /= _FINER_PROOF
         columns, rows = (np.ptp(_ends(pair.target_px, surround), axis=0) / finest + ORDER).tolist()
         total += columns * rows
@@ -272,9 +266,8 @@ def _check_together(problems: Sequence[Problem]) -> None:
         if points * min(points, nodes) > MOST_TOGETHER**2:
             raise OutOfBounds(
                 Text(
-                    "faces that touch each other have {points} landmarks and "
-                    "protected places together, more than can be solved at once "
-                    "(about {most_together}); choose fewer faces or protect less",
+                    "faces that touch each other have {points} landmarks together, more than "
+                    "can be solved at once (about {most_together}); choose fewer faces",
                     points=points,
                     most_together=MOST_TOGETHER,
                 )
@@ -282,10 +275,7 @@ def _check_together(problems: Sequence[Problem]) -> None:
 
 
 def on_quanta(lattice: Lattice) -> Lattice:
-    """Return the lattice with control points that are multiples of `QUANTUM_PX`.
-
-    Result: the same with each control point rounded to the nearest multiple.
-    """
+    """Return the lattice with control points rounded to the nearest multiples of `QUANTUM_PX`."""
     phi = np.round(lattice.phi / QUANTUM_PX) * QUANTUM_PX
     return Lattice(lattice.grid, lattice.first, phi)
 
@@ -299,25 +289,21 @@ def _problem(
     anchor: Anchor,
     grid: Grid,
     recipe: Recipe,
-    protection: Protection,
     surround: Lensed | Surround | None,
     photo: Box | None,
 ) -> Problem:
-    reach, ends = 2.0 * grid.spacing_px, _ends(pairs.target_px, surround)
-    low, high = ends.min(axis=0) - reach, ends.max(axis=0) + reach
-    still = protection.samples_px(STILL_STEP * grid.spacing_px, low, high)
     source, target, slack = _NO_FEATURES
-    # An approximation shares control points out, and landmarks would lose by it.
+    # Features only with the exact fit: an approximation would pull landmarks off their targets.
     if surround is not None and recipe.fit == "exact":
         source, target, slack = surround.features
     return Problem(
         grid,
-        np.vstack([pairs.target_px, target, still]),
-        np.vstack([pairs.displacement_px, source - target, np.zeros_like(still)]),
+        np.vstack([pairs.target_px, target]),
+        np.vstack([pairs.displacement_px, source - target]),
         len(pairs.target_px),
         LEAST_SPACINGS * anchor.spacing_px,
         len(target),
-        np.concatenate([np.zeros(len(pairs.target_px)), slack, np.zeros(len(still))]),
+        np.concatenate([np.zeros(len(pairs.target_px)), slack]),
         None if surround is None else _sampled(surround, grid),
         photo,
         None if surround is None else surround.around_px,
@@ -325,7 +311,7 @@ def _problem(
 
 
 def _sampled(surround: Lensed | Surround, grid: Grid) -> Lattice | None:
-    """Return the control points that a surround moves, if there are any."""
+    """Sample a surround's displacement at the control points; None if all are zero."""
     corners = surround.corners_px
     columns, rows = (
         np.arange(ends.min() - 1, ends.max() + ORDER - 1)
@@ -350,7 +336,7 @@ class _Support:
         row, t = self.grid.locate(problem.target_px[:, 1], 1)
         self.first = (int(column.min()) - 1, int(row.min()) - 1)
         self.shape = (int(np.ptp(row)) + ORDER, int(np.ptp(column)) + ORDER)
-        # What surrounds the faces is there before: those are fitted together whose points meet.
+        # Lattices are grouped by the reach of their points, without the surround.
         self.fitted = Lattice(self.grid, self.first, np.zeros((*self.shape, 2)))
         if problem.surround is not None:
             whole = self.fitted.plus(problem.surround)
@@ -368,7 +354,7 @@ class _Support:
 
     @cached_property
     def empty(self) -> Lattice:
-        """The lattice that moves nothing."""
+        """The lattice without displacement."""
         return self.lattice(np.zeros((self.size, 2)))
 
     def lattice(self, phi: Array) -> Lattice:
@@ -379,7 +365,7 @@ class _Support:
 def _designs(
     supports: Sequence[_Support], points_px: Array, nodes: Sequence[npt.NDArray[np.int64]]
 ) -> list[_Design]:
-    """Return the weight of each of `nodes` at the points that they reach, for each support."""
+    """Return the weights of `nodes` at the points within reach, for each support."""
     rows = [np.flatnonzero(one.empty.reaches(points_px)) for one in supports]
     weights = matrices(
         [one.empty.window_at(*points_px[at].T) for one, at in zip(supports, rows, strict=True)]
@@ -392,9 +378,9 @@ def _designs(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Design:
-    """The part of A that belongs to one lattice: weights (M, nodes) at points number `rows` (M,).
+    """The part of A of one lattice: weights (M, nodes) at the points with indices `rows` (M,).
 
-    Other points are out of its reach: among many faces that is nearly all of them.
+    All other points are out of reach; with many faces these are nearly all points.
     """
 
     rows: npt.NDArray[np.int64]
@@ -404,10 +390,10 @@ class _Design:
 def approximate(problem: Problem) -> Lattice:
     """B-spline approximation, eqs. (3) and (4).
 
-    Eq. (3) as printed sums k and l away. Lee, Wolberg and Shin (1997), its source, give every
-    landmark c its own ``phi_c = w_c z_c / sum w_ab^2`` and where landmarks share a control point
-    ``phi = sum w_c^2 phi_c / sum w_c^2``, which minimises eq. (4). Result: near the displacements,
-    which it doesn't meet where landmarks share control points.
+    Eq. (3) as printed sums over k and l. The source, Lee, Wolberg and Shin (1997), gives every
+    landmark c an own ``phi_c = w_c z_c / sum w_ab^2``. Landmarks that share a control point give
+    ``phi = sum w_c^2 phi_c / sum w_c^2``, which minimises eq. (4). Result: close to the
+    displacements, but not equal where landmarks share control points.
     """
     support = problem.support
     w2 = support.weights**2
@@ -421,7 +407,7 @@ def approximate(problem: Problem) -> Lattice:
 
 
 def multilevel(problem: Problem) -> Lattice:
-    """Approximate, then approximate what is left on ever finer lattices (refs [8], [12]).
+    """Approximate, then approximate the residual on ever finer lattices (refs [8], [12]).
 
     Result: the sum of all levels, on the finest.
     """
@@ -437,12 +423,12 @@ def multilevel(problem: Problem) -> Lattice:
 
 
 def exact(problems: Sequence[Problem]) -> list[Lattice]:
-    """Interpolate every landmark of every face with the smallest control points that do.
+    """Interpolate every landmark of every face with the smallest possible control points.
 
-    The same control points as `approximate`, ``phi = A' (A A' + r I)^-1 z``. Faces that reach into
-    each other are solved together, so landmarks stay exact where neighbours overlap. The ridge r is
-    all but zero unless landmarks, neighbours and protected places ask for more than the lattice can
-    give; then it grows, and all of them give way a little. Result: in the order of `problems`.
+    Solves ``phi = A' (A A' + r I)^-1 z`` on the control points of `approximate`. Overlapping faces
+    are solved together, so landmarks stay exact in the overlap. The ridge r is close to zero. If
+    the landmarks request more than the lattice can express, r grows, and all landmarks miss their
+    targets by a little. Result: in the order of `problems`.
     """
     lattices = [problem.support.empty for problem in problems]
     for group in groups([problem.support.fitted for problem in problems]):
@@ -475,16 +461,16 @@ def _solve_together(problems: list[Problem]) -> list[Lattice]:
 def _ridge_solution(
     designs: Sequence[_Design], displacements: Array, slack: Array, longest: float
 ) -> Array:
-    """Return the smallest phi with ``A phi = displacements``, or the best one so long.
+    """Return the smallest phi with ``A phi = displacements``, or the best with norm <= `longest`.
 
-    Rows with a slack r are met as far as ``|phi|^2 + |A phi - z|^2 / r`` is least.
+    Rows with a slack r minimise ``|phi|^2 + |A phi - z|^2 / r``.
     """
     most = max(float((part.weights**2).sum(axis=1).max(initial=0.0)) for part in designs)
     if slack.any():
         scale = np.sqrt(_LEAST_RIDGE * most / (_LEAST_RIDGE * most + slack))
         designs = [_Design(d.rows, d.weights * scale[d.rows, None]) for d in designs]
         displacements = displacements * scale[:, None]
-    # A' (A A' + r I)^-1 z = (A' A + r I)^-1 A' z: the smaller matrix is the quicker one.
+    # A' (A A' + r I)^-1 z = (A' A + r I)^-1 A' z: solve with the smaller matrix.
     many = len(displacements) > sum(part.weights.shape[1] for part in designs)
     matrix = (_inner if many else _outer)(designs, len(displacements))
     wanted = _transposed(designs, displacements) if many else displacements
@@ -498,7 +484,7 @@ def _ridge_solution(
 
 
 def _short_solution(matrix: Array, wanted: Array, longest: float, many: bool) -> Array:
-    """Solve with the smallest ridge whose phi are together at most so long."""
+    """Solve with the smallest ridge that gives phi of norm <= `longest`."""
     values, vectors = np.linalg.eigh(matrix)
     values, wanted = np.maximum(values, 0.0), vectors.T @ wanted
     energy = (1.0 if many else values) * (wanted**2).sum(axis=1)

@@ -1,4 +1,4 @@
-"""The photo's edge: nothing moves across it, so no pixel is read from outside."""
+"""Displacements at the photo's edge: none across the edge, so no pixel is read from outside."""
 
 from __future__ import annotations
 
@@ -13,10 +13,14 @@ from kogao_core.base.language import Text
 from kogao_core.faces.targets import Pairs
 from kogao_core.warp.lattice import ORDER, Lattice, basis
 
-# A landmark so many times its move inside the photo makes all of it; nearer to the edge it makes
-# less of the part across the edge, so that what lies between is stretched by a third at most.
+# A landmark farther from the photo's edge than this many times its move moves fully. Nearer, the
+# component across the edge is reduced. Smaller values stretch the strip along the edge more: 4
+# stretches by a third at most.
 _ROOM: Final = 4.0
-_MISSED: Final = 0.05  # of its move: a face that loses more is said to lie at the edge
+# The same for a head that moves as a whole: the pivot already keeps more distance from the edge.
+_ROOM_OF_HEAD: Final = 3.0
+# The note mentions a face that loses more than this share of its move or of its Amount.
+_MISSED: Final = 0.05
 
 
 def edges_px(photo: Box) -> Array:
@@ -27,21 +31,22 @@ def edges_px(photo: Box) -> Array:
 
 
 def slid(pairs: Pairs, photo: Box) -> Pairs:
-    """Return pairs whose targets near the photo's edge move along it, and less across it."""
+    """Reduce the moves of landmarks across the photo's edge; keep the component along the edge."""
     moves = pairs.displacement_px
     low, high = edges_px(photo)
     room = np.where(moves < 0.0, pairs.source_px - low, high - pairs.source_px)
-    share = ramp(room / np.maximum(_ROOM * np.abs(moves), 1e-9))
+    times = _ROOM_OF_HEAD if pairs.head_share else _ROOM
+    share = ramp(room / np.maximum(times * np.abs(moves), 1e-9))
     if (share == 1.0).all():
         return pairs
     return dataclasses.replace(pairs, target_px=pairs.source_px - share * moves)
 
 
 def kept_inside(lattice: Lattice, photo: Box) -> Lattice:
-    """Return the lattice nearest to this one that moves nothing across the photo's edges.
+    """Return the nearest lattice that moves nothing across the photo's edges.
 
-    A row of control points across an edge is orthogonal to the basis there, eq. (1): the spline is
-    0 all along the edge, and what is one-to-one then maps the photo onto itself.
+    Control points across an edge are made orthogonal to the basis, eq. (1). The spline is then 0
+    all along the edge, and a one-to-one map maps the photo onto itself.
     """
     for edge in edges_px(photo):
         for axis in (0, 1):
@@ -54,7 +59,7 @@ def _orthogonal(lattice: Lattice, edge_px: float, axis: int) -> Lattice:
     start, first, shape = int(cell[0]) - 1, [*lattice.first], [*lattice.shape[::-1]]
     if not first[axis] - ORDER < start < first[axis] + shape[axis]:
         return lattice
-    # All control points that reach the edge take part, those that nothing has moved, too.
+    # Include all control points that reach the edge, even if they are still zero.
     end = max(first[axis] + shape[axis], start + ORDER)
     first[axis] = min(first[axis], start)
     shape[axis] = end - first[axis]
@@ -69,19 +74,38 @@ def _orthogonal(lattice: Lattice, edge_px: float, axis: int) -> Lattice:
     return Lattice(lattice.grid, (first[0], first[1]), phi)
 
 
-def cut_note(pairs: Sequence[Pairs], asked: Sequence[Pairs]) -> str:
-    """Return a sentence on faces that slide along the photo's edge; empty where none does.
+def cut_note(pairs: Sequence[Pairs], asked: Sequence[Pairs], percents: Sequence[float]) -> str:
+    """Return a sentence on faces with too little space in the photo; empty if there are none.
 
-    `pairs` are those that were rendered, `asked` those that the recipe asks for.
+    `pairs` are the rendered pairs; `asked` and `percents` are the requested pairs and Amounts.
     """
-    count = sum(
+    cut = sum(
         bool((np.abs(a.target_px - b.target_px) > _MISSED * b.warp_distance_px).any())
         for a, b in zip(pairs, asked, strict=True)
     )
-    if not count:
-        return ""
-    return Text.counted(
-        count,
-        "{n} face lies at the photo's edge: there it slides along the edge and gets no smaller",
-        "{n} faces lie at the photo's edge: there they slide along the edge and get no smaller",
-    )
+    lowered = [
+        100.0 * pair.head_share
+        for pair, percent in zip(pairs, percents, strict=True)
+        if pair.head_share and abs(100.0 * pair.head_share) < (1.0 - _MISSED) * abs(percent)
+    ]
+    notes = []
+    if cut:
+        notes.append(
+            Text.counted(
+                cut,
+                "{n} face lies at the photo's edge: it slides along the edge and gets no smaller "
+                "there",
+                "{n} faces lie at the photo's edge: they slide along the edge and get no smaller "
+                "there",
+            )
+        )
+    if lowered:
+        notes.append(
+            Text.counted(
+                len(lowered),
+                "{n} head fills the photo: Amount lowered to {percent:.1f} %",
+                "{n} heads fill the photo: Amount lowered, down to {percent:.1f} %",
+                percent=min(lowered, key=abs),
+            )
+        )
+    return Text.joined("; ", notes) if notes else ""

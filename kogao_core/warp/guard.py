@@ -1,31 +1,43 @@
-"""Never render a fold: hold a face's displacement back to the largest share that is one-to-one."""
+"""Limit displacements where they would fold or squeeze the picture, and only there."""
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Final
 
 import numpy as np
 import numpy.typing as npt
 
-from kogao_core.base.geometry import Array
+from kogao_core.base.geometry import Array, Box, smoothstep
 from kogao_core.warp.field import Field
+from kogao_core.warp.fit import on_quanta
+from kogao_core.warp.frame import kept_inside
 from kogao_core.warp.lattice import Lattice, groups, meet
 from kogao_core.warp.one_to_one import (
     LEAST_MEASURED_DET,
     Shrinking,
     certify,
     edges_are_safe,
-    falloff_slope,
     least_det,
     least_dets,
+    protected_slope,
+    protected_slopes,
 )
+from kogao_core.warp.protection import NOTHING
 
+# The limited field keeps det J at least this large: below, the result looks squeezed or smeared.
+LEAST_DET: Final = 0.4
+# Cells below it are brought up to this.
+_AIM: Final = 0.42
+# The same for the bound of `protected_slopes`, which must stay below 1.
+_MOST_SLOPE: Final = 0.98
+# Control points so near to a cell that needs a limit get all of the limit, and so much farther
+# away they are free again, in lattice spacings.
+_NEAR: Final = 1.0
+_FADE: Final = 2.5
+_ROUNDS: Final = 8
 _BISECTIONS: Final = 10
-_BELOW_ONE: Final = 1.0 - 1e-6
-_SLIGHT_SLOPE: Final = 0.05  # of a displacement that has no part in a fold
-_CLEAR_DET: Final = LEAST_MEASURED_DET + 1e-9  # what is found clear is measured so, however rounded
 
 # A stroke may bring det J down so far, and where it is there already by this factor each; samples
 # of the faces' lattices lie elsewhere than those of a stroke's.
@@ -34,25 +46,114 @@ _LEFT: Final = 0.6
 _LEAST_LEFT: Final = 1.4 * LEAST_MEASURED_DET
 
 
-def hold_back(field: Field) -> tuple[Field, tuple[float, ...]]:
-    """Scale the displacements of faces that would fold, and refuse a fade that would.
+@dataclasses.dataclass(frozen=True, slots=True)
+class Limit:
+    """How much of a face's displacement is kept where it is reduced the most."""
 
-    A lattice that stands alone is held back until it is proven one-to-one. Of faces whose lattices
-    reach into each other those that reach a fold are held back together, until the whole is proven
-    or at least measured one-to-one. Beside a falloff the proof is needed in any case. A fade is
-    kept only where it is proven harmless; without it the lossless threshold holds. Result: a field
-    whose det J is positive; share of each face's displacement that was kept; 1 where nothing had to
-    be done.
+    share: float = 1.0  # 1: nothing is reduced
+    place_px: tuple[float, float] | None = None  # (x, y) of that control point
+
+
+def limited(field: Field, photo: Box | None = None) -> tuple[Field, tuple[Limit, ...]]:
+    """Reduce displacements near cells where det J falls below `LEAST_DET`, and only there.
+
+    Control points are multiplied by weights that rise smoothly to 1 with the distance from such a
+    cell. A group of lattices that is still not one-to-one after some rounds is scaled as a whole.
+    A fade of short displacements that could fold is removed. Nothing moves across the edges of
+    `photo`. Result: a field that does not fold, and the limit of each lattice.
     """
-    shares = [1.0] * len(field.lattices)
+    weights = [np.ones(lattice.shape) for lattice in field.lattices]
+    spline = dataclasses.replace(field, fade_px=0.0)
     for group in groups(field.lattices):
-        part = Field(tuple(field.lattices[k] for k in group), falloff=field.falloff)
-        for k, share in zip(group, _largest_safe_shares(part), strict=True):
-            shares[k] = share
-    held = _scaled(field, shares)
-    if not edges_are_safe(held):
-        held = dataclasses.replace(held, fade_px=0.0)
-    return held, tuple(shares)
+        part = dataclasses.replace(spline, lattices=tuple(field.lattices[k] for k in group))
+        for k, weight in zip(group, _weights(part, photo), strict=True):
+            weights[k] = weight
+    found = zip(field.lattices, weights, strict=True)
+    limits = tuple(_limit(lattice, weight) for lattice, weight in found)
+    field = _weighted(field, weights, photo)
+    if not edges_are_safe(field):
+        field = dataclasses.replace(field, fade_px=0.0)
+    return field, limits
+
+
+def _weights(part: Field, photo: Box | None) -> list[Array]:
+    """Return the weights of the control points of a group of lattices."""
+    weights = [np.ones(lattice.shape) for lattice in part.lattices]
+    for _ in range(_ROUNDS):
+        field = _weighted(part, weights, photo)
+        limits = [*_limits(field)]
+        if not limits:
+            break
+        places, shares, reach = (np.concatenate(each) for each in zip(*limits, strict=True))
+        for weight, lattice in zip(weights, part.lattices, strict=True):
+            weight *= _weight(lattice, places, shares, reach)
+    field = _weighted(part, weights, photo)
+
+    def allows(share: float) -> bool:
+        lattices = tuple(lattice.scaled(share) for lattice in field.lattices)
+        return _is_one_to_one(dataclasses.replace(field, lattices=lattices))
+
+    share = 1.0 if _is_one_to_one(field) else bisected(allows, 1.0)
+    return [share * weight for weight in weights]
+
+
+def _limits(field: Field) -> Iterator[tuple[Array, Array, Array]]:
+    """Yield places (N, 2), px, the share of the displacement that each bears, and its spacing."""
+    for lattice in field.lattices:
+        det = least_dets(dataclasses.replace(field, protection=NOTHING), lattice, LEAST_DET)
+        low = det < LEAST_DET
+        # Slopes shrink with the displacement: 1 - det J does at least in proportion.
+        yield from _at(lattice, low, (1.0 - _AIM) / (1.0 - det[low]))
+    for fine, slope in protected_slopes(field):
+        steep = slope >= 1.0
+        yield from _at(fine, steep, _MOST_SLOPE / slope[steep])
+
+
+def _at(
+    lattice: Lattice, cells: npt.NDArray[np.bool_], shares: Array
+) -> Iterator[tuple[Array, Array, Array]]:
+    """Yield the middles of some cells, unless there are none, with their shares and spacings."""
+    if not len(shares):
+        return
+    h, corner = lattice.grid.spacing_px, np.add(lattice.first_cell, np.argwhere(cells)[:, ::-1])
+    yield lattice.grid.origin_px + h * (corner + 0.5), shares, np.full(len(shares), h)
+
+
+def _weight(lattice: Lattice, places: Array, shares: Array, reach: Array) -> Array:
+    """Return the factor of each control point of a lattice, (J, I)."""
+    (i, j), (rows, columns), h = lattice.first, lattice.shape, lattice.grid.spacing_px
+    x, y = lattice.grid.nodes_px(i, columns, 0), lattice.grid.nodes_px(j, rows, 1)
+    factor: Array = np.ones(lattice.shape)
+    for (px, py), share, side in zip(places.tolist(), shares.tolist(), reach.tolist(), strict=True):
+        apart = np.hypot(x - px, (y - py)[:, None]) / max(h, side)
+        np.minimum(factor, share + (1.0 - share) * smoothstep((apart - _NEAR) / _FADE), out=factor)
+    return factor
+
+
+def _weighted(field: Field, weights: Sequence[Array], photo: Box | None) -> Field:
+    """Return a field with control points multiplied by weights; the same where all are 1."""
+    lattices = tuple(
+        lattice if (weight == 1.0).all() else on_quanta(_inside(lattice, weight, photo))
+        for lattice, weight in zip(field.lattices, weights, strict=True)
+    )
+    if all(a is b for a, b in zip(lattices, field.lattices, strict=True)):
+        return field
+    return dataclasses.replace(field, lattices=lattices)
+
+
+def _inside(lattice: Lattice, weight: Array, photo: Box | None) -> Lattice:
+    weighted = dataclasses.replace(lattice, phi=lattice.phi * weight[..., None])
+    return weighted if photo is None else kept_inside(weighted, photo)
+
+
+def _limit(lattice: Lattice, weight: Array) -> Limit:
+    moving = np.where(lattice.phi.any(axis=2), weight, 1.0)
+    row, column = np.unravel_index(moving.argmin(), moving.shape)
+    if moving[row, column] == 1.0:
+        return Limit()
+    i, j = np.add(lattice.first, (column, row))
+    place = lattice.grid.node_px(i, 0), lattice.grid.node_px(j, 1)
+    return Limit(float(moving[row, column]), (float(place[0]), float(place[1])))
 
 
 def share_let_in(
@@ -64,7 +165,7 @@ def share_let_in(
     stands alone is proven; `after` is the field with a share of them. Result: 1 where all of it is.
     """
     near = [a for a in field.lattices if any(meet(a, one) for one in changes)]
-    whole = dataclasses.replace(field, lattices=(*near, *changes), fade_px=0.0)
+    whole = Field((*near, *changes))
     members = range(len(near), len(whole.lattices))
     # What is finer than a change has samples of its own there.
     finer = [
@@ -80,45 +181,11 @@ def share_let_in(
     def allows(share: float) -> bool:
         if any((one.dets(share) < most).any() for one, most in zip(samples, least, strict=True)):
             return False
-        if field.falloff.strokes and falloff_slope(after(share)) >= 1.0:
+        if field.protection.strokes and protected_slope(after(share)) >= 1.0:
             return False
         return len(whole.lattices) > 1 or certify(Field(after(share).lattices[-1:]))
 
     return 1.0 if allows(1.0) else bisected(allows, 1.0)
-
-
-def _largest_safe_shares(field: Field) -> list[float]:
-    """Return how much is kept of each displacement of a group."""
-    # What the falloff bears is known without a search: its bound grows with the displacement.
-    slope = falloff_slope(field)
-    most = 1.0 if slope < 1.0 else _BELOW_ONE / slope
-    everybody = set(range(len(field.lattices)))
-    shares, together = [most for _ in everybody], list[set[int]]()
-    if len(shares) == 1:
-        is_sound = _safe(_scaled(field, shares))
-        return shares if is_sound else [bisected(lambda s: _safe(_scaled(field, [s])), most)]
-    near = everybody
-    # What is proven isn't measured, nor what is as it was.
-    while not certify(held := _scaled(field, shares)) and (cells := [*_folding(held, near)]):
-        found = _joined([*together, *cells])
-        fresh = [one for one in found if one not in together]
-        if not fresh:  # slight slopes make the difference
-            found = fresh = [everybody]
-        for members in fresh:
-            share = _largest_safe_share(field, shares, members, most)
-            for k in members:
-                shares[k] = share
-        together, near = found, set().union(*fresh)
-    return shares
-
-
-def _largest_safe_share(
-    field: Field, shares: Sequence[float], members: set[int], most: float
-) -> float:
-    """Return how much some lattices may keep, the others of their group keeping their shares."""
-    held = _scaled(field, [1.0 if k in members else one for k, one in enumerate(shares)])
-    samples = [Shrinking(held, lattice, members, _CLEAR_DET) for lattice in _meeting(held, members)]
-    return bisected(lambda share: not any(_they_fold(one, share) for one in samples), most)
 
 
 def bisected(allows: Callable[[float], bool], most: float) -> float:
@@ -133,64 +200,17 @@ def bisected(allows: Callable[[float], bool], most: float) -> float:
     return low
 
 
-def _they_fold(samples: Shrinking, share: float) -> bool:
-    """Return whether those who shrink bend any sample that comes close to a fold."""
-    folds = samples.dets(share) < _CLEAR_DET
-    return bool(folds.any() and _bends(samples.steepest(share)[:, folds])[samples.shrinks].any())
-
-
-def _folding(field: Field, near: Collection[int]) -> Iterator[set[int]]:
-    """Yield, for each cell near some lattices that comes close to a fold, those that bend it."""
-    for lattice in _meeting(field, near):
-        folds = least_dets(field, lattice, LEAST_MEASURED_DET) < LEAST_MEASURED_DET
-        if not folds.any():
-            continue
-        spans = lattice.cell_spans_px
-        slopes = np.stack([a.most_in(a.steepest, spans)[folds] for a in field.lattices])
-        for bends in _bends(slopes).T:
-            yield set(np.flatnonzero(bends).tolist())
-
-
-def _meeting(field: Field, some: Collection[int]) -> Iterator[Lattice]:
-    """Yield the lattices that reach into some of them, themselves included."""
-    for lattice in field.lattices:
-        if any(meet(lattice, field.lattices[k]) for k in some):
-            yield lattice
-
-
-def _bends(slopes: Array) -> npt.NDArray[np.bool_]:
-    """Return which lattices have a part in a fold, by their slopes there (lattices, folds)."""
-    return np.asarray((slopes >= _SLIGHT_SLOPE) | (slopes == slopes.max(axis=0)))
-
-
-def _joined(sets: Sequence[set[int]]) -> list[set[int]]:
-    """Return sets of which no two have a member in common."""
-    found: list[set[int]] = []
-    for one in sets:
-        near = [other for other in found if other & one]
-        found = [other for other in found if not other & one] + [one.union(*near)]
-    return found
-
-
 def is_safe(field: Field, det: float | None = None) -> bool:
-    """Return whether a field needs no holding back."""
-    return edges_are_safe(field) and _safe(field, det)
+    """Return whether a field needs no limit to be one-to-one. `det`: its least det J, if known."""
+    return edges_are_safe(field) and _is_one_to_one(field, det)
 
 
-def _safe(field: Field, det: float | None = None) -> bool:
-    """Return whether a field that its falloff can't fold is one-to-one."""
+def _is_one_to_one(field: Field, det: float | None = None) -> bool:
+    """Return whether a field is proven, or of touching faces measured, to be one-to-one."""
+    if protected_slope(field) >= 1.0:
+        return False
     if certify(field):
         return True
     if len(field.lattices) == 1:
         return False
     return (least_det(field, LEAST_MEASURED_DET) if det is None else det) >= LEAST_MEASURED_DET
-
-
-def _scaled(field: Field, shares: Sequence[float]) -> Field:
-    if all(share == 1.0 for share in shares):
-        return field
-    lattices = (
-        lattice if share == 1.0 else lattice.scaled(share)
-        for lattice, share in zip(field.lattices, shares, strict=True)
-    )
-    return dataclasses.replace(field, lattices=tuple(lattices))

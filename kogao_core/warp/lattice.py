@@ -43,15 +43,15 @@ def basis_slope(s: npt.ArrayLike) -> Array:
 
 @dataclass(frozen=True, slots=True)
 class Grid:
-    """Where lattice nodes lie: node (i, j) at ``origin + spacing * (i, j)``, in px."""
+    """Positions of lattice nodes: node (i, j) is at ``origin + spacing * (i, j)``, px."""
 
     origin_px: tuple[float, float]  # position (x, y) of node (0, 0)
     spacing_px: float  # distance h between neighbouring nodes
 
     def locate(self, coords_px: npt.ArrayLike, axis: int) -> tuple[npt.NDArray[np.int64], Array]:
-        """Return the cell [u] of each coordinate and its place s = u - [u] in it; axis 0 is x.
+        """Return the cell [u] of each coordinate and the fraction s = u - [u]; axis 0 is x.
 
-        `coords_px` (N,). Result (N,): cells, and places from 0 up to 1.
+        `coords_px` (N,). Result (N,): cells, and fractions from 0 up to 1.
         """
         u = (np.asarray(coords_px, np.float64) - self.origin_px[axis]) / self.spacing_px
         cell = np.floor(u)
@@ -71,10 +71,10 @@ class Grid:
     def weights(
         self, starts_px: npt.NDArray[np.int64], size_px: int, axis: int
     ) -> tuple[npt.NDArray[np.int64], Array]:
-        """Return the nodes that reach the pixels of equal pieces of an axis, and their weights.
+        """Return the weights of eq. (2) for pieces of an axis with `size_px` pixels each.
 
-        `starts_px` int (N,). `first` int (N,): the first of the nodes that reach each piece;
-        `weights` (N, nodes, size_px): eq. (2); as many nodes for every piece as any can need.
+        `starts_px` int (N,): first pixel of each piece. `first` int (N,): first node that reaches
+        each piece. `weights` (N, nodes, size_px): the same number of nodes for every piece.
         """
         cell, s = self.locate(starts_px[:, None] + np.arange(size_px), axis)
         first = cell[:, 0] - 1
@@ -87,9 +87,9 @@ class Grid:
 
 
 class NodeWindow(NamedTuple):
-    """Coordinates along x (X,) and along y (Y,), px, and a window of a grid's nodes there.
+    """A window of a grid's nodes, and coordinates along x (X,) and y (Y,), px, to evaluate at.
 
-    `first` is the column and row of its first node, `shape` its rows and columns.
+    `first`: column and row of the first node. `shape`: rows and columns of the window.
     """
 
     grid: Grid
@@ -101,10 +101,10 @@ class NodeWindow(NamedTuple):
 def matrices(
     windows: Sequence[NodeWindow], kinds: Sequence[Callable[[Array], Array]] = (basis,)
 ) -> list[list[tuple[Array, Array]]]:
-    """Return the weights of nodes at coordinates; many windows are quicker together.
+    """Return the node weights at the coordinates of each window.
 
-    Result: for each window, and for each kind, those along x, shape (X, columns), and along y,
-    shape (Y, rows).
+    One call for many windows is faster than one call each. Result: for each window and each kind,
+    the weights along x, shape (X, columns), and along y, shape (Y, rows).
     """
     if not windows:
         return []
@@ -119,7 +119,7 @@ def matrices(
     u = (np.concatenate(coords) - origin) / h
     cell = np.floor(u)
     s = u - cell
-    # Nodes outside the window have columns, too, which are cut off.
+    # Give nodes outside the window columns as well, and cut these off at the end.
     width = count + 2 * ORDER
     column = np.minimum(np.maximum(cell - (first + 1), -ORDER), count) + ORDER
     at = (width.cumsum() - width + column).astype(np.int64)[:, None] + np.arange(ORDER)
@@ -138,7 +138,7 @@ def matrices(
 
 @dataclass(frozen=True, eq=False)
 class Lattice:
-    """Control points of one face's displacement field; nodes that aren't stored are zero."""
+    """Control points of the displacement field of one face. Nodes that are not stored are zero."""
 
     grid: Grid  # node positions
     first: tuple[int, int]  # node index (i, j) of ``phi[0, 0]``; i runs along x, j along y
@@ -150,10 +150,7 @@ class Lattice:
         return self.phi.shape[0], self.phi.shape[1]
 
     def at(self, points_px: npt.ArrayLike) -> Array:
-        """Evaluate eq. (1) at points of shape (N, 2); return the displacements, (N, 2), px.
-
-        Result: displacements, px.
-        """
+        """Evaluate eq. (1) at points of shape (N, 2). Return displacements (N, 2), px."""
         points = np.asarray(points_px, np.float64)
         (((bx, by),),) = matrices([self.window_at(points[:, 0], points[:, 1])])
         return self.mixed_at(bx, by)
@@ -168,16 +165,16 @@ class Lattice:
         return self.mixed(bx, by)
 
     def window_at(self, xs_px: Array, ys_px: Array) -> NodeWindow:
-        """Return the window of all stored nodes at coordinates along x and along y, px."""
+        """Return a window with all stored nodes, for coordinates along x and y, px."""
         return NodeWindow(self.grid, (xs_px, ys_px), self.first, self.shape)
 
     def mixed_at(self, bx: Array, by: Array) -> Array:
-        """Return the mixture (N, 2) of control points at N points, by their `matrices` there."""
+        """Return weighted sums (N, 2) of control points at N points; weights from `matrices`."""
         rows = by @ self.phi.reshape(len(self.phi), -1)
         return np.asarray((bx[:, None] @ rows.reshape(len(by), *self.phi.shape[1:]))[:, 0])
 
     def mixed(self, bx: Array, by: Array) -> Array:
-        """Return the mixtures (2, M, N) of control points on a tensor grid, by its `matrices`."""
+        """Return weighted sums (2, M, N) of control points on a tensor grid, from `matrices`."""
         return np.asarray(by @ self.components @ bx.T)
 
     @cached_property
@@ -201,9 +198,9 @@ class Lattice:
         return cut
 
     def within(self, image: Box) -> Lattice:
-        """Return the same field on `image` without control points that don't reach it.
+        """Return the lattice without control points that don't reach `image`.
 
-        Result: this one where all of it reaches.
+        Returns `self` if every stored control point reaches the image.
         """
         columns = self._reaching(image.left, image.right, 0)
         rows = self._reaching(image.top, image.bottom, 1)
@@ -213,7 +210,7 @@ class Lattice:
         return Lattice(self.grid, first, self.window(first, shape))
 
     def _reaching(self, start_px: int, stop_px: int, axis: int) -> range:
-        """Return the stored nodes along an axis, at least one, that reach a span of pixels."""
+        """Return the stored nodes along an axis that reach a span of pixels; at least one."""
         cells, _ = self.grid.locate([start_px, stop_px - 1], axis)
         first, end = int(cells[0]) - 1, int(cells[1]) + ORDER - 1
         mine = range(self.first[axis], self.first[axis] + self.shape[1 - axis])
@@ -221,7 +218,7 @@ class Lattice:
         return range(first, max(first + 1, min(end, mine.stop)))
 
     def plus(self, other: Lattice) -> Lattice:
-        """Return the sum of two fields on the same grid. Result: over the nodes of both."""
+        """Return the sum of two fields on the same grid, over the nodes of both."""
         first = (min(self.first[0], other.first[0]), min(self.first[1], other.first[1]))
         last_i = max(self.first[0] + self.shape[1], other.first[0] + other.shape[1])
         last_j = max(self.first[1] + self.shape[0], other.first[1] + other.shape[0])
@@ -229,7 +226,7 @@ class Lattice:
         return Lattice(self.grid, first, self.window(first, shape) + other.window(first, shape))
 
     def minus(self, other: Lattice) -> Lattice:
-        """Return the difference of two fields on the same grid. Result: over the nodes of both."""
+        """Return the difference of two fields on the same grid, over the nodes of both."""
         return self.plus(other.scaled(-1.0))
 
     def scaled(self, factor: float) -> Lattice:
@@ -245,9 +242,10 @@ class Lattice:
     def bezier(self) -> Array:
         """Bezier points of the displacement in each cell that a stored node reaches, px.
 
-        Shape (J + 3, I + 3, 2, 4, 4): cells, component, rows along y; entry [0, 0] is `first_cell`.
+        Shape (J + 3, I + 3, 2, 4, 4): cell row, cell column, component, points along y and x.
+        Entry [0, 0] belongs to `first_cell`.
         """
-        # In memory points come first: what is bounded for all cells at once is four times as fast.
+        # Points are the outer axes in memory: bounds over all cells are then four times as fast.
         points = bezier_along(bezier_along(self.phi).transpose(2, 0, 1, 3)).transpose(2, 0, 4, 3, 1)
         return np.ascontiguousarray(points).transpose(3, 4, 2, 0, 1)
 
@@ -259,8 +257,9 @@ class Lattice:
 
     @cached_property
     def least_px(self) -> Array:
-        """Lower bound of each cell's displacement, (J + 3, I + 3), px; 0 where directions part."""
-        # All control points go at least so far one common way, and so does every mixture of them.
+        """Lower bound of each cell's displacement, (J + 3, I + 3), px; 0 if directions differ."""
+        # Project the Bezier points on their mean direction. The least projection bounds every
+        # convex combination, and so every displacement in the cell.
         x, y = np.moveaxis(self.bezier.reshape(*self.reached.shape, 2, ORDER**2), 2, 0)
         toward_x, toward_y = x.mean(axis=2), y.mean(axis=2)
         length = np.maximum(np.hypot(toward_x, toward_y), 1e-12)
@@ -295,7 +294,7 @@ class Lattice:
 
     @cached_property
     def cell_spans_px(self) -> tuple[Array, Array]:
-        """Where each column of cells begins and ends along x, and each row along y, px."""
+        """Start and end of each column of cells along x, and of each row along y, px."""
         (i, j), (rows, columns) = self.first_cell, self.reached.shape
         x, y = self.grid.nodes_px(i, columns + 1, 0), self.grid.nodes_px(j, rows + 1, 1)
         return np.stack([x[:-1], x[1:]]), np.stack([y[:-1], y[1:]])
@@ -309,24 +308,21 @@ class Lattice:
 
     @property
     def box(self) -> Box:
-        """The pixels of that rectangle."""
+        """Pixels of the rectangle `reach_px`."""
         left, top, right, bottom = self.reach_px
         return Box(math.floor(left), math.floor(top), math.ceil(right) + 1, math.ceil(bottom) + 1)
 
     def reaches(self, points_px: Array) -> npt.NDArray[np.bool_]:
-        """Return at which points of shape (N, 2) the field may be other than zero.
-
-        Result bool (N,).
-        """
+        """Return whether the field may be non-zero at each point, (N, 2). Result: bool (N,)."""
         left, top, right, bottom = self.reach_px
         x, y = points_px.T
         return np.asarray((x > left) & (x < right) & (y > top) & (y < bottom))
 
     def most_in(self, values: Array, spans_px: tuple[Array, Array]) -> Array:
-        """Return the largest of the cells' values in each of some rectangles; 0 outside all cells.
+        """Return the maximum of cell values in each rectangle of a grid; 0 outside all cells.
 
-        `values` (..., J + 3, I + 3); `spans_px` (2, columns) and (2, rows). Result (..., rows,
-        columns).
+        `values` (..., J + 3, I + 3): one value per cell. `spans_px` (2, columns) and (2, rows):
+        start and end of the rectangles. Result (..., rows, columns).
         """
         rows, columns = values.shape[-2:]
         found = np.zeros((*values.shape[:-2], rows + 2, columns + 2))
@@ -349,10 +345,7 @@ class Lattice:
 
 
 def groups(lattices: Sequence[Lattice]) -> list[list[int]]:
-    """Return the indices of lattices that reach into each other, directly or through others.
-
-    Result: each index is in one group.
-    """
+    """Group lattices that overlap, directly or through others. Return indices per group."""
     found: list[list[int]] = []
     for k, lattice in enumerate(lattices):
         near = [group for group in found if any(meet(lattice, lattices[i]) for i in group)]
@@ -362,16 +355,13 @@ def groups(lattices: Sequence[Lattice]) -> list[list[int]]:
 
 
 def meet(a: Lattice, b: Lattice) -> bool:
-    """Return whether two lattices reach into each other.
-
-    Result: false where no point is moved by both.
-    """
+    """Return whether the supports of two lattices overlap."""
     (left, top, right, bottom), (l2, t2, r2, b2) = a.reach_px, b.reach_px
     return left < r2 and l2 < right and top < b2 and t2 < bottom
 
 
 def bezier_along(phi: Array) -> Array:
-    """Return the Bezier control points of every cell that a control point reaches: tight bounds.
+    """Convert B-spline control points along the first axis to Bezier points, for tight bounds.
 
     `phi` (n, ...). Result (4, n + 3, ...): the four points of each cell.
     """
@@ -387,7 +377,7 @@ def bezier_along(phi: Array) -> Array:
 
 
 def _refined_axis(phi: Array, axis: int) -> Array:
-    # A cubic B-spline is the sum of five half-width ones, weighted 1 4 6 4 1 over 8.
+    # A cubic B-spline is the sum of five B-splines of half the width, weighted (1 4 6 4 1) / 8.
     phi = np.moveaxis(phi, axis, 0)
     fine = np.zeros((2 * len(phi) + 3, *phi.shape[1:]))
     for offset, weight in enumerate((1.0, 4.0, 6.0, 4.0, 1.0)):

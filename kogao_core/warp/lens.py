@@ -1,12 +1,14 @@
-"""A rectilinear lens stretches what lies off its axis; a head comes out as if aimed at.
+"""Lens correction: remove the perspective stretch of heads away from the photo's centre.
 
-A sphere at an angle t from the axis is drawn 1 / cos t longer away from the middle than across. Had
-the camera been aimed at the head, the picture would be another by the homography ``K R K^-1`` for
-all that is far enough (Hartley and Zisserman 2004, 8.4): where that shows the head, at the size
-that it has across, is a displacement for all of it, hair and ears included. The control points take
-it before the landmarks are fitted on top, as they do what surrounds a face (`surround`). Beyond the
-head it fades: neck, shoulders and background take up the difference. A head's place is free: it
-is chosen so that what is beside it, other heads and the photo's edge, is stretched the least.
+A rectilinear lens draws a sphere at angle t from the optical axis 1 / cos t longer in the radial
+direction than across. A camera aimed at the head would have taken a picture that differs by the
+homography ``K R K^-1``, if the head is far enough away (Hartley and Zisserman 2004, 8.4). The
+correction is the displacement of this homography for the whole head, hair and ears included. The
+head keeps the size that it has across the radial direction.
+
+The control points take the displacement before the landmarks are fitted, as with `surround`.
+Outside the head the displacement fades to zero, in neck, shoulders and background. The corrected
+head may shift: the shift is chosen to stretch the other heads and the photo's edge the least.
 """
 
 from __future__ import annotations
@@ -29,55 +31,71 @@ from kogao_core.photo.optics import FILM_MM
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.warp.field import shown_by
 from kogao_core.warp.frame import edges_px
-from kogao_core.warp.protection import Protection, away_px
-from kogao_core.warp.surround import Surround
+from kogao_core.warp.surround import Surround, away_px
 
-# A head with its hair is a circle, in landmark spacings: so far above the middle of eyes and mouth,
-# and so large.
+# A circle approximates a head with hair. The centre is this far above the middle of eyes and mouth,
+# in landmark spacings.
 _ABOVE: Final = 1.5
+# Radius of the head's circle in landmark spacings. Larger values correct more hair and background.
 _RADIUS: Final = 7.0
-_FADE: Final = 2.5  # in radii of that circle: what is beyond it takes up the difference
-# Where heads overlap a point goes with the nearer one by this power of the distance; between them
-# its share goes from one to the other over all the gap.
+# Width of the fade outside the head, in head radii. Larger values spread the stretch wider.
+_FADE: Final = 2.5
+# Exponent of the distance to a head's centre inside the head. Where heads overlap, larger values
+# narrow the transition between the two displacements.
 _SHARP: Final = 8
+# `_apart` at the rim of a head, no unit. Smaller values weaken the influence of other heads there.
 _RIM: Final = 0.02
+# Exponent of the distance from a head's rim. Between heads, larger values narrow the transition.
 _GAP: Final = 1.5
-_EDGE: Final = 0.3  # in the same: so near to the photo's edge what crosses it fades at the nearest
-# From so many radii on from the photo's edge a head's rim stays more and more, and not that edge.
+# Least distance, in head radii, over which the displacement across the photo's edge falls to zero.
+_EDGE: Final = 0.3
+# Distance from a face's origin to the photo's edge, in head radii. Among other heads, the photo's
+# edge stays in place up to this distance, and the head's rim from one radius more.
 _NEAR_EDGE: Final = 1.5
-# In radii from middle to middle: so near, heads go together with this weight; so far, not at all.
+# Heads with centres at most this far apart, in mean head radii, shift together with full weight.
 _CLOSE: Final = 2.0
+# Heads with centres at least this far apart, in mean head radii, shift independently.
 _ALONE: Final = 3.0
+# Weight of equal displacements in the gap between two heads, relative to the weight 1 of the head's
+# own position. Larger values shear the gap less and shift the heads more.
 _TOGETHER: Final = 12.0
-_KEPT: Final = 10.0  # and this for its own place at the photo's edge
-_LEAST_DEPTH: Final = 0.2  # of the distance to the picture's plane; what is nearer is far outside
-_STEPS: Final = 12  # of a fixed point that comes five times nearer with each
+# Extra weight of the head's own position one head radius from the photo's edge. The weight falls by
+# the fourth power of the distance. Larger values shift heads near the edge less.
+_KEPT: Final = 10.0
+# Least depth of a point behind the homography, in focal lengths: smaller depths are far outside the
+# head and would divide by zero.
+_LEAST_DEPTH: Final = 0.2
+_STEPS: Final = 12  # of the fixed-point inversion; each step reduces the error to a fifth
+# Errors at the points of eyes and mouth have the weight 1 / _SLACK in the fit. Larger values change
+# the shape of eyes and mouth more.
 _SLACK: Final = 0.01
-STRETCH_SEEN_PERCENT: Final = 1.0  # that is worth a look
-# What an adult measures, m: between the outer corners of the eyes, and from the eyes down to the
-# mouth. By the size of their irises, 112 of 118 people are within a tenth.
+STRETCH_SEEN_PERCENT: Final = 1.0  # stretch of a face, %, from which the stretch is reported
+# Distances on an adult's face, m: between the outer corners of the eyes, and from the eyes to the
+# mouth. Checked by iris size: 112 of 118 people are within 10 %.
 _ADULT_M: Final = np.array([0.087, 0.068])
-_WITHIN: Final = 0.1
-_NOSE_M: Final = 0.04  # its tip before the eyes' corners; the face is widest as far behind them
-_NATURAL_M: Final = 1.5  # from so far a nose looks as people know it
-NOSE_SEEN_PERCENT: Final = 5.0  # that is worth saying
+_WITHIN: Final = 0.1  # relative error of an estimated distance for nearly all adults
+# From the outer corners of the eyes to the tip of the nose, m, along the camera's axis. The widest
+# part of the face is assumed to be as far behind the corners.
+_NOSE_M: Final = 0.04
+_NATURAL_M: Final = 1.5  # camera distance, m, from which a nose has a natural size
+NOSE_SEEN_PERCENT: Final = 5.0  # enlargement of the nose, %, from which a note mentions the nose
 
 
 def focal_px(focal_mm: float, photo: Box) -> float:
-    """Return a 35-mm equivalent focal length in px of a photo: by the diagonals."""
+    """Convert a 35-mm equivalent focal length to px of a photo, by the length of the diagonal."""
     return focal_mm * float(np.hypot(photo.width, photo.height)) / FILM_MM
 
 
 def stretch_percent(face: Face, focal_mm: float, photo: Box) -> float:
-    """Return how much longer a lens draws a face away from the middle than across, %."""
+    """Return the radial stretch of a face by the lens, %: how much longer than across."""
     off = np.asarray(face.anchor.origin_px) - edges_px(photo).mean(axis=0)
     return 100.0 * (float(np.hypot(np.hypot(*off) / focal_px(focal_mm, photo), 1.0)) - 1.0)
 
 
 def distance_m(face: Face, focal_mm: float, photo: Box) -> float:
-    """Return how far the camera was from a face, if it is an adult's, m: by the angles it fills.
+    """Return the distance between the camera and an adult's face, m, from the angles in view.
 
-    A head that is turned is seen less wide, one that nods less high: what shows more of it counts.
+    A turned head looks narrower and a nodding head looks lower; the larger angle counts.
     """
     ends = np.array([face.eyes[[0, 3]], [face.eye_center, face.mouth_center]])
     rays = np.dstack(
@@ -88,18 +106,18 @@ def distance_m(face: Face, focal_mm: float, photo: Box) -> float:
 
 
 def distance_range_m(distance: float) -> tuple[float, float]:
-    """Return between which distances nearly all adults are who seem so far away."""
+    """Return the least and greatest likely distance, m, given an estimate for an average adult."""
     return distance * (1.0 - _WITHIN), distance * (1.0 + _WITHIN)
 
 
 def nose_percent(distance: float) -> float:
-    """Return how much larger, beside the face's width, a nose looks than from 1.5 m, %."""
+    """Return how much larger a nose looks than from 1.5 m, relative to the face's width, %."""
     near, natural = ((d + _NOSE_M) / max(d - _NOSE_M, _NOSE_M) for d in (distance, _NATURAL_M))
     return 100.0 * (near / natural - 1.0)
 
 
 def distance_note(distance: float) -> str:
-    """Return how far away the camera was, and what that makes of a nose where it is seen."""
+    """Describe the distance of the camera and, from `NOSE_SEEN_PERCENT`, the enlarged nose."""
     said = dict(zip(("least", "most"), distance_range_m(distance), strict=True), about=distance)
     if distance < 1.0:
         said = {name: 100.0 * value for name, value in said.items()}
@@ -117,36 +135,37 @@ def distance_note(distance: float) -> str:
 
 @dataclass(frozen=True, eq=False)
 class Head:
-    """The displacement that takes the lens' stretch out of one head."""
+    """The displacement that removes the lens stretch of one head."""
 
     face: Face
     focal_px: float
     photo: Box
-    share: float = 1.0  # how much of the stretch is taken out
-    company: float = 0.0  # how near others are, 0 to 1
-    aside_px: Array = dataclasses.field(default_factory=lambda: np.zeros(2))  # what they ask
+    share: float = 1.0  # fraction of the stretch to remove, 0 to 1
+    company: float = 0.0  # nearness of other heads, 0 to 1
+    # Extra shift, (2,), px: keeps the gaps to other heads from being sheared.
+    aside_px: Array = dataclasses.field(default_factory=lambda: np.zeros(2))
 
     @cached_property
     def center_px(self) -> Array:
-        """The middle of the circle that the head fills where it is shown."""
+        """The centre of the head's circle in the result, (2,), px."""
         right = across(self.face)
         above = _ABOVE * self.face.anchor.spacing_px * np.array([right[1], -right[0]])
         return np.asarray(self.face.anchor.origin_px + above + self.aside_px)
 
     @property
     def radius_px(self) -> float:
-        """The circle's radius."""
+        """The radius of the head's circle, px."""
         return _RADIUS * self.face.anchor.spacing_px
 
     @cached_property
     def around_px(self) -> Array:
-        """Corners of a box outside which all is 0, (2, 2)."""
+        """Corners (x, y) of a box outside which the displacement is zero, (2, 2), px."""
         far = (1.0 + _FADE) * self.radius_px
         return np.array([self.center_px - far, self.center_px + far])
 
     @cached_property
     def room_px(self) -> float:
-        """How far from the head's middle the photo ends, away from the photo's middle."""
+        """Distance from the face's origin to the photo's edge, px, away from the photo's centre."""
         low, high = edges_px(self.photo)
         way = np.maximum(np.abs(self.face.anchor.origin_px - (low + high) / 2.0), 1e-9)
         far = float(np.hypot(*way))
@@ -154,10 +173,11 @@ class Head:
 
     @cached_property
     def _aimed(self) -> tuple[Array, Array]:
-        """The homography from the head as it is shown to where it is, (3, 3); its shift, (2,), px.
+        """The homography from the corrected head to the photo, (3, 3), and the shift, (2,), px.
 
-        Alone, it goes outwards so far that what is beside it is stretched alike on either side; in
-        company, so far that its rim stays. The photo's edge stays where that is nearer.
+        The shift sets the distance, outwards from the head, at which the result stays in place. A
+        head alone is shifted so far that the fade stretches both sides alike. Among other heads,
+        the head's rim stays in place, or the photo's edge if that is near.
         """
         middle = edges_px(self.photo).mean(axis=0)
         origin = np.asarray(self.face.anchor.origin_px)
@@ -187,14 +207,14 @@ class Head:
         return np.asarray(self.share * back - shift)
 
     def rho(self, points: Array) -> Array:
-        """Return the distance of points of shape (N, 2) from the head's middle, in its radii."""
+        """Return the distance of points of shape (N, 2) from the head's centre, in head radii."""
         away = points - self.center_px
         return np.asarray(np.hypot(away[:, 0], away[:, 1]) / self.radius_px)
 
     def kept_inside(self, points: Array) -> Array:
-        """Return the same, less what crosses the photo's edges.
+        """Return `undistorted` without the displacement across the photo's edges.
 
-        It is taken off beside the head, or within its rim where that is near the edge.
+        That component falls to zero outside the head, or inside a head that is near the edge.
         """
         moved = self.undistorted(points)
         beside = np.maximum(self.rho(points) - 1.0, 0.0) * self.radius_px
@@ -213,15 +233,15 @@ class Head:
 
 @dataclass(frozen=True, eq=False)
 class Heads:
-    """The heads of a photo: where they meet each point goes with the nearer one."""
+    """The heads of a photo. Where heads overlap, each point follows mainly the nearer head."""
 
     heads: tuple[Head, ...] = ()
 
     @classmethod
     def of(cls, faces: Sequence[Face], recipe: Recipe, photo: Box) -> Heads:
-        """Return those of faces; none where the recipe leaves the lens alone.
+        """Return the heads of `faces`; none if `recipe.lens` is not a focal length.
 
-        One that goes by the photo must have been `settled` before.
+        Replace "auto" by `optics.settled` first.
         """
         if isinstance(recipe.lens, str):
             return cls()
@@ -233,9 +253,10 @@ class Heads:
     def part_at(
         self, which: int, points: Array, away_px: Callable[[Array], Array] | None = None
     ) -> Array:
-        """Return what one head asks of points of shape (N, 2), same shape, px.
+        """Return the displacement of one head at points of shape (N, 2), same shape, px.
 
-        Whole on the head, fading to nothing beyond it, and so far from what must not move.
+        Full on the head; fades to zero outside the head and towards points that must not move,
+        whose distance is `away_px`.
         """
         head = self.heads[which]
         rho = head.rho(points)
@@ -247,7 +268,7 @@ class Heads:
         return head.kept_inside(points) * share[:, None]
 
     def _near(self, which: int) -> list[Head]:
-        """Return the others that come near one."""
+        """Return the other heads whose fades overlap the fade of this head."""
         head = self.heads[which]
         apart = (float(np.hypot(*(one.center_px - head.center_px))) for one in self.heads)
         return [
@@ -257,7 +278,7 @@ class Heads:
         ]
 
     def at(self, points: Array) -> Array:
-        """Return what all heads ask of points of shape (N, 2) together, same shape, px."""
+        """Return the displacement of all heads at points of shape (N, 2), same shape, px."""
         total = np.zeros_like(points)
         for which, head in enumerate(self.heads):
             near = head.rho(points) < 1.0 + _FADE
@@ -267,7 +288,7 @@ class Heads:
 
     @cached_property
     def faces(self) -> list[Face]:
-        """The faces as the lens' correction alone shows them; their lattices stay."""
+        """The faces after lens correction only. The lattices keep their original grids."""
         faces = [head.face for head in self.heads]
         parts = [part for face in faces for part in _parts(face)]
         if not parts:
@@ -289,32 +310,30 @@ class Heads:
     def around(
         self,
         surrounds: Sequence[Surround | None],
-        protection: Protection,
         neighbours_px: Sequence[Array],
     ) -> tuple[Lensed | Surround | None, ...]:
-        """Return what each face asks for with what surrounds it, which is of the faces shown."""
+        """Combine each face's lens correction with its `Surround` of the corrected face."""
         if not self.heads:
             return tuple(surrounds)
         beside = neighbours_px or [np.zeros((0, 2))] * len(surrounds)
         return tuple(
-            Lensed(self, which, surround, protection, near)
+            Lensed(self, which, surround, near)
             for which, (surround, near) in enumerate(zip(surrounds, beside, strict=True))
         )
 
 
 @dataclass(frozen=True, eq=False)
 class Lensed:
-    """What one face asks of the control points round it: its head's place, and all else."""
+    """The displacement of one face's control points: the lens correction and the `Surround`."""
 
     heads: Heads
     which: int
     surround: Surround | None
-    protection: Protection
     neighbours_px: Array
 
     @property
     def around_px(self) -> Array:
-        """Corners of a box outside which all is 0, (2, 2)."""
+        """Corners (x, y) of a box outside which the displacement is zero, (2, 2), px."""
         mine = self.heads.heads[self.which].around_px
         if self.surround is None:
             return mine
@@ -323,7 +342,7 @@ class Lensed:
 
     @property
     def corners_px(self) -> Array:
-        """The same, as far as it lies in the photo."""
+        """Corners of the part of that box in the photo, (2, 2), px."""
         return np.clip(self.around_px, *edges_px(self.heads.heads[self.which].photo))
 
     def at(self, points: npt.ArrayLike) -> Array:
@@ -334,8 +353,8 @@ class Lensed:
 
     @cached_property
     def features(self) -> tuple[Array, Array, Array]:
-        """Points round eyes and mouth, where they go, and how much they give way: `Surround`'s."""
-        if self.surround is not None and self.surround.keeps_features:
+        """Points round eyes and mouth in the photo, their targets, and slacks: as in `Surround`."""
+        if self.surround is not None:
             seen, target, slack = self.surround.features
             return seen + self.heads.at(seen), target, slack
         face, shown = self.heads.heads[self.which].face, self.heads.faces[self.which]
@@ -343,14 +362,14 @@ class Lensed:
         return source, np.vstack([shown.eyes, shown.mouth]), np.full(len(source), _SLACK)
 
     def _away_px(self, points: Array) -> Array:
-        return away_px(points, self.protection, self.neighbours_px)
+        return away_px(points, self.neighbours_px)
 
 
 def _beside_each_other(heads: Sequence[Head]) -> tuple[Head, ...]:
-    """Return heads shifted so that what lies between two that are near comes apart the least.
+    """Return heads shifted to reduce the shear between neighbours.
 
-    Where the gap's middle is, both are to displace alike: least squares, the more a gap counts the
-    smaller it is, and a head's own place the nearer it is to the photo's edge.
+    Least squares: in the middle of the gap both heads should displace alike. Smaller gaps weigh
+    more. A head's own position weighs more near the photo's edge.
     """
     near = _nearness(heads)
     heads = [
@@ -374,7 +393,7 @@ def _beside_each_other(heads: Sequence[Head]) -> tuple[Head, ...]:
 
 
 def _nearness(heads: Sequence[Head]) -> Array:
-    """Return how near heads are to each other, 0 to 1, (K, K); 0 to themselves."""
+    """Return the nearness of each pair of heads, 0 to 1, (K, K); 0 on the diagonal."""
     centers = np.array([head.center_px for head in heads]).reshape(-1, 2)
     radii = np.array([head.radius_px for head in heads])
     apart = centers[:, None] - centers
@@ -385,7 +404,10 @@ def _nearness(heads: Sequence[Head]) -> Array:
 
 
 def _apart(rho: Array) -> Array:
-    """Return how little a point belongs to a head."""
+    """Return the separation of points from a head, no unit, from their distance in head radii.
+
+    The share of a head at a point is inversely proportional to this value.
+    """
     within = _RIM * np.clip(rho, 0.1, 1.0) ** _SHARP
     return np.asarray(within + np.maximum(rho - 1.0, 0.0) ** _GAP)
 

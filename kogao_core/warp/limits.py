@@ -1,8 +1,4 @@
-"""How far outside a photo anything may lie, and how much may be asked for at once.
-
-Each number alone says little: a face may be as large as the photo, a lattice may be fine, and a
-photo may hold a hundred faces. It is their product that fills the memory, so it is bounded here.
-"""
+"""Check that faces and strokes lie near the photo, and limit memory and time."""
 
 from __future__ import annotations
 
@@ -19,35 +15,31 @@ if TYPE_CHECKING:
     from kogao_core.warp.brush import Brushwork
     from kogao_core.warp.protection import Protection
 
-# Control points of all faces together, at the finest lattice that is looked at.
+# Control points of all faces together, on the finest lattice.
 MOST_CONTROL_POINTS: Final = 2**20
-# Landmarks and protected places that are solved for at once, where lattices reach into each other:
-# 230 faces that all touch.
+# Landmarks of one system of equations: 230 faces whose lattices overlap.
 MOST_TOGETHER: Final = 5000
-# Faces whose middles lie on one another: that is nobody's photo, and solving for them takes longer
-# than for as many that merely touch.
+# Faces in one place. Solving for these takes longer than for faces side by side.
 MOST_ON_ONE: Final = 20
-_ON_ONE: Final = 0.25  # of a face's size
-# Places along and across a protected stroke, near one face.
-MOST_SAMPLES: Final = 2**20
-# Corners of all protected lines together.
+_ON_ONE: Final = 0.25  # largest distance of their middles, in sizes of a face
+# Corners of all protected strokes together.
 MOST_CORNERS: Final = 10_000
-# Places along all strokes of push and restore together, eight to a radius.
+# Steps along all strokes of push and restore together; a radius has eight.
 MOST_BRUSH_STEPS: Final = 2**15
-# On a photo that is smaller, a stroke may still be as wide as the editor's largest brush.
+# A stroke may be as wide as the editor's largest brush on any photo.
 WIDEST_PX: Final = 1024.0
 # Landmarks of all faces in one file.
 MOST_LANDMARKS: Final = 50_000
 
 
 class OutOfBounds(ValueError):
-    """Something lies far from the photo, or too much is asked for; the message names it."""
+    """A point lies far outside the photo, or a limit of size is exceeded."""
 
 
 def check_faces(faces: Sequence[Face], image: Box, *, typed: bool = False) -> None:
-    """Check that landmarks and targets lie on a photo, or not far outside. Raises OutOfBounds."""
+    """Check that landmarks and targets lie on or near a photo. Raises OutOfBounds."""
     for number, face in enumerate(faces, start=1):
-        room = size_px(face) if typed else max(size_px(face), _longer(image))
+        room = size_px(face) if typed else max(size_px(face), float(max(image.width, image.height)))
         _check_near(face.points, image, room, Text("landmark {{}} of face {number}", number=number))
         if face.targets is not None:
             _check_near(
@@ -57,7 +49,7 @@ def check_faces(faces: Sequence[Face], image: Box, *, typed: bool = False) -> No
 
 
 def _check_apart(faces: Sequence[Face]) -> None:
-    """Check that no more than `MOST_ON_ONE` faces lie in one place."""
+    """Check that at most `MOST_ON_ONE` faces lie in one place."""
     middles = np.array([np.median(face.points, axis=0) for face in faces]).reshape(-1, 2)
     for number, face in enumerate(faces, start=1):
         off = middles - middles[number - 1]
@@ -75,18 +67,15 @@ def _check_apart(faces: Sequence[Face]) -> None:
 
 
 def size_px(face: Face) -> float:
-    """Return about how wide a face is; a few landmarks far away don't make it larger, px."""
+    """Return the approximate width of a face, px. A few distant landmarks have no effect."""
     from_middle = face.points - np.median(face.points, axis=0)
     return 2.0 * float(np.median(np.hypot(from_middle[:, 0], from_middle[:, 1])))
 
 
 def check_protection(protection: Protection, image: Box) -> None:
-    """Check that protected places lie on a photo or not far outside, and aren't too many.
-
-    Raises OutOfBounds.
-    """
+    """Check position, width and number of protected strokes. Raises OutOfBounds."""
     check_corners(protection)
-    longer = _longer(image)
+    longer = float(max(image.width, image.height))
     widest = max(longer, WIDEST_PX)
     for number, stroke in enumerate(protection.strokes, start=1):
         _check_near(
@@ -95,27 +84,21 @@ def check_protection(protection: Protection, image: Box) -> None:
             longer,
             Text("corner {{}} of protected line {number}", number=number),
         )
-        for name, width in (("width", 2.0 * stroke.radius_px), ("feather", stroke.feather_px)):
-            if width > widest:
-                raise OutOfBounds(
-                    Text(
-                        "protected line {number} has a {name} of {width:g} px, on a "
-                        "photo whose longer side is {longer:g} px; at most "
-                        "{widest:g} px are allowed",
-                        number=number,
-                        name=name,
-                        width=width,
-                        longer=longer,
-                        widest=widest,
-                    )
+        if 2.0 * stroke.radius_px > widest:
+            raise OutOfBounds(
+                Text(
+                    "protected line {number} has a width of {width:g} px, on a photo whose longer "
+                    "side is {longer:g} px; at most {widest:g} px are allowed",
+                    number=number,
+                    width=2.0 * stroke.radius_px,
+                    longer=longer,
+                    widest=widest,
                 )
+            )
 
 
 def check_corners(protection: Protection) -> None:
-    """Check that protected lines have no more than `MOST_CORNERS` corners together.
-
-    Raises OutOfBounds.
-    """
+    """Check that strokes have at most `MOST_CORNERS` corners in all. Raises OutOfBounds."""
     corners = sum(len(stroke.points_px) for stroke in protection.strokes)
     if corners > MOST_CORNERS:
         raise OutOfBounds(
@@ -129,12 +112,9 @@ def check_corners(protection: Protection) -> None:
 
 
 def check_brushwork(brushwork: Brushwork, image: Box) -> None:
-    """Check that strokes of push and restore lie on a photo or not far outside, as `check_strokes`.
-
-    Raises OutOfBounds.
-    """
+    """Check position, width and size of strokes of push and restore. Raises OutOfBounds."""
     check_strokes(brushwork)
-    longer = _longer(image)
+    longer = float(max(image.width, image.height))
     for number, stroke in enumerate(brushwork.strokes, start=1):
         where = Text("corner {{}} of brush stroke {number}", number=number)
         _check_near(stroke.points_px, image, longer, where)
@@ -143,10 +123,7 @@ def check_brushwork(brushwork: Brushwork, image: Box) -> None:
 
 
 def check_strokes(brushwork: Brushwork) -> None:
-    """Check that strokes of push and restore ask for no more than can be worked on.
-
-    Raises OutOfBounds.
-    """
+    """Check the length of strokes of push and restore. Raises OutOfBounds."""
     steps, nodes = 0, 0.0
     for stroke in brushwork.strokes:
         steps += int(stroke.steps.sum())
@@ -161,12 +138,8 @@ def check_strokes(brushwork: Brushwork) -> None:
         )
 
 
-def _longer(image: Box) -> float:
-    return float(max(image.width, image.height))
-
-
 def _check_near(points: Array, image: Box, room_px: float, name: str) -> None:
-    """Check points of shape (N, 2); rows of NaN lie nowhere and are left out."""
+    """Check points (N, 2) and skip rows of NaN. Raises OutOfBounds."""
     low = np.array([image.left, image.top]) - room_px
     high = np.array([image.right - 1, image.bottom - 1]) + room_px
     far = np.flatnonzero(((points < low) | (points > high)).any(axis=1))

@@ -1,15 +1,16 @@
-"""What a warp makes of a face: lengths before and after, and how far it comes to its centre.
+"""Measure a face before and after a warp, and the achieved warp distance in % of D.
 
-How far is asked and achieved in % of D (figures 6 and 7b). The percentage of a recipe places
-targets. What the field makes of them is another number: a fit that approximates goes past some
-targets and stays short of others, neighbours' fields add up, and guard, fade and protected places
-hold back.
+The warp distance (figures 6 and 7b) is the mean move of the landmarks towards the centre, in % of
+their distance D. The achieved distance can differ from the requested distance: an approximating
+fit misses targets, fields of neighbours add up, and limits, fade and protection reduce moves.
 """
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 
@@ -17,26 +18,67 @@ from kogao_core.base.geometry import Array
 from kogao_core.faces.face import Face
 from kogao_core.faces.reshape import across
 from kogao_core.faces.targets import Pairs
+from kogao_core.recipe.recipe import LOSSLESS_PX
 from kogao_core.warp.field import Field, shown_at
+from kogao_core.warp.protection import NOTHING
+
+# A landmark that makes less than this share of its move counts as reduced by protection.
+NEARLY_WHOLE: Final = 0.95
 
 
 @dataclass(frozen=True, slots=True)
 class FaceMeasures:
-    """Lengths of one face, px of its picture."""
+    """Lengths of one face, px of its picture.
 
-    width_px: float  # of the outline where it is widest, across the face's midline
-    jaw_px: float  # of the outline at the height of the mouth's corners
-    area_px2: float  # inside the outline, closed by the line between its ends
-    interocular_px: float  # between the outer corners of the eyes
+    Parameters
+    ----------
+    width_px : float
+        Largest width of the outline, across the face's midline.
+    jaw_px : float
+        Width of the outline at the height of the mouth's corners.
+    area_px2 : float
+        Area inside the outline, closed by the line between its ends.
+    interocular_px : float
+        Distance between the outer corners of the eyes.
+
+    Examples
+    --------
+    >>> import kogao_core as kogao
+    >>> round(kogao.measures(kogao.template_face((240, 180), 200)).jaw_to_eyes, 2)
+    1.4
+    """
+
+    width_px: float
+    jaw_px: float
+    area_px2: float
+    interocular_px: float
 
     @property
     def jaw_to_eyes(self) -> float:
-        """Jaw width in shares of the distance between the outer corners of the eyes."""
+        """Jaw width divided by the distance between the outer corners of the eyes."""
         return self.jaw_px / self.interocular_px
 
 
 def measures(face: Face) -> FaceMeasures:
-    """Measure a face."""
+    """Measure a face.
+
+    Parameters
+    ----------
+    face : Face
+        Landmarks in px.
+
+    Returns
+    -------
+    FaceMeasures
+        Widths, area and the distance of the eyes, px.
+
+    Examples
+    --------
+    >>> import kogao_core as kogao
+    >>> face = kogao.template_face((240, 180), 200)
+    >>> round(kogao.measures(face).interocular_px, 1)
+    125.6
+    """
     right = across(face)
     down = np.array([-right[1], right[0]])
     x, y = (face.outline - face.middle) @ right, (face.outline - face.middle) @ down
@@ -49,7 +91,7 @@ def measures(face: Face) -> FaceMeasures:
 
 
 def _width_at(x: Array, y: Array, level: float) -> float:
-    """Return the width of an outline at a height, between the first and the last crossing of it."""
+    """Return the width of an outline at height `level`, from the first to the last crossing."""
     below = y >= level
     crossings = np.flatnonzero(below[1:] != below[:-1])
     if len(crossings) < 2:
@@ -61,7 +103,7 @@ def _width_at(x: Array, y: Array, level: float) -> float:
 
 
 def moved(face: Face, field: Field, pairs: Pairs) -> Face:
-    """Return a face where the result shows it."""
+    """Return the face with every point at its position in the result."""
     return Face(
         shown_at(field, face.outline, pairs.target_px),
         shown_at(field, face.eyes),
@@ -72,18 +114,12 @@ def moved(face: Face, field: Field, pairs: Pairs) -> Face:
 
 
 def asked_percent(pairs: Pairs) -> float:
-    """Return `toward_center_percent` of the targets: the recipe's percentage, without drags.
-
-    Result: %.
-    """
+    """Return the requested warp distance of the targets, % of D. Dragged targets change it."""
     return toward_center_percent(pairs, pairs.target_px)
 
 
 def achieved_percent(field: Field, pairs: Sequence[Pairs]) -> tuple[float, ...]:
-    """Return `toward_center_percent` of the places where the result shows the landmarks.
-
-    Result: %, one for each face.
-    """
+    """Return the achieved warp distance of each face, % of D."""
     if not pairs:
         return ()
     sources = np.concatenate([p.source_px for p in pairs])
@@ -93,11 +129,24 @@ def achieved_percent(field: Field, pairs: Sequence[Pairs]) -> tuple[float, ...]:
     return tuple(toward_center_percent(p, mine) for p, mine in zip(pairs, moved, strict=True))
 
 
-def toward_center_percent(pairs: Pairs, moved_px: Array) -> float:
-    """Return how far landmarks have come towards the centre: the mean over them, in % of D.
+def protected_shares(field: Field, pairs: Sequence[Pairs]) -> tuple[tuple[float, ...], ...]:
+    """Return the share of its move that protection leaves each landmark of each face, 0 to 1."""
+    unprotected, found = dataclasses.replace(field, protection=NOTHING), []
+    for pair in pairs if field.protection.strokes else ():
+        before, after = (
+            np.hypot(*(shown_at(one, pair.source_px, pair.target_px) - pair.source_px).T)
+            for one in (unprotected, field)
+        )
+        share = np.clip(after / np.maximum(before, 1e-12), 0.0, 1.0)
+        found.append(tuple(np.where(before > LOSSLESS_PX, share, 1.0).tolist()))
+    return tuple(found)
 
-    For a landmark p with centre c, ``D = |c - p|`` and place p' it is ``(p' - p) . (c - p) / D^2``:
-    positive inwards, negative outwards, 0 for what moves across.
+
+def toward_center_percent(pairs: Pairs, moved_px: Array) -> float:
+    """Return the mean move of landmarks towards the centre, % of D.
+
+    For a landmark p with centre c, ``D = |c - p|`` and new position p', the move is
+    ``(p' - p) . (c - p) / D^2``: positive inwards, negative outwards, 0 for a move across.
     """
     toward = pairs.center_px - pairs.start_px
     along = ((moved_px - pairs.start_px) * toward).sum(axis=1)

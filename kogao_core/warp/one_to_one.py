@@ -1,8 +1,8 @@
-"""Does the warp fold? Measured everywhere, and proven where that is possible.
+"""Check whether the warp folds: measure everywhere, and prove where possible.
 
-Measured is det J at 8 x 8 samples in each lattice cell, where bounds leave room for a small one.
-The paper takes the one-to-one property for granted (section 1); it holds only while control points
-move little (Choi and Lee, 2000).
+The measurement samples det J at 8 x 8 points in each lattice cell; cells with a sufficient lower
+bound are skipped. The paper assumes a one-to-one map (section 1), which holds only while control
+points move little (Choi and Lee, 2000).
 """
 
 from __future__ import annotations
@@ -20,20 +20,20 @@ import numpy.typing as npt
 from kogao_core.base.geometry import Array
 from kogao_core.warp.field import Field, det_of
 from kogao_core.warp.lattice import ORDER, Lattice, basis, basis_slope, groups, meet
-from kogao_core.warp.protection import Falloff
+from kogao_core.warp.protection import slope_bound
 
 SAMPLES_PER_CELL: Final = 8
 _PLACES: Final = (np.arange(SAMPLES_PER_CELL) + 0.5) / SAMPLES_PER_CELL
-# Every sample is the same mixture of the 4 x 4 control points that reach its cell.
+# Each sample is a fixed linear combination of the 4 x 4 control points that reach the cell.
 _ALONG_X: Final = np.kron(basis(_PLACES), basis_slope(_PLACES)).T
 _ALONG_Y: Final = np.kron(basis_slope(_PLACES), basis(_PLACES)).T
 
 Slopes = tuple[Array, Array]
 """Derivatives along x and along y, each of the x and the y component."""
-# Choi and Lee (2000): control points that move less than this many spacings can't fold a lattice.
+# Choi and Lee (2000): a lattice can't fold if all control points move less than this, in spacings.
 INJECTIVE_BOUND: Final = 0.48
-_HALVINGS: Final = 2
-# Between samples det J can be a little smaller than at them, so measured fields keep a distance.
+_HALVINGS: Final = 2  # subdivisions of a cell for a tighter bound
+# Least accepted sampled det J: between samples, det J can be a little smaller.
 LEAST_MEASURED_DET: Final = 0.05
 # The fade f(|d|) d has slope (f I + f' |d| u u') D; f + f' |d| is largest at |d| = 1.64 T.
 _FADE_STRETCH: Final = 2.972
@@ -42,8 +42,8 @@ _FADE_STRETCH: Final = 2.972
 def least_dets(field: Field, lattice: Lattice, below: float = np.inf) -> Array:
     """Return the smallest det J of a field at the samples in each cell of one of its lattices.
 
-    Result (J + 3, I + 3): infinite in cells where there is neither the smallest, one `below`, nor
-    one of 0 or less.
+    Result (J + 3, I + 3). Skipped cells are infinite: they contain neither the overall smallest
+    value, nor one less than `below`, nor one of 0 or less.
     """
     others = [a for a in field.lattices if a is not lattice and meet(a, lattice)]
     field = dataclasses.replace(field, lattices=(lattice, *others))
@@ -57,7 +57,7 @@ def least_dets(field: Field, lattice: Lattice, below: float = np.inf) -> Array:
     slope = lattice.steepest + added
     if not (open_ := _may_fall(slope, below)).any():
         return np.full(slope.shape, np.inf)
-    # |det(M + E) - det M| <= |M| |E| + |E|^2 / 2, of a slope E that the others add.
+    # |det(M + E) - det M| <= |M| |E| + |E|^2 / 2, where E is the slope of the other lattices.
     alone, room = _alone(lattice, open_), ((np.sqrt(2.0) + slope) * added)[open_]
     below = max(0.0, min(below, float((alone + room).min())))
     open_[open_] = alone - room <= below
@@ -67,7 +67,7 @@ def least_dets(field: Field, lattice: Lattice, below: float = np.inf) -> Array:
 def largest_det(field: Field) -> float:
     """Return the largest det J at the samples in each cell of all lattices, or 1 without one.
 
-    The map goes backward: above 1 the picture is compressed, below 1 it is stretched.
+    The map is backward: det J > 1 compresses the picture, det J < 1 stretches the picture.
     """
     most = 1.0
     for lattice in field.lattices:
@@ -80,7 +80,8 @@ def largest_det(field: Field) -> float:
 class Shrinking:
     """Samples near a lattice at which det J may be small while some displacements shrink.
 
-    Slopes shrink with their displacement, so at each sample det J is a quadratic in its share.
+    Slopes are proportional to displacements, so det J at each sample is quadratic in the share.
+    The field must be a plain sum of lattices.
     """
 
     def __init__(
@@ -90,7 +91,7 @@ class Shrinking:
         self.shrinks = np.array([k in members for k in near])
         lattices, spans = [field.lattices[k] for k in near], lattice.cell_spans_px
         most = np.stack([a.most_in(a.steepest, spans) for a in lattices])
-        cells = _block(_may_fall(most.sum(axis=0), below) | (not field.is_plain))
+        cells = _block(_may_fall(most.sum(axis=0), below))
         places = _places_px(lattice, cells)
         still, shrinking = (
             dataclasses.replace(field, lattices=tuple(compress(lattices, which))).slopes(*places)
@@ -110,7 +111,7 @@ class Shrinking:
         return np.asarray(still + share * (linear + share * square))
 
     def steepest(self, share: float) -> Array:
-        """Return bounds of the slopes of lattices in each sample's cell, shape (lattices, N)."""
+        """Return slope bounds of the lattices at the cell of each sample, (lattices, N)."""
         return np.where(self.shrinks, share, 1.0)[:, None] * self._most
 
 
@@ -123,33 +124,33 @@ def _det_by_share(still: Slopes, shrinking: Slopes) -> tuple[Array, Array, Array
 
 
 def _least_of(constant: Array, linear: Array, square: Array) -> Array:
-    """Return the smallest value of quadratics over 0 to 1."""
+    """Return the smallest value of each quadratic over 0 to 1."""
     turn = np.clip(-linear / np.where(square > 0.0, 2.0 * square, 1.0), 0.0, 1.0)
     values = [constant + t * (linear + t * square) for t in (0.0, turn, 1.0)]
     return np.asarray(np.minimum.reduce(values))
 
 
 def _in_cells(field: Field, lattice: Lattice, which: npt.NDArray[np.bool_]) -> Array:
-    """Return the smallest det J at the samples in the block of some cells, infinity in the rest."""
+    """Return the smallest det J in the smallest block around `which`, infinity elsewhere."""
     least, cells = np.full(which.shape, np.inf), _block(which)
     least[cells] = _least(field.det_jacobian(*_places_px(lattice, cells)))
     return least
 
 
 def _may_fall(slope: Array, below: float) -> npt.NDArray[np.bool_]:
-    """Return where det J may be less than that, by a bound of its slope."""
+    """Return a mask of cells where det J may be less than `below`, from a slope bound."""
     return np.asarray((slope >= 1.0) | ((1.0 - slope) ** 2 < below))
 
 
 def _block(cells: npt.NDArray[np.bool_]) -> tuple[slice, slice]:
-    """Return the smallest block of rows and columns that holds some cells."""
+    """Return the smallest block of rows and columns that contains `cells`."""
     found = (np.flatnonzero(cells.any(axis=axis)) for axis in (1, 0))
     rows, columns = (slice(at[0], at[-1] + 1) if len(at) else slice(0, 0) for at in found)
     return rows, columns
 
 
 def _alone(lattice: Lattice, which: npt.NDArray[np.bool_]) -> Array:
-    """Return the smallest det J at the samples in some cells, shape (N,), of one lattice alone."""
+    """Return the smallest det J at the samples in the cells `which`, (N,), of a single lattice."""
     (i, j), (rows, columns) = lattice.first, lattice.shape
     margin = ORDER - 1
     stored = lattice.window((i - margin, j - margin), (rows + 2 * margin, columns + 2 * margin))
@@ -171,7 +172,7 @@ def _places_px(lattice: Lattice, cells: tuple[slice, slice]) -> tuple[Array, Arr
 
 
 def _least(det: Array) -> Array:
-    """Return the smallest of the samples in each cell."""
+    """Return the smallest sample in each cell."""
     rows, columns = (side // SAMPLES_PER_CELL for side in det.shape)
     by_row = det.reshape(rows, SAMPLES_PER_CELL, det.shape[1]).min(axis=1)
     return np.asarray(by_row.reshape(rows, columns, SAMPLES_PER_CELL).min(axis=2))
@@ -179,18 +180,18 @@ def _least(det: Array) -> Array:
 
 @dataclass(frozen=True, slots=True)
 class OneToOne:
-    """Whether the warp folds."""
+    """Result of a check for folds."""
 
     # Smallest Jacobian determinant found on a grid of 8 x 8 samples per lattice cell.
     min_det: float
-    certified: bool  # true when no determinant anywhere, sampled or not, can be 0 or less
+    certified: bool  # True if a proof excludes det J <= 0 everywhere, also between samples
     # Lattice cells with a sampled determinant <= 0, px.
     folded_cells: tuple[tuple[float, float, float, float], ...]
-    # False when the fade of a threshold or of a falloff could fold in bands thinner than the
-    # samples: then positive samples say little.
+    # False if the fade of a threshold or of protected regions could fold in bands thinner than the
+    # sampling grid: positive samples are then no evidence.
     edges_proven: bool = True
-    # False when no sample folds but a fold between them can't be ruled out: a lattice that stands
-    # alone isn't proven, or lattices that reach into each other come near a fold.
+    # False if no sample folds but a fold between samples can't be excluded: for a single lattice
+    # without a proof, or for overlapping lattices with a small det J.
     settled: bool = True
 
     @property
@@ -200,9 +201,9 @@ class OneToOne:
 
 
 def check_one_to_one(field: Field) -> OneToOne:
-    """Measure det J in all lattice cells that a non-zero control point reaches, and certify it.
+    """Measure det J in all lattice cells within reach of non-zero control points, and certify.
 
-    Result: smallest det J 1 without a face.
+    Result: without a face, the smallest det J is 1.
     """
     lowest, folded = 1.0, []
     for lattice in field.lattices:
@@ -214,29 +215,29 @@ def check_one_to_one(field: Field) -> OneToOne:
             folded.append((ox + h * (i0 + i), oy + h * (j0 + j), h, h))
     edges, unproven = edges_are_safe(field), list(_unproven(field))
     certified = lowest > 0.0 and edges and not unproven
-    # Without a proof, lattices that reach into each other keep the guard's distance from a fold.
+    # Without a proof, overlapping lattices are settled if det J exceeds the guard's limit.
     settled = edges and all(len(g) > 1 and lowest >= LEAST_MEASURED_DET for g in unproven)
     return OneToOne(lowest, certified, tuple(folded), edges, settled)
 
 
 def least_det(field: Field, most: float = 1.0) -> float:
-    """Return the smallest det J that `check_one_to_one` samples, or `most` if that is smaller."""
+    """Return the smallest sampled det J of the field, at most `most`."""
     for lattice in field.lattices:
         most = min(most, float(least_dets(field, lattice, most).min()))
     return most
 
 
 def certify(field: Field) -> bool:
-    """Return True when the control points prove that no determinant is 0 or less, falloff aside.
+    """Return True if the control points prove det J > 0 everywhere; protection is ignored.
 
-    Where faces' lattices reach into each other there is a proof only while all slopes together stay
-    below 1. Result: false says that there is no proof, not that it folds.
+    For overlapping lattices the only proof is a total slope below 1. Result: False means that
+    there is no proof; the field need not fold.
     """
     return fade_is_safe(field) and not any(_unproven(field))
 
 
 def _unproven(field: Field) -> Iterator[list[int]]:
-    """Yield the groups of lattices whose control points don't prove that they can't fold."""
+    """Yield the groups of lattices that have no proof of positive det J."""
     for group in groups(field.lattices):
         lattices = [field.lattices[k] for k in group]
         if len(group) == 1:
@@ -251,58 +252,52 @@ def _lattice_is_safe(lattice: Lattice) -> bool:
     short = INJECTIVE_BOUND * lattice.grid.spacing_px
     if float(lattice.magnitude_px.max()) < short:
         return True
-    # A displacement whose slope is below 1 can't fold; most cells are settled so.
+    # A slope below 1 can't fold; this settles most cells.
     return lower_bound(lattice, lattice.steepest >= 1.0) > 0.0
 
 
 def edges_are_safe(field: Field) -> bool:
-    """Return True when neither fade nor falloff can fold what doesn't fold without them."""
-    return fade_is_safe(field) and falloff_slope(field) < 1.0
+    """Return True if neither the fade of short displacements nor protection can add a fold."""
+    return fade_is_safe(field) and protected_slope(field) < 1.0
 
 
-def falloff_slope(field: Field) -> float:
-    """Return a number that grows as the displacements do; below 1 the falloff is harmless.
+def protected_slope(field: Field) -> float:
+    """Bound the slope of the displacement where protection fades the displacement out.
 
-    The factor m turns the slope D of the displacement d into ``m D + d grad(m)'``, which can't fold
-    while ``m |D| + |d| |grad(m)| < 1`` wherever the factor is at work. Result: 0 without a falloff.
+    A result below 1 excludes folds there. Result: 0 without protection.
     """
-    if not field.falloff.strokes:
-        return 0.0
+    return max((float(slope.max()) for _, slope in protected_slopes(field)), default=0.0)
+
+
+def protected_slopes(field: Field) -> Iterator[tuple[Lattice, Array]]:
+    """Yield each lattice at a quarter of its spacing, and a slope bound per cell, (J + 3, I + 3).
+
+    The bound is 0 in cells without a fade. Without protection, yield no lattice.
+    """
     stretch = _FADE_STRETCH if field.fade_px > 0.0 else 1.0
-    slopes = (
-        sum(_falloffed_slope(field.lattices[k], field.falloff, stretch) for k in group)
-        for group in groups(field.lattices)
-    )
-    return max(slopes, default=0.0)
-
-
-def _falloffed_slope(lattice: Lattice, falloff: Falloff, stretch: float) -> float:
-    """Bound ``m stretch |D| + |d| |grad(m)|`` over the cells near the falloff."""
-    fine = lattice.refined().refined()
-    near = fine.reached & _cells_in(fine, falloff.boxes_px)
-    side, corner = fine.grid.spacing_px, np.add(fine.first_cell, np.argwhere(near)[:, ::-1])
-    centers = np.asarray(fine.grid.origin_px + side * (corner + 0.5))
-    factor, steepest = falloff.bounds(centers, float(np.sqrt(0.5)) * side)
-    slopes = factor * stretch * fine.steepest[near]
-    return float((slopes + steepest * fine.bound_px[near]).max(initial=0.0))
-
-
-def _cells_in(lattice: Lattice, boxes_px: Array) -> npt.NDArray[np.bool_]:
-    """Return the cells that meet one of the boxes (left, top, right, bottom)."""
-    (starts_x, ends_x), (starts_y, ends_y) = lattice.cell_spans_px
-    inside = np.zeros(lattice.reached.shape, bool)
-    for left, top, right, bottom in boxes_px:
-        across = (ends_x > left) & (starts_x < right)
-        inside |= ((ends_y > top) & (starts_y < bottom))[:, None] & across
-    return inside
+    for group in groups(field.lattices) if field.protection.strokes else ():
+        fine = [field.lattices[k].refined().refined() for k in group]
+        for lattice in fine:
+            spans, side = lattice.cell_spans_px, lattice.grid.spacing_px
+            most, slope = lattice.bound_px.copy(), lattice.steepest.copy()
+            for other in (one for one in fine if one is not lattice and meet(one, lattice)):
+                most += other.most_in(other.bound_px, spans)
+                slope += other.most_in(other.steepest, spans)
+            corner = np.add(lattice.first_cell, np.argwhere(lattice.reached)[:, ::-1])
+            centers = np.asarray(lattice.grid.origin_px + side * (corner + 0.5), np.float64)
+            cells = most[lattice.reached], stretch * slope[lattice.reached]
+            bound = np.zeros_like(slope)
+            bound[lattice.reached] = slope_bound(
+                field.protection.strokes, centers, float(np.sqrt(0.5)) * side, *cells
+            )
+            yield lattice, bound
 
 
 def fade_is_safe(field: Field) -> bool:
-    """Return True when the field's fade can't fold what doesn't fold without it.
+    """Return True if the field's fade can't add a fold.
 
-    Where the fade is at work, over [T, 2T], it turns the slope D of the displacement into A D,
-    and no direction of A stretches by more than 2.972, whatever T; so ``|D| < 1 / 2.972`` there
-    keeps I + A D invertible.
+    In the fade, over [T, 2T], the slope D of the displacement becomes A D with |A| <= 2.972 for
+    every T. So ``|D| < 1 / 2.972`` there keeps I + A D invertible.
     """
     if field.fade_px <= 0.0:
         return True
@@ -316,11 +311,11 @@ def fade_is_safe(field: Field) -> bool:
 
 
 def lower_bound(lattice: Lattice, cells: npt.NDArray[np.bool_]) -> float:
-    """Return a number that no det J falls below in some cells of a lattice that stands alone.
+    """Return a lower bound of det J in some cells of a single lattice.
 
-    In each cell det J is a polynomial of degree 5 x 5; in Bernstein form it is nowhere smaller than
-    its smallest coefficient. Cells that this doesn't settle are quartered. `cells` bool (J + 3, I +
-    3). Result: at most 1.
+    In each cell det J is a polynomial of degree 5 x 5, bounded from below by the smallest Bernstein
+    coefficient. Cells without a positive bound are quartered, `_HALVINGS` times. `cells` bool
+    (J + 3, I + 3). Result: at most 1.
     """
     coefficients = _det_bernstein(*(slope[cells] for slope in lattice.slopes))
     bound = coefficients.min(axis=(1, 2))
@@ -364,7 +359,7 @@ def _quartered(coefficients: Array) -> Array:
 def _halves(count: int) -> tuple[Array, Array]:
     """Return de Casteljau's matrices from `count` Bezier points to those of either half.
 
-    `left`, `right` (count, count): to be multiplied with the control points.
+    `left`, `right` (count, count): matrices to multiply with the control points.
     """
     left = np.array([[comb(j, i) / 2.0**j for i in range(count)] for j in range(count)])
     return left, np.asarray(left[::-1, ::-1])

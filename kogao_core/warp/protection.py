@@ -1,14 +1,17 @@
-"""What must not move, folded into the field: landmarks whose target is themselves.
+"""Protected places: the displacement fades to zero on every stroke.
 
-The field stays one spline, so nothing ghosts or tears at the edge of a protected place. A hard edge
-nearer to the face than the lattice can tell apart also gets a feather: `Falloff` fades the
-displacement out towards it.
+The fit does not know about protection. Afterwards a displacement d becomes ``d S(u)``, where S is a
+smoothstep and ``u = r / (WIDTH |d|)``, r being the distance to the stroke. The fade is therefore as
+wide as the displacement there needs. The displacement is unchanged farther away.
+
+Several strokes: ``u^-6 = sum over strokes of max(0, u_k^-6 - CUTOFF^-6)``. This soft minimum has no
+kink halfway between two strokes, and a distant stroke has no effect.
 """
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -17,9 +20,19 @@ import numpy.typing as npt
 
 from kogao_core.base.geometry import Affine, Array, arc_lengths, frozen, smoothstep
 from kogao_core.base.language import Text
-from kogao_core.warp.limits import MOST_SAMPLES, OutOfBounds
 
 _LEAST_STEP_PX: Final = 0.25  # between the places where an eraser may cut a stroke
+# The fade is this many times as wide as the displacement is long.
+WIDTH: Final = 4.0
+# A stroke has no effect where its u is at least this.
+_CUTOFF: Final = 1.5
+_LEFT_OUT: Final = _CUTOFF**-6
+# Values of u at which `steepest` evaluates its bound.
+_U: Final = np.linspace(0.0, 1.0, 41)
+
+Strokes = Sequence["Stroke"]
+Part = Callable[[float, float, float, float], tuple[Any, Array, Array]]
+"""Return the index, x and y of the places in a rectangle (left, top, right, bottom)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -28,9 +41,6 @@ class Stroke:
 
     points_px: Array  # (N, 2): corners of the line; a single one is a dot
     radius_px: float = 0.0  # half the width of the brush; 0 protects the line alone
-    # Over this distance beside the stroke the displacement fades to exactly nothing on it; 0 only
-    # asks the fit to leave the place alone.
-    feather_px: float = 0.0
 
     def __post_init__(self) -> None:
         """Freeze the points and refuse broken strokes."""
@@ -40,74 +50,18 @@ class Stroke:
             raise ValueError(Text("a stroke can't be used: {error}", error=error)) from None
         if not len(self.points_px):
             raise ValueError(Text("a stroke needs at least one point"))
-        for name in ("radius_px", "feather_px"):
-            if not 0.0 <= getattr(self, name) < np.inf:
-                raise ValueError(
-                    Text(
-                        "{name} must be 0 or more, got {value!r}",
-                        name=name,
-                        value=getattr(self, name),
-                    )
+        if not 0.0 <= self.radius_px < np.inf:
+            raise ValueError(
+                Text(
+                    "{name} must be 0 or more, got {value!r}",
+                    name="radius_px",
+                    value=self.radius_px,
                 )
-
-    def samples_px(
-        self, step_px: float, low: npt.ArrayLike = -np.inf, high: npt.ArrayLike = np.inf
-    ) -> Array:
-        """Return points along the line and across its width, at most `step_px` apart, (M, 2).
-
-        `low`, `high` (2,). Raises OutOfBounds.
-        """
-        line = _along(self.points_px, step_px)
-        radius = self.radius_px
-        low, high = (np.broadcast_to(np.asarray(end, np.float64), 2) for end in (low, high))
-        line = line[((line >= low - radius) & (line <= high + radius)).all(axis=1)]
-        if radius <= 0.0 or not len(line):
-            return line
-        _check_count(2.0 * radius / step_px)
-        reach = int(np.ceil(radius / step_px))
-        steps = np.linspace(-radius, radius, 2 * reach + 1)
-        covered, count = [], 0
-        for point in line:
-            disc = _disc(steps, radius, low - point, high - point)
-            covered.append(point + disc)
-            count += len(disc)
-            _check_count(count)
-        near = np.concatenate(covered)
-        # Discs of neighbouring samples overlap: one point in each quarter of a step is enough.
-        _, first = np.unique(np.round(near / (step_px / 2.0)), axis=0, return_index=True)
-        return np.asarray(near[np.sort(first)])
-
-
-def _disc(steps: Array, radius: float, low: Array, high: Array) -> Array:
-    """Return the points of the grid ``steps x steps`` in a disc and in a box, shape (M, 2)."""
-    xs, ys = (steps[(steps >= low[axis]) & (steps <= high[axis])] for axis in (0, 1))
-    _check_count(float(len(xs)) * len(ys))
-    disc = np.stack(np.meshgrid(xs, ys), axis=-1).reshape(-1, 2)
-    return np.asarray(disc[np.hypot(disc[:, 0], disc[:, 1]) <= radius])
-
-
-def _along(points: Array, step_px: float) -> Array:
-    if len(points) == 1:
-        return points
-    length = float(arc_lengths(points)[-1])
-    _check_count(length / step_px)
-    count = max(2, int(np.ceil(length / step_px)) + 1)
-    return _at(points, np.linspace(0.0, length, count))
-
-
-def _check_count(samples: float) -> None:
-    if not samples <= MOST_SAMPLES:
-        raise OutOfBounds(
-            Text(
-                "a protected line takes more than {most_samples} samples at this "
-                "lattice; make it narrower or shorter, or the lattice coarser (a "
-                "larger R)",
-                most_samples=MOST_SAMPLES,
             )
-        )
 
 
 def _without(stroke: Stroke, eraser: Stroke) -> list[Stroke]:
+    """Return the parts of a stroke that an eraser leaves."""
     reach = stroke.radius_px + eraser.radius_px
     step = max(_LEAST_STEP_PX, reach / 8.0)
     length = arc_lengths(stroke.points_px)
@@ -123,15 +77,25 @@ def _without(stroke: Stroke, eraser: Stroke) -> list[Stroke]:
 
 
 def _distance(points: Array, line: Array) -> Array:
-    """Return how far points of shape (N, 2) are from a line, shape (N,)."""
-    nearest = np.full(len(points), np.inf)
+    """Return the distance of points (N, 2) from a line, shape (N,)."""
+    x, y = points.T
+    return np.asarray(np.min([_apart(x, y, *ends)[0] for ends in _segments(line)], axis=0))
+
+
+def _segments(line: Array) -> Iterator[tuple[Array, Array]]:
+    """Yield both ends of each straight segment of a line; a dot is one segment."""
     ends = line[1:] if len(line) > 1 else line
-    for start, end in zip(line[: len(ends)], ends, strict=True):
-        along = end - start
-        t = np.clip((points - start) @ along / max(float(along @ along), 1e-12), 0.0, 1.0)
-        apart = points - start - t[:, None] * along
-        nearest = np.minimum(nearest, np.hypot(apart[:, 0], apart[:, 1]))
-    return nearest
+    return zip(line[: len(ends)], ends, strict=True)
+
+
+def _apart(x: Array, y: Array, start: Array, end: Array) -> tuple[Array, Array, Array]:
+    """Return the distance from a segment, and the vector from its nearest point (x, y)."""
+    along_x, along_y = (end - start).tolist()
+    from_x, from_y = x - start[0], y - start[1]
+    length = max(along_x**2 + along_y**2, 1e-12)
+    t = np.clip((from_x * along_x + from_y * along_y) / length, 0.0, 1.0)
+    apart_x, apart_y = from_x - t * along_x, from_y - t * along_y
+    return np.sqrt(apart_x**2 + apart_y**2), apart_x, apart_y
 
 
 def _at(line: Array, length: npt.ArrayLike) -> Array:
@@ -142,6 +106,7 @@ def _at(line: Array, length: npt.ArrayLike) -> Array:
 
 
 def _part(line: Array, start: float, end: float) -> Array:
+    """Return the corners of a line from one length along it to another."""
     along = arc_lengths(line)
     ends = _at(line, [start, end] if end > start else start)
     return np.vstack([ends[:1], line[(along > start) & (along < end)], ends[1:]])
@@ -160,59 +125,15 @@ class Protection:
     --------
     >>> import kogao_core as kogao
     >>> still = kogao.Protection().with_stroke([(120, 20), (120, 340)], radius_px=3)
-    >>> still = still.with_stroke([(400, 100)], radius_px=20, feather_px=10)
+    >>> still = still.with_stroke([(400, 100)], radius_px=20)
     >>> len(still.strokes), len(still.erased([(400, 100)], radius_px=30).strokes)
     (2, 1)
     """
 
     strokes: tuple[Stroke, ...] = ()
 
-    def samples_px(self, step_px: float, low: npt.ArrayLike, high: npt.ArrayLike) -> Array:
-        """Return the samples of every stroke in a box; see `Stroke.samples_px`.
-
-        Parameters
-        ----------
-        step_px : float
-            How far samples are apart.
-        low, high : array of shape (2,)
-            Corners of the box (x, y), px.
-
-        Returns
-        -------
-        array of shape (M, 2)
-            Positions (x, y), px.
-        """
-        parts = [stroke.samples_px(step_px, low, high) for stroke in self.strokes]
-        return np.concatenate([np.zeros((0, 2)), *parts])
-
-    def away_px(self, points: Array) -> Array:
-        """Return how far points are from the nearest stroke.
-
-        Parameters
-        ----------
-        points : array of shape (N, 2)
-            Positions (x, y), px.
-
-        Returns
-        -------
-        array of shape (N,)
-            Px, 0 or less on a stroke; infinite where there is none.
-
-        Examples
-        --------
-        >>> import numpy as np
-        >>> import kogao_core as kogao
-        >>> line = kogao.Protection().with_stroke([(10, 20), (10, 40)], radius_px=2)
-        >>> line.away_px(np.array([[15.0, 30.0], [10.0, 25.0]]))
-        array([ 3., -2.])
-        """
-        away = np.full(len(points), np.inf)
-        for stroke in self.strokes:
-            away = np.minimum(away, _distance(points, stroke.points_px) - stroke.radius_px)
-        return away
-
     def mapped(self, transform: Affine) -> Protection:
-        """Return the strokes carried along by a transform of their image.
+        """Return the strokes in another image of the same scene.
 
         Parameters
         ----------
@@ -225,15 +146,10 @@ class Protection:
             px of the new image.
         """
         scale = transform.scale
-        strokes = (
-            Stroke(transform(s.points_px), s.radius_px * scale, s.feather_px * scale)
-            for s in self.strokes
-        )
+        strokes = (Stroke(transform(s.points_px), s.radius_px * scale) for s in self.strokes)
         return Protection(tuple(strokes))
 
-    def with_stroke(
-        self, points_px: npt.ArrayLike, radius_px: float = 0.0, feather_px: float = 0.0
-    ) -> Protection:
+    def with_stroke(self, points_px: npt.ArrayLike, radius_px: float = 0.0) -> Protection:
         """Return the protection with one more stroke.
 
         Parameters
@@ -242,22 +158,20 @@ class Protection:
             Corners of its line (x, y).
         radius_px : float
             Half its width; 0 is the line alone.
-        feather_px : float
-            Width over which the move comes back beside a hard edge; 0 is none.
 
         Returns
         -------
         Protection
             Of all strokes.
         """
-        stroke = Stroke(np.asarray(points_px, np.float64), radius_px, feather_px)
+        stroke = Stroke(np.asarray(points_px, np.float64), radius_px)
         return dataclasses.replace(self, strokes=(*self.strokes, stroke))
 
     def erased(self, points_px: npt.ArrayLike, radius_px: float) -> Protection:
-        """Return the protection without what an eraser drawn along `points_px` touches.
+        """Return the protection without the parts that an eraser touches.
 
-        A stroke loses the part of its line whose width would meet the eraser; what lies on either
-        side of the gap stays, as strokes of their own.
+        A stroke loses the part of its line whose width would meet the eraser. The remaining parts
+        on either side become separate strokes.
 
         Parameters
         ----------
@@ -269,7 +183,7 @@ class Protection:
         Returns
         -------
         Protection
-            What is left.
+            The remaining strokes.
         """
         eraser = Stroke(np.asarray(points_px, np.float64), radius_px)
         parts = (part for stroke in self.strokes for part in _without(stroke, eraser))
@@ -277,123 +191,147 @@ class Protection:
 
     def to_dict(self) -> dict[str, Any]:
         """Return the strokes as plain JSON values."""
-        strokes = [
-            {"points": s.points_px.tolist(), "radius": s.radius_px, "feather": s.feather_px}
-            for s in self.strokes
-        ]
+        strokes = [{"points": s.points_px.tolist(), "radius": s.radius_px} for s in self.strokes]
         return {"strokes": strokes}
 
 
 NOTHING = Protection()
 
 
-def away_px(points: Array, protection: Protection, others_px: Array) -> Array:
-    """Return how far points (N, 2) are from what is protected, and from others (M, 2); (N,), px."""
-    away = protection.away_px(points)
-    if not len(others_px):
-        return away
-    apart = points[:, None] - others_px
-    return np.asarray(np.minimum(away, np.hypot(apart[..., 0], apart[..., 1]).min(axis=1)))
+def share_at(strokes: Strokes, points_px: Array, displacement_px: Array) -> Array:
+    """Return the share of displacements (N, 2) that points (N, 2) keep, 0 to 1, (N,)."""
+    return _share(strokes, _points_part(*points_px.T), displacement_px.T)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Falloff:
-    """Everything that has a feather: 0 on the strokes, 1 from a feather's width beside them."""
-
-    strokes: tuple[Stroke, ...]  # those with a feather
-
-    @property
-    def boxes_px(self) -> Array:
-        """Rectangles (left, top, right, bottom) outside which each stroke changes nothing."""
-        reach = np.array([s.radius_px + s.feather_px for s in self.strokes])[:, None]
-        low = np.array([s.points_px.min(axis=0) for s in self.strokes]).reshape(-1, 2) - reach
-        high = np.array([s.points_px.max(axis=0) for s in self.strokes]).reshape(-1, 2) + reach
-        return np.hstack([low, high])
-
-    def at(self, points_px: npt.ArrayLike) -> tuple[Array, Array]:
-        """Return the factor and its slope at points.
-
-        `factor` (N,): 0 to 1; `slope` (N, 2): its derivatives along x and y, per px.
-        """
-        depth, slope = self._depth(np.asarray(points_px, np.float64))
-        return smoothstep(depth), (6.0 * depth * (1.0 - depth))[:, None] * slope
-
-    def bounds(self, points_px: Array, radius_px: float) -> tuple[Array, Array]:
-        """Bound the factor and its slope round points.
-
-        `factor`, `slope` (N,): no factor there is larger, no slope steeper (per px).
-        """
-        thinnest = min((stroke.feather_px for stroke in self.strokes), default=np.inf)
-        depth, _ = self._depth(points_px)
-        low = np.maximum(0.0, depth - radius_px / thinnest)
-        high = np.minimum(1.0, depth + radius_px / thinnest)
-        steepest = np.clip(0.5, low, high)  # of a smoothstep: half way
-        return smoothstep(high), 6.0 * steepest * (1.0 - steepest) / thinnest
-
-    @property
-    def _parts(self) -> Iterator[tuple[Stroke, Array, Array, Array]]:
-        """Each straight part of a stroke: its ends, and the box beyond which it does nothing."""
-        for stroke in self.strokes:
-            reach, line = stroke.radius_px + stroke.feather_px, stroke.points_px
-            ends = line[1:] if len(line) > 1 else line
-            for start, end in zip(line[: len(ends)], ends, strict=True):
-                low, high = np.minimum(start, end) - reach, np.maximum(start, end) + reach
-                yield stroke, start, end, np.append(low, high)
-
-    def _depth(self, points: Array) -> tuple[Array, Array]:
-        """Return how far into the feather points lie, 0 on a stroke to 1, and its slope per px."""
-        depth, slope = np.ones(len(points)), np.zeros((2, len(points)))
-        x, y = points.T
-        for stroke, start, end, (left, top, right, bottom) in self._parts:
-            near = np.flatnonzero((x > left) & (x < right) & (y > top) & (y < bottom))
-            if len(near):
-                mine, rise = _into_feather(stroke, start, end, x[near], y[near])
-                nearer = mine < depth[near]
-                where = near[nearer]
-                depth[where], slope[:, where] = mine[nearer], rise[:, nearer]
-        return depth, slope.T
-
-    def on_grid(self, xs_px: npt.ArrayLike, ys_px: npt.ArrayLike) -> tuple[Array, Array]:
-        """Return the factor and its slopes on the grid ``ys x xs``.
-
-        `xs_px`, `ys_px` (X,) and (Y,). `factor` (Y, X): 0 to 1; `slope` (2, Y, X): its derivatives
-        along x and y, per px.
-        """
-        xs, ys = np.asarray(xs_px, np.float64), np.asarray(ys_px, np.float64)
-        depth, slope = np.ones((len(ys), len(xs))), np.zeros((2, len(ys), len(xs)))
-        for stroke, start, end, (left, top, right, bottom) in self._parts:
-            columns = slice(*np.searchsorted(xs, [left, right]))
-            rows = slice(*np.searchsorted(ys, [top, bottom]))
-            if columns.start < columns.stop and rows.start < rows.stop:
-                mine, rise = _into_feather(stroke, start, end, xs[columns], ys[rows, None])
-                nearer = mine < depth[rows, columns]
-                np.copyto(depth[rows, columns], mine, where=nearer)
-                np.copyto(slope[:, rows, columns], rise, where=nearer)
-        slope *= 6.0 * depth * (1.0 - depth)
-        return smoothstep(depth), slope
+def share_on_grid(
+    strokes: Strokes, xs_px: npt.ArrayLike, ys_px: npt.ArrayLike, displacement_px: npt.NDArray[Any]
+) -> Array:
+    """Return the share of displacements (2, Y, X) that the grid ``ys x xs`` keeps, (Y, X)."""
+    return _share(strokes, _grid_part(xs_px, ys_px), displacement_px)
 
 
-NO_FALLOFF = Falloff(())
-
-
-def falloff_of(protection: Protection) -> Falloff:
-    """Return the falloff of a photo's protection: its strokes that have a feather.
-
-    Result: without a feather one that is 1 everywhere.
-    """
-    return Falloff(tuple(stroke for stroke in protection.strokes if stroke.feather_px > 0.0))
-
-
-def _into_feather(
-    stroke: Stroke, start: Array, end: Array, x: Array, y: Array
+def slopes_on_grid(
+    strokes: Strokes,
+    xs_px: npt.ArrayLike,
+    ys_px: npt.ArrayLike,
+    displacement_px: Array,
+    along_x: Array,
+    along_y: Array,
 ) -> tuple[Array, Array]:
-    """Return the depth, 0 on the part of a stroke from `start` to `end`, and its slope per px."""
-    along_x, along_y = (end - start).tolist()
-    from_x, from_y = x - start[0], y - start[1]
-    length = max(along_x**2 + along_y**2, 1e-12)
-    t = np.clip((from_x * along_x + from_y * along_y) / length, 0.0, 1.0)
-    apart_x, apart_y = from_x - t * along_x, from_y - t * along_y
-    apart = np.sqrt(apart_x**2 + apart_y**2)
-    depth = np.maximum(0.0, (apart - stroke.radius_px) / stroke.feather_px)
-    per_px = np.maximum(apart, 1e-12) * stroke.feather_px
-    return depth, np.stack([apart_x / per_px, apart_y / per_px])
+    """Return the derivatives of the faded displacement on the grid ``ys x xs``.
+
+    `displacement_px`, `along_x`, `along_y` (2, Y, X): the unfaded displacement and its
+    derivatives. Result: as the last two.
+    """
+    length = np.hypot(*displacement_px)
+    total, rise = np.zeros_like(length), np.zeros((4, *length.shape))
+    for at, power, apart, way in _near(strokes, _grid_part(xs_px, ys_px), length):
+        active = np.where((power > _LEFT_OUT) & (apart > 0.0), power, 0.0)
+        total[at] += np.maximum(power - _LEFT_OUT, 0.0)
+        rise[0][at] += active
+        for axis in (0, 1):
+            rise[1 + axis][at] += active / np.maximum(apart, 1e-12) * way[axis]
+    u = _soft_minimum(total)
+    t = np.clip(u, 0.0, 1.0)
+    # dS = S' u^7 (sum of u_k^-6 (grad r_k / r_k) - (sum of u_k^-6) grad |d| / |d|)
+    steep = np.where(total < np.inf, 6.0 * t * (1.0 - t) * t**7, 0.0)
+    share = smoothstep(t)
+    unit = displacement_px / np.maximum(length, 1e-12)
+    slopes = []
+    for axis, slope in enumerate((along_x, along_y)):
+        grown = (unit * slope).sum(axis=0) / np.maximum(length, 1e-12)
+        slopes.append(
+            share * slope + displacement_px * (steep * (rise[1 + axis] - rise[0] * grown))
+        )
+    return slopes[0], slopes[1]
+
+
+def slope_bound(
+    strokes: Strokes, centers_px: Array, radius_px: float, most_px: Array, steepest: Array
+) -> Array:
+    """Bound the slope of the faded displacement in cells, shape (N,).
+
+    `centers_px` (N, 2), `radius_px`: of circles round the cells. `most_px`, `steepest` (N,):
+    bounds of the displacement and of its slope. Result: 0 in cells without a fade; the field
+    does not fold where the result is below 1.
+    """
+    near = np.zeros(len(centers_px))
+    reach = _CUTOFF * WIDTH * most_px + radius_px
+    for stroke in strokes:
+        near += _distance(centers_px, stroke.points_px) - stroke.radius_px < reach
+    at = np.flatnonzero(near)
+    result = np.zeros(len(centers_px))
+    # The derivative is A D + d grad(S)'. No direction of A stretches by more than `stretch`.
+    share, rise, left_out = smoothstep(_U), 6.0 * _U * (1.0 - _U), _LEFT_OUT * _U**6
+    several = 1.0 + near[at, None] * left_out
+    stretch = np.maximum(share, np.abs(share - _U * rise * several))
+    across = rise * several * (1.0 + left_out) ** (1.0 / 6.0) / WIDTH
+    result[at] = (stretch * steepest[at, None] + across).max(axis=1, initial=0.0)
+    return result
+
+
+def _share(strokes: Strokes, part: Part, displacement_px: npt.NDArray[Any]) -> Array:
+    length = np.hypot(displacement_px[0], displacement_px[1])
+    total: Array = np.zeros(length.shape)
+    for at, power, _, _ in _near(strokes, part, length):
+        total[at] += np.maximum(power - _LEFT_OUT, 0.0)
+    return smoothstep(_soft_minimum(total))
+
+
+def _near(
+    strokes: Strokes, part: Part, length: npt.NDArray[Any]
+) -> Iterator[tuple[Any, Array, Array, tuple[Array, Array]]]:
+    """Yield for each stroke the index of places near it, u^-6, distance and its gradient."""
+    reach = _CUTOFF * WIDTH * float(length.max(initial=0.0))
+    if reach <= 0.0:
+        return
+    for stroke in strokes:
+        line, around = stroke.points_px, stroke.radius_px + reach
+        low, high = line.min(axis=0) - around, line.max(axis=0) + around
+        at, x, y = part(*low.tolist(), *high.tolist())
+        if not np.size(length[at]):
+            continue
+        inner = _points_part(x, y) if x.ndim == y.ndim else _grid_part(x, y)
+        apart = np.full(length[at].shape, np.inf)
+        way = np.zeros_like(apart), np.zeros_like(apart)
+        for start, end in _segments(line):
+            low, high = np.minimum(start, end) - around, np.maximum(start, end) + around
+            where, near_x, near_y = inner(*low.tolist(), *high.tolist())
+            mine, away_x, away_y = _apart(near_x, near_y, start, end)
+            nearer = mine < apart[where]
+            apart[where] = np.where(nearer, mine, apart[where])
+            way[0][where] = np.where(nearer, away_x, way[0][where])
+            way[1][where] = np.where(nearer, away_y, way[1][where])
+        per_px = np.maximum(apart, 1e-12)
+        away = np.maximum(apart - stroke.radius_px, 0.0)
+        with np.errstate(divide="ignore"):
+            squared = np.maximum(WIDTH * length[at], 1e-15) ** 2 / away**2
+        yield at, squared * squared * squared, away, (way[0] / per_px, way[1] / per_px)
+
+
+def _soft_minimum(total: Array) -> Array:
+    """Return u of the sum of ``u_k^-6 - CUTOFF^-6``; infinite where the sum is 0."""
+    with np.errstate(divide="ignore"):
+        return np.asarray(total ** (-1.0 / 6.0))
+
+
+def _points_part(x: Array, y: Array) -> Part:
+    """Return the function that finds points (N,) in a rectangle."""
+
+    def part(left: float, top: float, right: float, bottom: float) -> tuple[Any, Array, Array]:
+        at = np.flatnonzero((x > left) & (x < right) & (y > top) & (y < bottom))
+        return at, x[at], y[at]
+
+    return part
+
+
+def _grid_part(xs: npt.ArrayLike, ys: npt.ArrayLike) -> Part:
+    """Return the function that finds the columns and rows of a grid in a rectangle."""
+    x, y = np.asarray(xs, np.float64).ravel(), np.asarray(ys, np.float64).ravel()
+
+    def part(left: float, top: float, right: float, bottom: float) -> tuple[Any, Array, Array]:
+        columns = slice(*np.searchsorted(x, [left, right]))
+        rows = slice(*np.searchsorted(y, [top, bottom]))
+        return (rows, columns), x[columns], y[rows, None]
+
+    return part

@@ -1,9 +1,8 @@
-"""One warp: where each pixel of a run of blocks is read, and what is found there.
+"""Section 4: compute the source position of each pixel by eq. (1), and resample runs of blocks.
 
-Where it is read, eq. (1), is a few small matrix products, all of the same shape whatever is worked
-on: BLAS may round another shape otherwise, and a pixel's bytes would depend on its neighbours'
-work. Single precision is exact to 1/8192 px only near the corner of a run's view of the source,
-from where its map is counted.
+Positions are computed by small matrix products of a fixed shape: BLAS may round other shapes
+differently, and the bytes of a pixel must not depend on its neighbours. Positions are relative to
+the corner of a small view of the source, where single precision is exact to 1/8192 px.
 """
 
 from __future__ import annotations
@@ -19,28 +18,28 @@ from kogao_core.base.geometry import Array, Box, Image
 from kogao_core.base.threads import share_out
 from kogao_core.warp.field import Field, fade
 from kogao_core.warp.lattice import Grid, Lattice
+from kogao_core.warp.protection import share_on_grid
 
 Float32 = npt.NDArray[np.float32]
 Integers = npt.NDArray[np.int64]
 
-# Columns whose map is one product: about as many as four cells, so that it is 8 control points
-# deep. They divide a strip.
+# Candidate widths of one matrix product, px. About four cells wide, the product has 8 control
+# points per axis. Each width divides a strip.
 SPANS_PX: Final = (512, 256, 128, 64)
-# Rows of a product: 32 x 8 x 512 or 32 x 68 x 64 are too few for OpenBLAS to wake threads, from
-# 2^18 on, with which rounding could change.
+# Rows of a matrix product. With 32 rows, products stay below 2^18 multiplications, from which
+# OpenBLAS uses threads and may round differently.
 ROWS_PX: Final = 32
-# Pixels resampled by one call at most: OpenCV spreads calls of more than 98,000 over threads of its
-# own, which compete with ours.
+# Most pixels per call of cv2.remap: above 98,000, OpenCV starts threads that compete with ours.
 CALL_PX: Final = 2**16
 BLOCK_HEIGHT_PX: Final = 128
-SMALL_BLOCK_HEIGHT_PX: Final = 64  # of images up to this many pixels:
-_SMALL_IMAGE_PX: Final = 2_000_000
-_THREAD_PX: Final = 400_000  # waking another thread costs about as much as warping this many
-_MARGIN_PX: Final = 256  # source pixels kept round a strip; doubled while a displacement is longer
+SMALL_BLOCK_HEIGHT_PX: Final = 64  # block height in small images
+_SMALL_IMAGE_PX: Final = 2_000_000  # largest area of a small image
+_THREAD_PX: Final = 400_000  # pixels per thread: starting a thread costs about as much
+_MARGIN_PX: Final = 256  # source pixels around a strip; doubled until no displacement is longer
 KERNEL_REACH_PX: Final = 8
-# `cv2.remap` rounds where it reads to so many places a pixel: there alone the bytes change.
+# cv2.remap rounds positions to this many steps per pixel.
 _PLACES: Final = np.float32(cv2.INTER_TAB_SIZE)
-_SCATTERED: Final = 16  # a pixel for itself costs about as much as this many of a whole run
+_SCATTERED: Final = 16  # cost of one scattered pixel, in pixels of a complete run
 
 
 class LatticeMap:
@@ -69,10 +68,10 @@ class LatticeMap:
         self.axes: tuple[_Axis, ...] = tuple(known.get(key) or _Axis(*key) for key in keys)
 
     def prepare(self, edges: Integers, views: Integers) -> None:
-        """Gather the control points that each run's spans need.
+        """Gather the control points that the spans of each run need.
 
-        `edges` int (N, 4): left, top, right, bottom of each run, one block's height and within one
-        strip; `views` int (N, 4): of the part of the source that it may read.
+        `edges` int (N, 4): left, top, right, bottom of each run, one block high and within one
+        strip. `views` int (N, 4): the part of the source that the run may read.
         """
         along_x, along_y = self.axes
         left, top, right, _ = edges.T
@@ -89,7 +88,7 @@ class LatticeMap:
         self._phi = np.empty((len(run), 2, nodes[1].shape[1], nodes[0].shape[1]), np.float32)
         for axis, phi in enumerate(self._at_nodes(*nodes)):
             if self._everywhere:
-                # Linear precision: nodes that hold their own coordinates reproduce the identity.
+                # Linear precision: control points equal to their coordinates give the identity.
                 place = self.lattice.grid.node_px(nodes[axis], axis) - views[run, axis, None]
                 phi += place[:, :, None] if axis else place[:, None, :]
             self._phi[:, axis] = phi
@@ -105,7 +104,7 @@ class LatticeMap:
         return stored.reshape(2, -1).take(at, axis=1)
 
     def on(self, number: int, run: Box, out: Float32, add: bool) -> None:
-        """Write a run's displacement, or with the identity its map, to `out`; or add it.
+        """Write the displacement (or the map) of a run to `out`, or add it to `out`.
 
         `out` float32 (2, block, strip).
         """
@@ -119,7 +118,7 @@ class LatticeMap:
         bx = along_x.weights[first - along_x.start : first - along_x.start + spans]
         start = first % strip_px * size
         part = out[:, :, start : start + spans * size]
-        # Spans, components and bands of rows are products of their own.
+        # One matrix product per span, component and band of rows.
         rows = by.T @ self._phi[begin:end]
         left = rows.reshape(spans, 2, -1, ROWS_PX, rows.shape[3])
         into = np.empty(part.shape, np.float32) if add else part
@@ -130,7 +129,7 @@ class LatticeMap:
 
 
 class _Axis:
-    """The weights, eq. (2), of the control points that reach pieces of an axis."""
+    """Weights of eq. (2) of the control points that reach pieces of an axis."""
 
     def __init__(self, grid: Grid, axis: int, size_px: int, start: int, end: int) -> None:
         self.key = (grid, axis, size_px, start, end)
@@ -139,19 +138,19 @@ class _Axis:
         self.weights = weights.astype(np.float32)
 
     def nodes(self, pieces: Integers) -> Integers:
-        """Return the nodes that reach each of some pieces, shape (N, nodes)."""
+        """Return the nodes that reach each piece, shape (N, nodes)."""
         return np.asarray(
             self._first[pieces - self.start][:, None] + np.arange(self.weights.shape[1])
         )
 
 
 def block_height_px(image: Box) -> int:
-    """Return how high the blocks of an image are; each strip of `CALL_PX` is as high."""
+    """Return the block height of an image; each strip of `CALL_PX` has the same height."""
     return SMALL_BLOCK_HEIGHT_PX if image.area <= _SMALL_IMAGE_PX else BLOCK_HEIGHT_PX
 
 
 class Job:
-    """One warp: everything its runs of blocks share."""
+    """One warp: the data shared by all its runs of blocks."""
 
     def __init__(
         self, source: Image, result: Image, field: Field, flag: int, before: Job | None
@@ -161,7 +160,7 @@ class Job:
         self.block_px = block_height_px(self.image)
         self.strip_px = CALL_PX // self.block_px
         known = {m.lattice.grid: m for m in before.maps} if before is not None else {}
-        # Always the first lattice: which one carries the identity decides how that is rounded.
+        # The first lattice always includes the identity: the choice decides the rounding.
         self.maps: list[LatticeMap] = [
             LatticeMap(a, self.image, self.block_px, not k and field.is_plain, known.get(a.grid))
             for k, a in enumerate(field.lattices)
@@ -179,10 +178,10 @@ class Job:
     def _terms(self) -> tuple[object, ...]:
         grids = tuple(lattice.grid for lattice in self.field.lattices)
         field = self.field
-        return self.flag, self.margin_px, field.fade_px, field.falloff.strokes, grids
+        return self.flag, self.margin_px, field.fade_px, field.protection.strokes, grids
 
     def prepare(self, boxes: Sequence[Box]) -> int:
-        """Gather what the maps of these runs are made of; return how many pixels they hold."""
+        """Gather the control points of these runs. Return their number of pixels."""
         edges = np.array([(b.left, b.top, b.right, b.bottom) for b in boxes], np.int64)
         edges = edges.reshape(-1, 4)
         views = self._views(edges)
@@ -192,7 +191,7 @@ class Job:
         return int((edges[:, 2:] - edges[:, :2]).prod(axis=1).sum())
 
     def _views(self, edges: Integers) -> Integers:
-        """Return the part of the source that each run may read, from whose corner it is mapped."""
+        """Return the part of the source that each run may read; maps are relative to its corner."""
         left, top, _, bottom = edges.T
         strip = left // self.strip_px * self.strip_px
         low = np.stack([strip, top], axis=1) - self.margin_px
@@ -205,7 +204,7 @@ class Job:
         self._draw(number, box, self._mapped(number, box, total))
 
     def retouch(self, number: int, box: Box, buffers: Float32, earlier: Float32) -> None:
-        """Resample those pixels of a run that are read elsewhere than in an earlier warp.
+        """Resample the pixels of a run whose rounded position differs from an earlier warp.
 
         `buffers` float32 (2, 2, `block_px`, `strip_px`); `earlier` float32 (2, height, width).
         """
@@ -220,9 +219,9 @@ class Job:
             self.result[box.slices][rows, columns] = self._read(number, x, y)[0]
 
     def places(self, number: int, box: Box, total: Float32) -> Float32:
-        """Return where the pixels of a run are read, in the steps in which `cv2.remap` counts.
+        """Return the source position of each pixel of a run, in steps of `cv2.remap`.
 
-        Result float32 (2, height, width): x and y, whole numbers, in `total`'s memory.
+        Result float32 (2, height, width): x and y, integers, in the memory of `total`.
         """
         at = self._mapped(number, box, total)
         return _places(at, at)
@@ -235,7 +234,7 @@ class Job:
         return cv2.remap(view, x, y, self.flag, dst=out, borderMode=cv2.BORDER_REPLICATE)
 
     def _mapped(self, number: int, box: Box, total: Float32) -> Float32:
-        """Write to `total` where each pixel of a run is read in its view; return that part."""
+        """Write the source positions of a run, relative to its view, to `total`; return them."""
         plain, left = self.field.is_plain and self.maps, box.left % self.strip_px
         part = total[:, : box.height, left : left + box.width]
         if not plain:
@@ -244,8 +243,8 @@ class Job:
             lattice_map.on(number, box, total, add=bool(k or not plain))
         if not plain:
             xs, ys = np.arange(box.left, box.right), np.arange(box.top, box.bottom)
-            factor, _ = self.field.falloff.on_grid(xs, ys)
-            part *= factor * fade(np.hypot(part[0], part[1]), self.field.fade_px)
+            part *= fade(np.hypot(part[0], part[1]), self.field.fade_px)
+            part *= share_on_grid(self.field.protection.strokes, xs, ys, part)
             part[0] += xs - self._seen[number].left
             part[1] += (ys - self._seen[number].top)[:, None]
         return part
@@ -262,7 +261,7 @@ def spread(
     before: Job | None = None,
     faint: Sequence[Box] = (),
 ) -> None:
-    """Do the runs of a warp in some threads."""
+    """Resample the runs of a warp in `threads` threads."""
     runs = [*boxes, *faint]
     area = job.prepare(runs)
     if before is not None and faint:

@@ -1,22 +1,22 @@
-"""What surrounds a face goes along with it: ears, temples, hair, neck; eyes and mouth keep shape.
+"""The displacement of a whole head: it shrinks as one body, and eyes and mouth keep their shape.
 
-The paper's lattice brings the displacement from whole to nothing within two spacings beside the
-outline, so ears and temples are stretched. Here the control points take a displacement over the
-whole head *before* the landmarks are fitted on top: it stays one spline, and each landmark goes
-exactly where it did (`docs/decisions/43`). It is given in polar form round the centre, by ``rho``,
-the distance there over the distance of the edge of the face in that direction, after the warp:
+The paper's lattice moves the outline alone, so ears and temples are stretched. With `Recipe.scope`
+"head" the control points take the displacement of the whole head *before* the landmarks are fitted
+on top: the field stays one spline, and each landmark goes exactly to its target
+(`docs/decisions/43`). The displacement is the sum of two parts:
 
-- outside, whole up to `keep` (the rim of the ears travels with the cheek), then fading to nothing
-  at `out`; above the outline's ends towards a smaller share;
-- inside, with the features kept, heights shrink evenly, so a line from temple to temple stays
-  straight, and widths from the outline inwards to nothing.
+- the head as one body: a similarity about the head's pivot (`faces.head`), whole up to `keep` and
+  fading to nothing beyond;
+- the shape: what the landmarks do beside that similarity, such as a narrower jaw. It is given in
+  polar form about the middle of the face, by ``rho``, the distance over the distance of the edge
+  of the face in that direction, after the warp.
 """
 
 from __future__ import annotations
 
 import dataclasses
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Final
 
@@ -26,105 +26,90 @@ import numpy.typing as npt
 
 from kogao_core.base.geometry import Array, Box, ramp, smoothstep
 from kogao_core.faces.face import FOREHEAD_POINTS, Face
+from kogao_core.faces.head import EDGE_SLOPE, HeadFrame, limited
 from kogao_core.faces.reshape import across
-from kogao_core.faces.targets import Pairs
+from kogao_core.faces.targets import Pairs, shape_center
 from kogao_core.faces.zones import Shape, directions
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.warp.field import shown_by
 from kogao_core.warp.frame import edges_px
-from kogao_core.warp.protection import Protection, away_px
 
-
-@dataclass(frozen=True, slots=True)
-class Reach:
-    """How far outside the face all goes along (`keep`), in rho, and how softly that ends (`fade`).
-
-    At the sides, straight up, and straight down. A fade is multiplied by the softness that the
-    warp distance needs. `top` is the share that the top of the forehead goes of what the outline's
-    ends go.
-    """
-
-    keep: float
-    fade: float
-    keep_up: float
-    fade_up: float
-    keep_down: float
-    fade_down: float
-    top: float
-
-    def mixed(self, other: Reach, share: float) -> Reach:
-        """Return the reach a share of the way to another."""
-        ends = ((getattr(self, f.name), getattr(other, f.name)) for f in fields(self))
-        return Reach(*(a + share * (b - a) for a, b in ends))
-
-
-# Chosen by looking at faces at 4 to 10 %, and by what `docs/decisions/43` measures.
-NATURAL: Final = Reach(1.2, 1.0, 1.08, 0.8, 1.05, 0.8, top=0.5)
-WHOLE: Final = Reach(1.6, 1.5, 1.5, 1.2, 1.05, 1.2, top=1.0)
-# In mean radii of the face: a fade's width where nothing moves, and more for each share of it that
-# things move. So a small warp reaches no farther than it must, and a large one is no steeper.
-_FADE: Final = (0.1, 5.0)
-NATURAL_PERCENT: Final = 50.0  # of `Recipe.head_follows`: `NATURAL`; above it grows to `WHOLE`
-# Without anything outside, what the features need fades out so far beside the face.
-_SHORT: Final = 0.35
-_INNER: Final = 0.6  # within this rho widths stay
-_CROWN: Final = 1.25  # an unknown forehead's top, in radii of the outline's ends
-# Of the mean radius: so far inside the photo all goes along, at its edge nothing.
-_EDGE: Final = 0.6
-# In landmark spacings: so near to other faces and protected places nothing, so much farther all.
+# The head moves whole up to this rho: straight up, which reaches past the crown, and straight
+# down. Straight to the sides it is 1. Larger values move more hair, more neck.
+_KEEP_UP: Final = 1.65
+_KEEP_DOWN: Final = 1.05
+# A fade is this many times as wide as the displacement where it begins. Larger values squeeze the
+# background less and move more of it.
+_FADE: Final = 6.2
+# A fade is at least this wide, in eyes-to-chin distances: straight up and down, and more straight
+# to the sides, where straight lines of the background cross it.
+_LEAST_FADE: Final = 0.25
+_SIDE_FADE: Final = 0.9
+# At a displacement of 0 the least width is this share of that at `_WIDE`, a share of the head.
+_SOFT: Final = 0.75
+_WIDE: Final = 0.08
+_INNER: Final = 0.6  # up to this rho the shape leaves widths unchanged; larger: a steeper cheek
+_CROWN: Final = 1.25  # top of a forehead that nobody marked, in radii of the outline's ends
+# Within this distance of other faces and people beside, in landmark spacings, nothing moves.
 _APART: Final = 1.0
-_ALL: Final = 3.0
+_ALL: Final = 3.0  # this much farther away, in landmark spacings, everything moves
 # A ring of points round each feature, in half its width along and across it.
 _EYE: Final = np.array(
     [(-1.15, 0), (-0.5, 0.55), (0.5, 0.55), (1.15, 0), (0.5, -0.55), (-0.5, -0.55)]
 )
 _MOUTH: Final = np.array([(-1, 0), (-0.4, 0.3), (0.4, 0.3), (1, 0), (0.4, -0.3), (-0.4, -0.3)])
-# Features get smaller by this share of what the face does: so they keep off its edge.
+# Eyes and mouth shrink by this share of the head's own shrinking. Larger values: smaller eyes.
 _SHRINK: Final = 0.4
-# How little a feature gives way to the outline, and from which rho on it does so more and more.
+# Weight of an error at a feature's points; between these two rho the features give way to the
+# outline. Larger: eyes and mouth change their shape more.
 _SLACK: Final = 0.01
 _NEAR: Final = (0.75, 1.0)
-_DIRECTIONS: Final = 73  # in which the ends of what moves are sought
+_DIRECTIONS: Final = 73  # in which the ends of the displaced region are sampled
 _TURN: Final = 2.0 * np.pi
-_STEPS: Final = 3  # of a fixed point that comes ten times nearer with each
+_STEPS: Final = 3  # of a fixed-point iteration, each ten times nearer to the solution
 
 
 @dataclass(frozen=True, eq=False)
 class Surround:
-    """The displacement that one face asks of the control points round it."""
+    """The displacement that one head asks of its control points."""
 
-    face: Face  # what surrounds it
-    pairs: Pairs  # where its landmarks go
-    follows: float  # `Recipe.head_follows` as a share: 0 nothing outside the face, 1 the whole head
-    keeps_features: bool  # whether eyes and mouth keep their shape
+    face: Face
+    pairs: Pairs  # the landmarks, their targets and the pivot
+    middle_px: Array  # (2,): about which the face is shaped, before the warp
     photo: Box  # nothing moves across its edge
-    protection: Protection  # places that must not move
     neighbours_px: Array = dataclasses.field(default_factory=lambda: np.zeros((0, 2)))
     hulls: tuple[Array, ...] = ()  # (K, 2): of other faces, corners in order, px
     shape: Shape | None = None  # what is asked of the face beside its warp distance
 
     @cached_property
     def around_px(self) -> Array:
-        """Least and greatest (x, y) of places that move, (2, 2), px; the photo's edge is no end."""
+        """Corners (x, y) of a box outside which nothing moves, (2, 2), px; ignores the photo."""
         angles = np.linspace(-np.pi, np.pi, _DIRECTIONS)
-        keep, fade = self._keep_and_fade(angles)
-        rho = np.maximum(keep + fade, 1.0 + _SHORT)
-        far = rho * self._rim.radius_px(angles)
-        edge = self.pairs.center_px + far[:, None] * _ways(angles, across(self.face))
+        far = sum(self._keep_and_fade(angles)) * self._rim.radius_px(angles)
+        edge = self._rim.center_px + far[:, None] * _ways(angles, across(self.face))
         return np.array([edge.min(axis=0), edge.max(axis=0)])
 
     @property
     def corners_px(self) -> Array:
-        """The same, as far as it lies in the photo; (2, 2)."""
+        """Corners of the part of that box in the photo; (2, 2)."""
         return np.clip(self.around_px, *edges_px(self.photo))
 
     def at(self, points: npt.ArrayLike) -> Array:
-        """Return the backward displacement at points of shape (N, 2), px, same shape."""
+        """Return the backward displacement at points of shape (N, 2), px, same shape.
+
+        Outside the photo the displacement mirrors the one inside, so that the spline through such
+        control points moves nothing across the edge.
+        """
         points = np.asarray(points, np.float64)
-        moved = self._polar(points) * self._free(points)[:, None]
-        low, high = edges_px(self.photo)
-        inside = np.minimum(points - low, high - points) + 0.5  # where the outermost pixels end
-        return np.asarray(moved * ramp(inside / (_EDGE * float(self._rim.radii_px.mean()))))
+        low, high = edges_px(self.photo) + np.array(
+            [[-0.5], [0.5]]
+        )  # where the outermost pixels end
+        inside = np.where(points < low, 2.0 * low - points, points)
+        inside = np.where(inside > high, 2.0 * high - inside, inside)
+        moved = self._moved(inside) * self._free(inside)[:, None]
+        room = np.maximum(0.0, np.minimum(inside - low, high - inside))
+        moved = limited(moved, EDGE_SLOPE * self.strength * room)
+        return np.where((points < low) | (points > high), -moved, moved)
 
     def is_near(self, hull: Array) -> bool:
         """Return whether some of a hull of shape (K, 2) is near what surrounds the face."""
@@ -136,17 +121,14 @@ class Surround:
     def features(self) -> tuple[Array, Array, Array]:
         """Points round eyes and mouth, (M, 2), where they go, and how much they give way, (M,).
 
-        Each feature is shifted by as much as its middle, and all are scaled alike; none where
-        features aren't kept.
+        Each feature is shifted by the displacement of its middle, and all are scaled alike.
         """
-        if not self.keeps_features:
-            return np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0)
         eyes, mouth = self.face.eyes, self.face.mouth
         rings = [_ring(eyes[:2], _EYE), _ring(eyes[2:], _EYE), _ring(mouth, _MOUTH)]
         source = np.vstack(rings)
         middles = np.array([ring.mean(axis=0) for ring in rings])
         shown = self._shown(middles)
-        scale = 1.0 - _SHRINK * float(np.abs(_end_shares(self.pairs, self.shape)).mean())
+        scale = 1.0 - _SHRINK * abs(self.pairs.head_share)
         target = np.vstack(
             [
                 there + scale * (ring - middle)
@@ -162,60 +144,50 @@ class Surround:
         return shown_by(self.at, points, _STEPS)
 
     @cached_property
-    def _reach(self) -> Reach:
-        beyond = max(0.0, 100.0 * self.follows / NATURAL_PERCENT - 1.0)
-        return NATURAL.mixed(WHOLE, beyond / (100.0 / NATURAL_PERCENT - 1.0))
-
-    @cached_property
-    def _softness(self) -> float:
-        """Width of a fade in mean radii of the face."""
-        rim = self._rim
-        moved = np.hypot(*(rim.moves_px + rim.hairline_px).T).max() / float(rim.radii_px.mean())
-        return float(_FADE[0] + _FADE[1] * moved)
-
-    @cached_property
     def _rim(self) -> _Rim:
-        return _Rim.of(self.face, self.pairs, self._reach.top, self.shape)
+        return _Rim.of(self.face, self.pairs, self.middle_px, self.shape)
+
+    @property
+    def strength(self) -> float:
+        """How far the head and its shape move, as a share of the distance to the pivot."""
+        shape = self.shape
+        parts = () if shape is None else (shape.aside, shape.down, shape.hairline, *shape.zones)
+        return abs(self.pairs.head_share) + float(np.abs([0.0, *parts]).max())
 
     def _keep_and_fade(self, angles: Array) -> tuple[Array, Array]:
-        """Return in directions of shape (N,) where a fade begins, and how wide it is, rho."""
-        reach, up = self._reach, smoothstep(self._rim.up(angles))
-        down = np.clip(np.cos(angles), 0.0, 1.0) ** 2
-        keep = reach.keep + (reach.keep_up - reach.keep) * up
-        fade = reach.fade + (reach.fade_up - reach.fade) * up
-        keep = keep + (reach.keep_down - reach.keep) * down
-        fade = fade + (reach.fade_down - reach.fade) * down
-        return keep, fade * self._softness
+        """Return in directions of shape (N,) the rho where a fade begins, and its width in rho."""
+        rim, size = self._rim, HeadFrame.of(self.face).height_px
+        up, down = smoothstep(rim.up(angles)), np.clip(np.cos(angles), 0.0, 1.0) ** 2
+        keep = 1.0 + (_KEEP_UP - 1.0) * up + (_KEEP_DOWN - 1.0) * down
+        radius = rim.radius_px(angles)
+        ends = rim.center_px + (keep * radius)[:, None] * _ways(angles, rim.across)
+        moves = rim.displacement_px(angles) + rim.hairline(angles)
+        wide = _FADE * np.hypot(*(_similarity(self.pairs, ends) + keep[:, None] * moves).T)
+        least = (_LEAST_FADE + _SIDE_FADE * np.abs(np.sin(angles)) ** 3) * size
+        least *= _SOFT + (1.0 - _SOFT) * self.strength / _WIDE
+        return keep, (wide**4 + least**4) ** 0.25 / radius
 
-    def _polar(self, points: Array) -> Array:
+    def _moved(self, points: Array) -> Array:
         rim = self._rim
         rho, angles = rim.at(points)
         keep, fade = self._keep_and_fade(angles)
-        amount = min(1.0, 100.0 * self.follows / NATURAL_PERCENT)
-        fading = 1.0 - ramp((rho - keep) / fade)
-        outside = amount * fading
-        inner = smoothstep((rho - _INNER) / (1.0 - _INNER))
-        if self.keeps_features:
-            outside = outside + (1.0 - amount) * (1.0 - ramp((rho - 1.0) / _SHORT))
-            wide, high = inner, np.ones_like(rho)
-        else:
-            wide = high = amount * inner
-        right = across(self.face)
+        outside = 1.0 - ramp((rho - keep) / fade)
+        moved = _similarity(self.pairs, points) * outside[:, None]
+        if not (rim.moves_px.any() or rim.hairline_px.any()):
+            return moved
+        # Inside the face heights change evenly, so that a line from temple to temple stays
+        # straight, and widths near the outline only.
+        inner = np.where(rho < 1.0, smoothstep((rho - _INNER) / (1.0 - _INNER)), outside)
+        right = rim.across
         below = np.array([-right[1], right[0]])
-        moved = rim.displacement_px(angles) * rho[:, None]
-        is_inside = rho < 1.0
-        aside = (moved @ right) * np.where(is_inside, wide, outside)
-        downwards = (moved @ below) * np.where(is_inside, high, outside)
-        whole = np.outer(aside, right) + np.outer(downwards, below)
-        if not rim.hairline_px.any():
-            return whole
-        # The hairline takes what is above it along, whatever else follows.
-        hairline = rim.hairline(angles) * (rho * np.where(is_inside, inner, fading))[:, None]
-        return np.asarray(whole + hairline)
+        shape = rim.displacement_px(angles) * rho[:, None]
+        moved = moved + np.outer((shape @ right) * inner, right)
+        moved = moved + np.outer((shape @ below) * np.where(rho < 1.0, 1.0, outside), below)
+        return np.asarray(moved + rim.hairline(angles) * (rho * inner)[:, None])
 
     def _free(self, points: Array) -> Array:
         """Return 0 near what must not move, 1 far from it."""
-        away = away_px(points, self.protection, self.neighbours_px)
+        away = away_px(points, self.neighbours_px)
         for hull in self.hulls:
             away = np.minimum(away, _beyond(points, hull))
         return smoothstep((away / self.face.anchor.spacing_px - _APART) / _ALL)
@@ -223,7 +195,7 @@ class Surround:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Rim:
-    """The closed edge of a face after the warp, by ascending direction, and how far it moved.
+    """The closed edge of a face after the warp, by ascending direction.
 
     Directions are from straight down, in radians; `upwards` is 0 at the outline's ends and below,
     1 at the top of the forehead.
@@ -232,36 +204,37 @@ class _Rim:
     center_px: Array
     across: Array
     angles: Array
+    places_px: Array
     radii_px: Array
-    moves_px: Array
-    hairline_px: Array  # what the top of the forehead moves by itself
+    moves_px: Array  # the backward displacement, less that of the head as one body
+    hairline_px: Array  # the displacement of the top of the forehead beside that
     upwards: Array
 
     @classmethod
-    def of(cls, face: Face, pairs: Pairs, top: float, shape: Shape | None) -> _Rim:
-        center, right = pairs.center_px, across(face)
-        forehead = _forehead(face, center)
+    def of(cls, face: Face, pairs: Pairs, middle: Array, shape: Shape | None) -> _Rim:
+        right, share = across(face), pairs.head_share
+        center = middle + share * (pairs.center_px - middle)
+        rest = pairs.displacement_px - _similarity(pairs, pairs.target_px)
+        forehead = _forehead(face, middle)
         height = 1.0 - np.abs(2.0 * np.linspace(0.0, 1.0, FOREHEAD_POINTS + 2)[1:-1] - 1.0)
-        less = 1.0 - (1.0 - top) * smoothstep(height)
-        share, away = _end_shares(pairs, shape) * less, forehead - center
-        moves, hairline = share[:, None] * away, np.zeros_like(away)
+        moves = np.zeros_like(forehead)
+        hairline = np.zeros_like(forehead)
         if shape is not None:
-            # Of parts of the outline the forehead follows in width alone.
-            moves = moves + less[:, None] * shape.scaled(
-                away, aside=_between(*shape.zones[[0, -1]])
-            )
+            away = forehead - middle
+            moves = shape.scaled(away, aside=_between(*shape.zones[[0, -1]]))
             below = shape.axes[1]
             hairline = np.outer(shape.hairline * smoothstep(height) * (away @ below), below)
-        rim = np.vstack([pairs.target_px, forehead - moves - hairline])
+        body = share * (pairs.center_px - forehead)
+        rim = np.vstack([pairs.target_px, forehead + body - moves - hairline])
         angles, radii = _seen_from(rim, center, right)
         order = np.argsort(angles, kind="stable")
         order = np.concatenate([order[-1:], order, order[:1]])  # once round, and a step on
         angles = angles[order] + np.concatenate([[-_TURN], np.zeros(len(rim)), [_TURN]])
-        moves = np.vstack([pairs.displacement_px, moves])[order]
-        hairline = np.vstack([np.zeros_like(pairs.target_px), hairline])[order]
-        upwards = np.concatenate([np.zeros(len(pairs.target_px)), height])[order]
+        moves = np.vstack([rest, moves])[order]
+        hairline = np.vstack([np.zeros_like(rest), hairline])[order]
+        upwards = np.concatenate([np.zeros(len(rest)), height])[order]
         radii = np.maximum(radii[order], 1e-3 * max(1e-9, float(radii.max())))
-        return cls(center, right, angles, radii, moves, hairline, upwards)
+        return cls(center, right, angles, rim[order], radii, moves, hairline, upwards)
 
     def at(self, points: Array) -> tuple[Array, Array]:
         """Return rho and direction, radians, of points of shape (N, 2)."""
@@ -293,25 +266,22 @@ def surrounds_of(
     pairs: Sequence[Pairs],
     recipes: Sequence[Recipe],
     photo: Box,
-    protection: Protection,
     neighbours_px: Sequence[Array] = (),
 ) -> tuple[Surround | None, ...]:
-    """Return what surrounds each face; None where its recipe asks for the paper's field.
+    """Return the displacement of each head; None where the face alone moves, or nothing does.
 
     `neighbours_px` are points of people beside each face, who don't go along (`Held.neighbours`).
     """
     hulls = [_hull(face) for face in faces] if len(faces) > 1 else []
     found: list[Surround | None] = []
     for k, (face, pair, recipe) in enumerate(zip(faces, pairs, recipes, strict=True)):
-        follows, keeps = recipe.head_follows / 100.0, recipe.keep_features
+        others_px = neighbours_px[k] if neighbours_px else np.zeros((0, 2))
         shape = Shape.of(face, recipe)
-        hairline = shape is not None and shape.hairline != 0.0
-        if not hairline and (not (follows or keeps) or not pair.displacement_px.any()):
+        middle = shape_center(face, recipe)
+        surround = Surround(face, pair, middle, photo, others_px, shape=shape)
+        if recipe.scope == "face" or not surround.strength:
             found.append(None)
             continue
-        others_px = neighbours_px[k] if neighbours_px else np.zeros((0, 2))
-        around = photo, protection, others_px
-        surround = Surround(face, pair, follows, keeps, *around, shape=shape)
         others = (hull for other, hull in enumerate(hulls) if other != k)
         near = tuple(hull for hull in others if surround.is_near(hull))
         found.append(dataclasses.replace(surround, hulls=near))
@@ -321,27 +291,25 @@ def surrounds_of(
 def forehead_pairs(face: Face, recipe: Recipe, pairs: Pairs) -> tuple[Array, Array]:
     """Return the rim of the forehead and where it goes if nothing is in its way, (13, 2), px.
 
-    Of shape (0, 2) where nothing follows, or nobody saw the forehead.
+    Of shape (0, 2) where the face alone moves, or nobody marked the forehead.
     """
-    follows, shape = recipe.head_follows / 100.0, Shape.of(face, recipe)
-    if face.forehead is None or (follows <= 0.0 and not recipe.forehead_height):
+    if face.forehead is None or recipe.scope == "face":
         return np.zeros((0, 2)), np.zeros((0, 2))
-    photo = Box(-(2**30), -(2**30), 2**30, 2**30)
-    surround = Surround(face, pairs, follows, False, photo, Protection(), shape=shape)
+    photo, shape = Box(-(2**30), -(2**30), 2**30, 2**30), Shape.of(face, recipe)
+    surround = Surround(face, pairs, shape_center(face, recipe), photo, shape=shape)
     return face.forehead, surround._shown(face.forehead)
 
 
-def _end_shares(pairs: Pairs, shape: Shape | None) -> Array:
-    """Return which share of the way to the centre points of the forehead go, from end to end.
+def _similarity(pairs: Pairs, points: Array) -> Array:
+    """Return the backward displacement at points (N, 2) of a head that shrinks as one, px."""
+    share = pairs.head_share
+    return np.asarray(share / (1.0 - share) * (points - pairs.center_px))
 
-    Without what `shape` asks for.
-    """
-    away = pairs.source_px - pairs.center_px
-    moves = pairs.displacement_px
-    if shape is not None:
-        moves = moves - shape.inwards(away)
-    away, moves = away[[0, -1]], moves[[0, -1]]
-    return _between(*(moves * away).sum(axis=1) / np.maximum((away**2).sum(axis=1), 1e-12))
+
+def away_px(points: Array, others_px: Array) -> Array:
+    """Return the distance of points (N, 2) from the nearest of others (M, 2), (N,), px."""
+    apart = points[:, None] - others_px
+    return np.asarray(np.hypot(apart[..., 0], apart[..., 1]).min(axis=1, initial=np.inf))
 
 
 def _between(first: float, last: float) -> Array:

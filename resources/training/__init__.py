@@ -1,4 +1,4 @@
-"""How the files in `resources` that are our own are made: one command each, from a checkout.
+"""Commands that create the project's own files in `resources`, run from a checkout.
 
-None of this is in the wheel; nothing in the program imports it.
+The wheel does not contain this package, and the program does not import it.
 """

@@ -1,9 +1,9 @@
-"""Make the sample portraits: averages of many labelled faces, nobody's real one.
+"""Make the sample portraits: averages of many labelled faces, none of a real person.
 
 ``python -m resources.training.averages FRLL_FOLDER resources/samples``
 
-Every face is laid on the mean shape by a similarity, then by this program's own multilevel
-B-spline warp on its 189 labels, and the pixels are averaged.
+Each face is aligned to the mean shape by a similarity, then warped by this program's multilevel
+B-spline fit of the 189 labels. The pixels are averaged.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ def load(folder: Path) -> list[Portrait]:
 
 
 def mean_shape(shapes: Iterable[Array]) -> Array:
-    """Return the mean of shapes (N, 2) after laying each on the mean, twice."""
+    """Return the mean of shapes (N, 2), each aligned to the mean; two iterations."""
     stack = np.array(list(shapes))
     mean = stack.mean(axis=0)
     for _ in range(2):
@@ -90,7 +90,7 @@ def lay_on(portrait: Portrait, shape: Array) -> Image:
 
 
 def average(portraits: list[Portrait]) -> Image:
-    """Return the mean picture of portraits laid on their mean shape, uint8."""
+    """Return the mean picture of portraits warped to their mean shape, uint8."""
     shape = mean_shape(portrait.points for portrait in portraits)
     total = np.zeros(portraits[0].pixels.shape, np.float64)
     for portrait in portraits:

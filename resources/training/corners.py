@@ -1,8 +1,8 @@
-"""How sure are corners of eyes and mouth? `python -m resources.training.corners DATA`.
+"""Learn the confidence of eye and mouth corners: `python -m resources.training.corners DATA`.
 
-Faces of DATA are covered or blurred by chance; a corner is right that stays within 5 % of where it
-was. Prints the weights that `kogao_core/faces/landmarks/mesh.py` holds, and how they do on people
-left out.
+Faces of DATA are covered or blurred at random. A corner is correct if it stays within 5 % of its
+original position. Prints the weights for `kogao_core/faces/landmarks/mesh.py`, and their accuracy
+on people left out of training.
 """
 
 from __future__ import annotations
@@ -31,9 +31,9 @@ from .evaluate import area_under_curve
 _PHOTOS: Final = {"portraits/*.jpg": 1, "headshots/*.jpg": 2, "frll/*_smiling.jpg": 3}
 _LONGEST_PX: Final = 400
 _LEAST_SCORE: Final = 0.75
-_TIMES: Final = 6  # each face, the first time as it is
-_RIGHT: Final = 0.05  # outer inter-ocular distances
-_LEFT_OUT: Final = 4  # of so many people one
+_TIMES: Final = 6  # variants of each face; the first is unchanged
+_RIGHT: Final = 0.05  # largest error of a correct corner, in outer inter-ocular distances
+_LEFT_OUT: Final = 4  # one in this many people is left out for the test
 _PENALTY: Final = 1e-3
 
 
@@ -45,7 +45,7 @@ class Known(NamedTuple):
 
 
 class CornerExample(NamedTuple):
-    """What was seen at the six corners of a face, and which of them are right."""
+    """Predictors for the six corners of a face, and which corners are correct."""
 
     person: int
     signs: Array
@@ -107,7 +107,7 @@ def _examples(known: list[Known], rng: np.random.Generator) -> Iterator[CornerEx
 
 
 def _as_detected(box: Detection, rng: np.random.Generator) -> Detection:
-    """Return a box as rough as the detector's."""
+    """Return a box with random errors like the detector's."""
     return Detection(
         box.center_px + rng.normal(0.0, 0.04 * box.side_px, 2),
         box.side_px * float(np.exp(rng.normal(0.0, 0.08))),
@@ -117,7 +117,7 @@ def _as_detected(box: Detection, rng: np.random.Generator) -> Detection:
 
 
 def _covered(one: Known, other: Image, rng: np.random.Generator) -> Image:
-    """Return the picture blurred, or with something before eyes, mouth, or all below the nose."""
+    """Blur the picture, or cover eyes, mouth or everything below the nose."""
     face, unit = one.face, one.face.interocular_px
     kind = int(rng.integers(5))
     if kind == 4:
@@ -168,7 +168,7 @@ def _cloth(shape: tuple[int, ...], other: Image, rng: np.random.Generator) -> Ar
 
 
 def _learnt(signs: Array, right: Array) -> Array:
-    """Return the weights of a logistic regression, the constant last (Newton's method)."""
+    """Fit a logistic regression (Newton's method); return the weights, the constant last."""
     rows = np.c_[signs.reshape(-1, signs.shape[-1]), np.ones(right.size)]
     goal, weights = right.ravel().astype(np.float64), np.zeros(rows.shape[1])
     ridge = _PENALTY * len(rows) * np.diag([1.0] * (len(weights) - 1) + [0.0])

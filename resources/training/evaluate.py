@@ -1,4 +1,4 @@
-"""How far landmarks lie from labels, in % of the outer inter-ocular distance."""
+"""Distances between landmarks and labels, in % of the outer inter-ocular distance."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from kogao_core.faces.face import Face
 _EYES: Final = slice(0, 4)
 _MOUTH: Final = slice(4, 6)
 _JAW: Final = slice(6, None)
-# In outer inter-ocular distances; the centre of a neighbour's face lies more than one away.
+# Faces with nearer centres are the same, in outer inter-ocular distances. Neighbours are over 1.
 _SAME_FACE: Final = 0.5
 
 
@@ -26,10 +26,10 @@ class Labels:
 
     eyes: Array  # (4, 2): left eye outer and inner corner, right eye inner and outer corner
     mouth: Array  # (2, 2): left and right mouth corner
-    # (N, 2): points along the visible outline, N of 2 or more, as far up as somebody marked it: an
-    # outline that goes on beyond them is right.
+    # (N, 2): points along the visible outline, N >= 2. A correct outline may continue beyond the
+    # labelled points.
     jaw: Array
-    # (6 + N,) of bool: false for points that something hides: they are guesses and never scored.
+    # (6 + N,) of bool: False for hidden points, which are guesses and never scored.
     seen: npt.NDArray[np.bool_] | None = None
 
     def __post_init__(self) -> None:
@@ -57,7 +57,7 @@ class Labels:
         return np.asarray((self.eyes.mean(axis=0) + self.mouth.mean(axis=0)) / 2.0)
 
     def in_percent(self, distances_px: Sequence[Array]) -> Errors:
-        """Return the means of the seen points' distances (eyes, mouth, jaw), in % of the unit."""
+        """Return the mean distances of the visible points (eyes, mouth, jaw), in % of the unit."""
         distances = np.concatenate(distances_px) / self.unit_px
         if self.seen is not None:
             distances[~np.asarray(self.seen)] = np.nan
@@ -73,7 +73,7 @@ class Errors(NamedTuple):
 
 
 class Summary(NamedTuple):
-    """What becomes of many faces' errors; NaN when there is none."""
+    """Statistics of the errors of many faces; NaN without faces."""
 
     mean: float
     p95: float
@@ -96,7 +96,7 @@ def errors(face: Face, labels: Labels) -> Errors:
 
 
 def repeatability(first: Labels, second: Labels) -> Errors:
-    """Return how far two passes of labels differ, both ways: the floor for `errors`."""
+    """Return the distance between two passes of labels, both ways: the lower limit of `errors`."""
     ways = [_apart(first, second, second.jaw), _apart(second, first, first.jaw)]
     return Errors(*(float(value) for value in np.mean(ways, axis=0)))
 
@@ -112,7 +112,7 @@ def _apart(labels: Labels, other: Face | Labels, line: Array) -> Errors:
 
 
 def nearest(faces: Sequence[Face], labels: Labels) -> Face | None:
-    """Return the face that stands where the labels are, None if there is none."""
+    """Return the face at the position of the labels, or None."""
 
     def apart(face: Face) -> float:
         return float(np.linalg.norm(face.middle - labels.center_px)) / (100.0 * labels.unit_px)
@@ -122,7 +122,7 @@ def nearest(faces: Sequence[Face], labels: Labels) -> Face | None:
 
 
 def summary(values: npt.ArrayLike) -> Summary:
-    """Return mean, 95th percentile and maximum of values; NaN is left out."""
+    """Return mean, 95th percentile and maximum of values; ignore NaN."""
     kept = np.asarray(values, np.float64)
     kept = kept[~np.isnan(kept)]
     if not len(kept):
@@ -138,7 +138,7 @@ def share_below(values: npt.ArrayLike, limits: npt.ArrayLike) -> Array:
 
 
 def area_under_curve(low: Array, high: Array) -> float:
-    """Return how often one of `low` lies below one of `high`; 0.5 is chance, NaN without either."""
+    """Return how often a value of `low` is below one of `high`; 0.5 is chance, NaN if empty."""
     if not len(low) or not len(high):
         return float("nan")
     return float((low[:, None] < high).mean() + 0.5 * (low[:, None] == high).mean())

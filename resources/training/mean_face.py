@@ -1,8 +1,8 @@
-"""Make the template of 189 points again: the mean of hand-labelled frontal faces.
+"""Recreate the template of 189 points: the mean of hand-labelled frontal faces.
 
 ``python -m resources.training.mean_face DATA FILE`` reads the labels of ``frll/`` and ``canada/``:
 Face Research Lab London Set (DeBruine & Jones 2017, figshare 5047666) and Young Adult White Faces
-(the same, figshare 4220517), both CC BY 4.0. No single face can be told from the mean.
+(the same, figshare 4220517), both CC BY 4.0. The mean reveals no individual face.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _LEFT_EYE, _RIGHT_EYE = 18, 27
 
 
 def mean_face(shapes: list[Array]) -> Array:
-    """Return the mean of shapes (N, 2) laid over each other, round the middle of its points.
+    """Return the mean of aligned shapes (N, 2); the origin is the middle of its points.
 
     Its unit is the outer inter-ocular distance.
     """

@@ -94,6 +94,7 @@ def test_a_slider_is_asked_for_everything_that_a_screen_reader_asks(opened):
 
 def test_what_excludes_each_other_is_told_as_radio_buttons(opened):
     opened.window.actions_by_name["workspace-inspect"].trigger()
+    opened.editor.recipe.set_field("scope", "face")  # with which the centre counts
     centre = opened.panel("recipe").centre.group.buttons()
     tools = opened.window.actions_by_name
     named = ("workspace-retouch", "workspace-inspect", "mode-manual", "tool-brush", "loupe")
@@ -216,8 +217,7 @@ def test_what_a_key_switches_and_what_was_found_is_said(opened, heard):
 
 def move_the_face_alone(driver):
     """Have the survey speak for the photo."""
-    driver.editor.recipe.set_field("head_follows", 0.0)
-    driver.editor.recipe.set_field("keep_features", False)
+    driver.editor.recipe.set_field("scope", "face")
     driver.editor.document.commit()
     driver.settle()
 
@@ -228,10 +228,10 @@ def test_a_warning_is_said_when_it_comes_and_when_it_goes(opened, heard):
     heard.clear()
     opened.press_key(slider, KEYS.Key_PageUp, times=5)
     opened.settle()
-    assert heard == ["⚠ 49.7 % found it unnatural"]
+    assert heard == ["⚠ 49.7 % of answers: unnatural"]
     opened.press_key(slider, KEYS.Key_PageDown, times=5)
     opened.settle()
-    assert heard[1:] == ["0.0 % found it unnatural"]
+    assert heard[1:] == ["0.0 % of answers: unnatural"]
 
 
 def test_a_warning_about_one_face_comes_and_goes_with_the_choice_of_it(two, heard):
@@ -245,9 +245,9 @@ def test_a_warning_about_one_face_comes_and_goes_with_the_choice_of_it(two, hear
     two.editor.recipe.choose(1)
     two.editor.recipe.choose(None)
     assert heard[1:] == [
-        "⚠ 29.4 % found it unnatural",
-        "Face 2 of 2, selected, 4 %, 0.0 % found it unnatural",
-        "All faces, ⚠ 29.4 % found it unnatural",
+        "⚠ 29.4 % of answers: unnatural",
+        "Face 2 of 2, selected, 4 %, 0.0 % of answers: unnatural",
+        "All faces",
     ]
 
 

@@ -66,7 +66,7 @@ def names_added(made):
     return {
         ast.unparse(node.args[0])
         for node in ast.walk(made)
-        if isinstance(node, ast.Call) and getattr(node.func, "attr", "") == "add_action"
+        if isinstance(node, ast.Call) and getattr(node.func, "attr", "") == "bind"
     }
 
 

@@ -171,7 +171,7 @@ def test_a_gestures_preview_is_shown_alike():
     wide = with_profile(pixels, profile("wide"))
     photo = PicturePyramid(pixels, screen_colours(wide).show)
     view = VisiblePart(1, Box(100, 50, 700, 500))
-    frame = Surface(photo).render(1, State(faces=(oval_face(1500, 1100),)), view)
+    frame = Surface(photo).render(1, State(faces=(oval_face(1500, 1100, size=0.45),)), view)
     stays = (frame.rendering.pixels == photo.levels[1][view.box.slices]).all(axis=-1)
     assert 0.1 < stays.mean() < 0.9
     np.testing.assert_array_equal(frame.levels[0][stays], photo.shown[1][view.box.slices][stays])

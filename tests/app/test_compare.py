@@ -60,7 +60,7 @@ def test_the_divider_is_dragged_and_moved_by_keys(bare):
     bare.key(KEYS.Key_Period)
     bare.key(KEYS.Key_Comma)
     assert bare.editor.view.wipe == pytest.approx(share + 1 / 40)
-    bare.drag(knob(bare), QPoint(-4000, 0))
+    bare.drag(knob(bare) + QPoint(0, 90), QPoint(-4000, 0))
     assert bare.editor.view.wipe == 0.0
     assert bare.editor.document.undo.count() == 1, "comparing changes nothing"
 
@@ -168,7 +168,7 @@ def test_the_loupe_magnifies_before_and_after_under_the_cursor(bare):
 def test_buttons_keys_and_the_held_original_agree(bare):
     after, before = pixels_of(bare), original_of(bare)
     buttons = {
-        a.text(): bare.window.findChild(QToolBar).widgetForAction(a)
+        a.iconText(): bare.window.findChild(QToolBar).widgetForAction(a)
         for a in bare.window.actions_by_name.values()
     }
     for words, name in (("Wipe", "wipe"), ("Side by side", "side"), ("Difference", "difference")):

@@ -49,7 +49,7 @@ def test_the_jaw_alone_is_slimmed_by_two_actions(retouch):
     assert retouch.state.recipe.jaw_width == 0.0
 
 
-@pytest.mark.parametrize("name", SHAPE)
+@pytest.mark.parametrize("name", [name for name in SHAPE if name != "even_out"])
 def test_each_is_in_sight_goes_both_ways_and_comes_back_by_a_double_click(retouch, name):
     slider = sliders(retouch)[name]
     assert slider.isVisible()
@@ -90,11 +90,14 @@ def test_the_panel_can_be_widened_and_sliders_are_as_wide(retouch):
 def test_a_letter_leads_to_the_direction_and_changes_nothing(retouch):
     panel = retouch.panel("recipe")
     panel.more.button.setChecked(True)
+    retouch.editor.recipe.set_field("scope", "face")
+    retouch.editor.document.commit()
+    before = retouch.editor.document.undo.count()
     retouch.key(KEYS.Key_C, ALT)
     retouch.settle()
     assert panel.centre.group.button(2).hasFocus()
     assert retouch.state.recipe.center == 2
-    assert not retouch.editor.document.undo.canUndo()
+    assert retouch.editor.document.undo.count() == before
     assert [one.text() for one in panel.centre.group.buttons()] == ["Mouth", "2", "3", "Nose"]
 
 

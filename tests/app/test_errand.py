@@ -5,15 +5,17 @@ import numpy as np
 import pytest
 from kogao_app.__main__ import main
 from kogao_app.features import errand
-from kogao_app.features.files.options import SavingDialog
+from kogao_app.features.preferences import PreferencesDialog
+from kogao_app.widgets.controls import Fold
+from kogao_app.widgets.form import Form
 from kogao_app.window import Window
 from PySide6.QtCore import Qt, QTimer
-from PySide6.QtWidgets import QDialogButtonBox, QMessageBox
+from PySide6.QtWidgets import QMessageBox
 from scenes import textured_photo
 from timeouts import LONGEST_S, held_back
 
-from kogao_core.base.originals import Originals
 from kogao_core.photo import read
+from kogao_core.photo.originals import Originals
 
 CONTROL, SHIFT = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.ShiftModifier
 
@@ -176,8 +178,8 @@ def test_at_the_first_start_the_window_fits_its_screen(qapp, source, photo, stor
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["--edit"], "--edit takes the photos"),
-        (["--edit", "a.jpg", "--screenshot", "b.png"], "--edit takes the photos"),
+        (["--edit"], "--edit needs photos"),
+        (["--edit", "a.jpg", "--screenshot", "b.png"], "--edit needs photos"),
         (["--temporary", "a.jpg"], "--temporary needs --edit"),
     ],
 )
@@ -190,10 +192,12 @@ def test_an_errand_that_makes_no_sense_is_a_wrong_call(words, said, source, caps
 
 def test_another_programs_photo_tells_only_what_was_chosen_for_it(empty, start, photo):
     def choose(driver):
-        driver.key(Qt.Key.Key_O, CONTROL, Qt.KeyboardModifier.AltModifier)
-        box = driver.dialog(SavingDialog)
-        box.record.setChecked(True)
-        box.buttons.button(QDialogButtonBox.StandardButton.Ok).click()
+        driver.key(Qt.Key.Key_Comma, CONTROL)
+        dialog = driver.dialog(PreferencesDialog)
+        form = next(f.findChild(Form) for f in dialog.findChildren(Fold) if f.findChild(Form))
+        form.show_values({"record": not form.values()["record"]})
+        form.show_values({"record": True})
+        dialog.close()
 
     choose(empty)
     empty.window.close()

@@ -82,6 +82,24 @@ def test_table_2_is_measured_and_its_report_saved(opened, tmp_path):
     assert len(rows) == 10, "four ways at two sizes, and one of them again"
 
 
+def test_the_window_names_the_settings_and_repeats_with_the_papers(opened):
+    """On a fresh start they are not the paper's, and the counts of section 4.1 are left out."""
+    opened.key(KEYS.Key_2, CONTROL, ALT)
+    finish(opened)
+    shown = window_of(opened)
+    assert shown.settings.text().startswith("Not the paper's: ")
+    rows = [text(shown.tables[0], row, 1) for row in range(shown.tables[0].rowCount())]
+    assert "section 4.1 to the letter" not in rows
+    shown.paper.click()
+    finish(opened)
+    again = window_of(opened)
+    assert again.settings.text() == "Settings: the paper's"
+    assert not again.paper.isEnabled()
+    rows = [text(again.tables[0], row, 1) for row in range(again.tables[0].rowCount())]
+    assert "section 4.1 to the letter" in rows
+    assert opened.state.recipe.fit == "approximation"
+
+
 def test_closing_the_window_stops_the_experiment(opened):
     opened.key(KEYS.Key_3, CONTROL, ALT)
     shown = window_of(opened)
@@ -246,20 +264,6 @@ def test_another_photo_ends_the_session(empty, photo, tmp_path, encoded):
     empty.settle()
     assert "ends the session" in empty.say()
     assert empty.editor.session.places == []
-
-
-def test_a_folder_of_one_persons_photos_is_brought_to_one_result(empty, tmp_path, encoded):
-    folder = tmp_path / "anna"
-    folder.mkdir()
-    for name in "ab":
-        (folder / f"{name}.png").write_bytes(encoded)
-    empty.key(KEYS.Key_7, CONTROL, ALT)
-    empty.choose_path(folder)
-    finish(empty)
-    (table,) = window_of(empty).tables
-    assert [text(table, row, 0) for row in range(2)] == ["a.png", "b.png"]
-    made = {path.name for path in (folder / "one-result").iterdir()}
-    assert made == {"a_+04.00.png", "b_+04.00.png", "series.csv"}
 
 
 def test_the_photos_faces_are_made_at_several_doses(opened, tmp_path):

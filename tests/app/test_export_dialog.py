@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 from kogao_app.features import export as exporting
-from kogao_app.features.batch.dialog import BatchDialog
 from PIL import Image
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QDialogButtonBox
@@ -26,10 +25,9 @@ def agree(dialog):
 
 def test_a_preset_and_enter_export_a_smaller_picture(opened, dialog, photo):
     dialog.presets.setCurrentIndex(dialog.presets.findText("1,080 px, sRGB, no metadata"))
-    dialog.longest.setValue(240)
-    dialog.sharpen.setValue(0)
-    dialog.ending.setCurrentIndex(dialog.ending.findData(".png"))
-    dialog.name.setText("{name}-{n}-{amount}")
+    dialog.form.show_values(
+        {"longest_px": 240, "sharpen": 0, "ending": ".png", "name": "{name}-{n}-{amount}"}
+    )
     agree(dialog)
     opened.settle()
     with Image.open(photo.parent / "kogao" / f"{photo.stem}-001-4.png") as made:
@@ -42,28 +40,23 @@ def test_a_preset_and_enter_export_a_smaller_picture(opened, dialog, photo):
     assert not opened.window.isWindowModified()
 
 
-def test_what_is_kept_under_a_name_is_offered_again_here_and_to_batches(opened, dialog):
-    dialog.longest.setValue(1234)
-    dialog.srgb.setChecked(True)
-    dialog._keep("For the album")
+def test_a_saved_preset_is_offered_again_and_can_be_deleted(opened, dialog):
+    dialog.form.show_values({"longest_px": 1234, "srgb": True})
+    dialog.keep("For the album")
     assert dialog.presets.currentData() == Export(1234, srgb=True)
     dialog.reject()
-    opened.window.actions_by_name["batch"].trigger()
-    batch = opened.dialog(BatchDialog)
-    batch.form.export.setCurrentIndex(batch.form.export.findText("For the album"))
-    assert batch.form.order().export == Export(1234, srgb=True)
-    batch.close()
     opened.window.actions_by_name["export"].trigger()
     again = opened.dialog(exporting.ExportDialog)
     again.presets.setCurrentIndex(again.presets.findText("For the album"))
+    assert again.form.values()["longest_px"] == 1234
     again.remove.click()
     assert again.presets.findText("For the album") == -1
-    assert not again.remove.isEnabled(), "what comes with the program stays"
+    assert not again.remove.isEnabled(), "built-in presets can't be deleted"
 
 
 @pytest.mark.parametrize("name", ["", "a/b", "{date}"])
 def test_a_name_that_is_none_gets_a_sentence_and_nothing_is_written(dialog, photo, name):
-    dialog.name.setText(name)
+    dialog.form.show_values({"name": name})
     agree(dialog)
     assert "A name is made of letters" in dialog.note.text()
     assert dialog.isVisible()
@@ -72,7 +65,7 @@ def test_a_name_that_is_none_gets_a_sentence_and_nothing_is_written(dialog, phot
 
 def test_the_original_is_never_written_over(opened, dialog, photo):
     before = photo.read_bytes()
-    dialog.folder.line.setText(str(photo.parent))
+    dialog.place.show_values({"folder": str(photo.parent)})
     agree(dialog)
     opened.answer("Replace")
     opened.settle()

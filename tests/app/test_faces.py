@@ -118,7 +118,7 @@ def test_a_clicked_centre_is_that_of_the_selected_face_alone(two):
     two.key(KEYS.Key_T)
     two.click(two.on_screen(Handle("centre", 1, 2)))
     assert two.state.faces[1].recipe.center == 3
-    assert two.state.recipe == Recipe()
+    assert two.state.recipe == Recipe(percent=4.0)
     assert two.state.faces[0].recipe is None
 
 

@@ -28,7 +28,7 @@ def slider(driver):
 
 
 def test_what_is_shown_is_the_pipelines_result(opened, pixels):
-    expected = render(pixels, opened.state.active, Recipe()).pixels
+    expected = render(pixels, opened.state.active, opened.state.recipe).pixels
     np.testing.assert_array_equal(opened.shown, expected)
     assert (expected != pixels).any()
 
@@ -204,6 +204,7 @@ def test_clicking_a_candidate_chooses_the_centre(opened):
 
 def test_centre_buttons_lattice_and_choices_reach_the_recipe(opened, pixels):
     panel = opened.panel("recipe")
+    opened.press_key(panel.choices["scope"], KEYS.Key_Down)
     QTest.mouseClick(panel.centre.group.button(4), Qt.MouseButton.LeftButton)
     opened.press_key(panel.lattice.slider, KEYS.Key_End)
     QTest.mouseClick(panel.fold.button, Qt.MouseButton.LeftButton)
@@ -211,11 +212,14 @@ def test_centre_buttons_lattice_and_choices_reach_the_recipe(opened, pixels):
     QTest.keyClick(panel.sliders["threshold_px"].slider, KEYS.Key_End)
     panel.switches["guard"].click()
     opened.settle()
-    wanted = Recipe(center=4, lattice=4.0, fit="approximation", threshold_px=2.0, guard=False)
+    wanted = Recipe(
+        percent=4.0, scope="face", center=4, lattice=4.0, fit="approximation", threshold_px=2.0,
+        guard=False,
+    )  # fmt: skip
     assert opened.state.recipe == wanted
     expected = render(pixels, opened.state.active, wanted).pixels
     np.testing.assert_array_equal(opened.shown, expected)
-    assert opened.editor.document.undo.count() == 5
+    assert opened.editor.document.undo.count() == 6
 
 
 def test_a_face_switched_off_stays_as_it_was(opened, pixels):
@@ -327,6 +331,8 @@ def test_a_press_on_the_handle_moves_nothing(opened):
 
 def test_the_history_tells_values(opened):
     panel = opened.panel("recipe")
+    opened.editor.recipe.set_field("scope", "face")
+    opened.editor.document.commit()
     QTest.mouseClick(panel.centre.group.button(4), Qt.MouseButton.LeftButton)
     opened.press_key(panel.lattice.slider, KEYS.Key_End)
     panel.fold.button.click()
@@ -337,6 +343,7 @@ def test_the_history_tells_values(opened):
     moved_px = 50.0 * opened.canvas.devicePixelRatioF() / opened.canvas.zoom
     stack = opened.editor.document.undo
     assert [stack.text(row) for row in range(stack.count())] == [
+        "Change Head → Face only",
         "Centre 2 → 4",
         "Lattice 1.0 → 4.0",
         "Fit Exact → Approximation",

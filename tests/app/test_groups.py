@@ -80,7 +80,7 @@ def test_points_that_may_be_wrong_are_ringed_until_they_are_placed_by_hand(start
     driver = start(photo)
     row = driver.panel("faces").item(0)
     assert driver.state.off == frozenset()
-    assert row.text() == "Face 1\n90 %\nlook at it"
+    assert row.text() == "Face 1\n90 %\ncheck"
     assert "outline 1 2 3 4 5 6 7 8 9" in row.toolTip()
     assert is_ringed(driver, 4)
     assert not is_ringed(driver, 14)

@@ -34,7 +34,7 @@ def name(shown):
 
 def test_it_begins_with_the_page_of_the_editor(shown):
     assert name(shown) == "editor.md"
-    assert shown.list.currentText() == "The editor"
+    assert shown.list.currentText() == "Editor"
     assert "Ctrl+Shift+P" in shown.pages.toPlainText()
     assert not shown.back.isEnabled()
 
@@ -45,11 +45,11 @@ def test_pages_in_the_language_at_work_come_first(empty, english):  # noqa: ARG0
     shown = empty.dialog(HelpDialog)
     assert shown.pages.source().toLocalFile() == str(DOCS / "ja" / "editor.md")
     assert shown.list.currentText() == shown.list.itemText(1) == "エディター"
-    assert shown.list.findText("The editor") > 1
+    assert shown.list.findText("Editor") > 1
     # No space where a line of the file ends.
     assert re.findall(r"[、。] \w", shown.pages.toPlainText()) == []
     shown.pages.anchorClicked.emit(QUrl("../editor.md"))
-    assert shown.list.currentText() == "The editor"
+    assert shown.list.currentText() == "Editor"
 
 
 def test_it_is_opened_once(empty):

@@ -12,7 +12,6 @@ from test_mnemonics import doubled, letters_of
 from test_nothing_is_cut import LEAST, needed_tools_are_seen, nothing_is_cut
 
 from kogao_core.base import language
-from kogao_core.faces.landmarks import CHOICES
 
 
 @pytest.fixture(autouse=True)
@@ -23,7 +22,7 @@ def japanese(spoken):  # noqa: ARG001
 def test_a_letter_leads_to_one_place(two, dialogs):
     texts = letters_of(two.window)
     letters = {QKeySequence.mnemonic(text).toString() for text in texts}
-    assert letters >= {f"Alt+{letter}" for letter in "FEVAMPTXHSWCLUIDRNKB"}
+    assert letters >= {f"Alt+{letter}" for letter in "FEVAMTXHSWLUIDRNB"}
     assert doubled(texts) == {}
     for menu in two.window.findChildren(QMenu):
         assert doubled(one.text() for one in menu.actions()) == {}, menu.title()
@@ -59,10 +58,3 @@ def test_the_least_window_shows_the_tools_that_are_needed(start, photo, text_siz
     text_size(share)
     driver = start(photo, workspace="retouch")
     needed_tools_are_seen(driver)
-
-
-def test_sources_of_landmarks_have_the_letters_of_their_english_names(two):
-    actions = two.window.actions_by_name
-    named = [actions[f"landmarks-{one.name}"].text() for one in CHOICES]
-    letters = [QKeySequence.mnemonic(text).toString() for text in named]
-    assert letters == [f"Alt+{one.title[0].upper()}" for one in CHOICES]

@@ -8,6 +8,7 @@ from operator import or_
 
 import numpy as np
 import pytest
+from kogao_app.features.commands import Palette
 from modules import ROOT
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
@@ -209,16 +210,24 @@ def test_from_the_start_to_a_saved_copy_by_keys_alone(
     assert not driver.window.isWindowModified()
 
 
-def test_every_command_has_a_place_in_the_menus_and_its_key_stands_in_the_docs(opened):
-    page = (ROOT / "docs" / "editor.md").read_text(encoding="utf-8")
+def test_every_command_is_in_the_palette_and_its_key_stands_in_the_docs(opened):
+    pages = (ROOT / "docs" / f"{name}.md" for name in ("editor", "inspect", "keys"))
+    page = "\n".join(one.read_text(encoding="utf-8") for one in pages)
     there = set(re.findall(r"`([^` ]+)`", page))
     words = {"Return": "Enter", "Esc": "Escape", "Del": "Delete"}
     named = opened.window.actions_by_name
     keys = {name: action.shortcut().toString() for name, action in named.items()}
     as_said = {name: "+".join(words.get(k, k) for k in _parts(key)) for name, key in keys.items()}
     assert {name: key for name, key in as_said.items() if key and key not in there} == {}
-    in_menus = set(_in(opened.window.menuBar().actions()))
-    assert [name for name, action in named.items() if action not in in_menus] == []
+    opened.key(KEYS.Key_P, CONTROL, SHIFT)
+    listed = set(opened.dialog(Palette)._actions)
+    enabled = {name for name, action in named.items() if action.isEnabled() and name != "palette"}
+    assert [name for name in enabled if named[name] not in listed] == []
+
+
+def test_the_menus_stay_short(opened):
+    entries = list(_in(opened.window.menuBar().actions()))
+    assert len(entries) <= 70, [entry.text() for entry in entries]
 
 
 def _parts(key):
@@ -227,7 +236,7 @@ def _parts(key):
 
 def _in(actions):
     for action in actions:
-        if action.menu() is None:
+        if action.menu() is None and not action.isSeparator() and action.isVisible():
             yield action
-        else:
+        elif action.menu() is not None:
             yield from _in(action.menu().actions())

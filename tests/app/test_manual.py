@@ -5,15 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from kogao_app.canvas.handles import position
+from kogao_app.features.both import faces_compared
 from kogao_app.features.manual import SettingClock
-from kogao_app.features.modes import ModesDialog, compared
 from kogao_app.view_state import Handle
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QToolButton
 from scenes import oval_face
 
-from kogao_core.background.holding import NOTHING_HELD
 from kogao_core.pipeline import render
 
 pytestmark = pytest.mark.usefixtures("one_window")
@@ -328,37 +327,13 @@ def test_looking_takes_time_and_is_no_change(manual):
 # -- the comparison ------------------------------------------------------------------------------
 
 
-def test_the_comparison_shows_differences_and_both_times(manual):
-    mark_face(manual, points=range(21))
-    manual.key(KEYS.Key_Return, CONTROL)
-    manual.key(KEYS.Key_F4)
-    manual.qtbot.waitUntil(lambda: bool(manual.window.findChildren(ModesDialog)))
-    (dialog,) = manual.window.findChildren(ModesDialog)
-    assert dialog.times.rowCount() == 2
-    shown = [[dialog.times.item(r, c).text() for c in range(4)] for r in range(2)]
-    assert [row[0] for row in shown] == ["Manual", "Automatic"]
-    assert shown[1][1].endswith(" s, cold"), "the first search loads the networks"
-    seconds = [[float(text.split()[0]) for text in row[1:]] for row in shown]
-    for setting, computing, total in seconds:
-        assert total == pytest.approx(setting + computing, abs=0.011)
-    assert dialog.points.rowCount() == 21
-    dialog.close()
-
-
 def test_differences_are_the_distances_between_the_points(manual):
     mark_face(manual, points=range(21))
     state = manual.state
-    comparison = compared(
-        manual.editor.document.pyramid, lambda _: NOTHING_HELD, state, (12.0, None), False
-    )
-    ((mine, theirs, apart),) = comparison.faces
+    ((mine, theirs, apart),) = faces_compared(state)
     hand, found = state.sheet("manual").faces[mine], state.sheet("automatic").faces[theirs]
     expected = np.linalg.norm(hand.outline - found.outline, axis=1)
     np.testing.assert_allclose(apart.landmarks_px, expected)
-    manual_side, automatic = comparison.sides
-    assert (manual_side.setting_s, automatic.setting_s) == (12.0, None)
-    assert manual_side.pixels.shape == automatic.pixels.shape
-    assert (manual_side.pixels != automatic.pixels).any()
 
 
 def test_the_empty_place_of_the_canvas_shows_a_cross_while_marking(manual):

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 from kogao_app.canvas.overlays.listed import LISTED
 from kogao_app.view_state import MARKS, Handle
-from kogao_app.workspaces import INSPECT
+from kogao_app.workspaces import RETOUCH
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtWidgets import QLabel
 from scenes import oval_face
@@ -15,7 +17,7 @@ from test_view import picture
 pytestmark = pytest.mark.usefixtures("one_window")
 
 KEYS, ALT = Qt.Key, Qt.KeyboardModifier.AltModifier
-CHIN = Handle("outline", 0, 10)
+CHIN = Handle("target", 0, 10)
 
 
 @pytest.fixture
@@ -39,7 +41,7 @@ def test_marks_show_under_the_cursor_and_on_a_point_in_hand(retouch):
     assert not marks(retouch)
     bare = picture(retouch)
     retouch.move(middle(retouch))
-    assert marks(retouch) == {"landmarks", "targets"}
+    assert marks(retouch) == {"targets"}, "one kind of mark"
     assert (picture(retouch) != bare).any()
     retouch.press(retouch.on_screen(CHIN))
     retouch.move(QPoint(4, 4))
@@ -55,7 +57,28 @@ def test_marks_show_under_the_cursor_and_on_a_point_in_hand(retouch):
 def test_a_press_without_a_move_takes_the_point_that_it_meets(retouch):
     assert not marks(retouch)
     retouch.drag(retouch.on_screen(CHIN), QPoint(6, 9))
-    assert retouch.editor.document.undo.undoText().startswith("outline 11, chin")
+    assert retouch.editor.document.undo.undoText().startswith("target 11, chin")
+
+
+def test_brushes_and_the_divider_show_no_points_and_protecting_shows_the_mask(retouch):
+    stroke = retouch.state.protection.with_stroke([(40.0, 20.0), (40.0, 300.0)], 6.0)
+    retouch.editor.document.step(dataclasses.replace(retouch.state, protection=stroke), "Protect")
+    retouch.settle()
+    for name in ("tool-push", "tool-restore", "tool-brush", "tool-eraser", "compare-wipe"):
+        retouch.window.actions_by_name[name].trigger()
+        retouch.move(middle(retouch))
+        retouch.move(middle(retouch) + QPoint(30, 0))
+        assert not marks(retouch), name
+        if name != "compare-wipe":
+            retouch.window.actions_by_name["tool-points"].trigger()
+    retouch.window.actions_by_name["compare-wipe"].trigger()
+    retouch.window.actions_by_name["hide-overlays"].trigger()
+    bare = picture(retouch)
+    retouch.window.actions_by_name["tool-brush"].trigger()
+    retouch.move(QPoint(5, 5))
+    assert (picture(retouch) != bare).any(axis=1).sum() > 100, "the mask is drawn"
+    retouch.window.actions_by_name["tool-points"].trigger()
+    retouch.window.actions_by_name["hide-overlays"].trigger()
 
 
 def test_marks_go_while_a_setting_moves(retouch):
@@ -98,7 +121,7 @@ def test_the_first_start_shows_what_was_found_until_another_photo(start, photo):
     driver = start(workspace="retouch")
     driver.editor.files.welcome()
     driver.settle()
-    assert driver.editor.view.visible == set(INSPECT.overlays)
+    assert driver.editor.view.visible == set(RETOUCH.overlays)
     driver.key(KEYS.Key_O)
     assert not driver.editor.view.visible
     driver.key(KEYS.Key_O)
@@ -126,15 +149,14 @@ def test_retouch_speaks_plainly_and_inspect_exactly(retouch):
     panel = retouch.panel("recipe")
     plain = words_of(panel)
     assert "Am&ount" in plain
-    assert "looks natural" in plain
+    assert "fewer than half of viewers" in plain
     assert panel.percent.field.text() == "4.0 %"
     for science in ("of D", "J ≥", "residual", "R 1", "px"):
         assert science not in plain
     assert "% of D, the face's radius" in panel.percent.slider.toolTip()
-    assert "0.0 % found it unnatural" in panel.gauge.toolTip()
     retouch.key(KEYS.Key_3, ALT)
     exact = words_of(panel)
-    for science in ("&Warp distance", "J ≥", "residual", "found it unnatural"):
+    for science in ("&Warp distance", "J ≥", "residual"):
         assert science in exact
     assert panel.percent.field.text() == "4.0 % of D"
 
@@ -142,12 +164,12 @@ def test_retouch_speaks_plainly_and_inspect_exactly(retouch):
 def test_what_goes_wrong_is_said_plainly_too(retouch):
     panel = retouch.panel("recipe")
     retouch.press_key(panel.percent.slider, KEYS.Key_End)
-    assert panel.gauge.text.text() == "the face alone: looks unnatural"
-    for field, value in (("head_follows", 0.0), ("keep_features", False)):
+    assert "clearly different" in panel.gauge.seen.text()
+    for field, value in (("scope", "face"),):
         retouch.editor.recipe.set_field(field, value)
         retouch.editor.document.commit()
     retouch.settle()
-    assert panel.gauge.text.text() == "⚠ looks unnatural"
+    assert panel.gauge.text.text() == "⚠ At least 70 % of answers: unnatural"
     panel.more.button.setChecked(True)
     retouch.press_key(panel.lattice.slider, KEYS.Key_Home)
     retouch.settle()

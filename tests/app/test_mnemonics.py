@@ -55,13 +55,11 @@ def test_a_letter_leads_to_one_entry_of_a_menu(two):
     assert {title: those for title, those in found.items() if those} == {}
 
 
-def test_a_letter_with_alt_leads_to_one_place_of_a_dialog(two, dialogs):
+def test_a_letter_with_alt_leads_to_one_place_of_a_dialog(dialogs):
     kinds = {type(one).__name__ for one in dialogs}
-    assert kinds >= {"BatchDialog", "SavingDialog", "ShortcutsDialog", "ModesDialog", "QMessageBox"}
+    assert kinds >= {"ExportDialog", "PreferencesDialog", "ShortcutsDialog", "QMessageBox"}
     for dialog in dialogs:
         assert (dialog.windowTitle(), doubled(letters_of(dialog))) == (dialog.windowTitle(), {})
-    two.editor.batch.dialog.show_running()
-    assert doubled(letters_of(two.editor.batch.dialog)) == {}
 
 
 @pytest.mark.usefixtures("opened")

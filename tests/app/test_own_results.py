@@ -5,8 +5,8 @@ from __future__ import annotations
 import cv2
 import numpy as np
 import pytest
-from kogao_app.features.batch.dialog import BatchDialog
-from kogao_app.features.batch.order import Order, carry_out
+from kogao_app.features.batch import Order, carry_out
+from kogao_app.features.export import ExportDialog
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from test_saver import step
@@ -26,7 +26,7 @@ def copied(driver, path, percent=8.0):
 def test_a_result_starts_untouched_and_leads_to_its_photo(opened, start, photo, tmp_path):
     copy = copied(opened, tmp_path / "anything.png")
     other = start(copy)
-    assert other.say() == "anything.png is Kogao's own result of portrait.png: it starts at 0 %."
+    assert other.say() == "anything.png is Kogao's own result of portrait.png, so it starts at 0 %."
     assert other.state.recipe.percent == 0.0
     np.testing.assert_array_equal(other.shown, cv2.imread(str(copy))[..., ::-1])
     other.take_step("Open portrait.png")
@@ -48,18 +48,14 @@ def test_work_on_a_result_that_was_wanted_is_there_again(opened, start, tmp_path
 def test_a_batch_of_a_folder_leaves_results_alone_and_says_so(opened, photo, storage, tmp_path):
     copied(opened, tmp_path / "copy.png")
     folder, went = tmp_path / "out", []
-    order = Order((photo, tmp_path / "copy.png"), folder, Recipe(), projects=True)
+    order = Order((photo, tmp_path / "copy.png"), folder, Recipe())
     carry_out(order, storage, lambda: False, lambda _: None, went.append)
     done, result = sorted(went, key=lambda one: one.status)  # they come as they are ready
     assert (done.status, result.status) == ("done", "result")
     assert "own result of portrait.png" in result.reason
     assert not (folder / "copy.png").exists()
     assert done.edit, "it did what the photo's own edits say"
-    assert [one.result for one in storage.results.of(photo)][-1] == str(folder / "portrait.png")
-    opened.editor.batch.show()
-    dialog = opened.dialog(BatchDialog)
-    opened.editor.batch.dialog.show_bad(result)
-    assert dialog.bad.item(0).text().endswith("own result of portrait.png")
+    assert done.edit in storage.results.edits_of(photo)
 
 
 def marks(driver):
@@ -127,7 +123,7 @@ def test_keys_pass_results_over(strip):
 
 def test_settings_go_to_those_that_are_chosen_and_to_nobody_else(strip, storage):
     strip.window.actions_by_name["give-settings"].trigger()
-    assert "Choose other photos" in strip.say()
+    assert "Select other photos" in strip.say()
     click_on(strip, 3)
     step(strip, 3.0)
     strip.settle()
@@ -149,14 +145,13 @@ def test_settings_go_to_those_that_are_chosen_and_to_nobody_else(strip, storage)
     assert strip.state.recipe.percent == 8.0
 
 
-@pytest.mark.parametrize(("chosen", "wanted"), [((), "abcde"), ((2, 3), "abc")])
-def test_these_are_batched_with_what_each_has(strip, chosen, wanted):
+@pytest.mark.parametrize(("chosen", "words"), [((), "This photo (a.png)"), ((2, 3), "Selected")])
+def test_the_dialog_offers_what_is_selected_first_and_all_photos_last(strip, chosen, words):
     for row in chosen:
         click_on(strip, row, Qt.KeyboardModifier.ControlModifier)
-    strip.window.actions_by_name["batch-chosen"].trigger()
-    form = strip.dialog(BatchDialog).form
-    assert [path.stem for path in form.paths] == list(wanted)
-    assert form.order().projects
-    assert not form.order().doubtful
-    form.doubtful.click()
-    assert form.order().doubtful
+    strip.window.actions_by_name["export"].trigger()
+    dialog = strip.dialog(ExportDialog)
+    assert dialog.photos.currentText().startswith(words)
+    stems = [[path.stem for path in paths] for paths in dialog._photos]
+    assert stems[-1] == list("abcde")
+    assert stems[dialog.photos.currentIndex()] == (list("abc") if chosen else ["a"])

@@ -36,44 +36,47 @@ def choose(box, words):
 
 def test_every_preference_has_its_row_with_a_name_and_a_letter(empty):
     dialog = ask(empty)
-    assert list(dialog.controls) == [what.name for what in preferences.PREFERENCES]
+    assert list(dialog.form.controls) == [what.name for what in preferences.PREFERENCES]
     buddies = {label.buddy() for label in dialog.findChildren(QLabel)}
-    for control in dialog.controls.values():
-        assert control.accessibleName()
-        assert control in buddies
+    for control in dialog.form.controls.values():
+        shown = getattr(control, "line", control)
+        assert shown.accessibleName()
+        assert shown in buddies
 
 
 def test_colours_change_at_once_and_are_there_at_the_next_start(empty, start):
-    choose(ask(empty).controls["theme"], "Light")
+    choose(ask(empty).form.controls["theme"], "Light")
     assert empty.canvas.backgroundBrush().color().name() == theme.LIGHT.canvas
     later = start()
     assert later.canvas.backgroundBrush().color().name() == theme.LIGHT.canvas
-    choose(ask(later).controls["theme"], "Dark")
+    choose(ask(later).form.controls["theme"], "Dark")
     assert later.canvas.backgroundBrush().color().name() == theme.DARK.canvas
 
 
 def test_photos_start_with_the_preferred_settings_and_nothing_is_unsaved(empty, photo):
-    choose(ask(empty).controls["recipe"], "Clear")
+    choose(ask(empty).form.controls["recipe"], "Subtle")
     empty.open(photo)
-    assert empty.state.recipe == presets.built_in()["Clear, 6 %"]
+    assert empty.state.recipe == presets.built_in()["Subtle"]
     assert not empty.editor.document.dirty
 
 
 def test_a_preferred_recipe_outlives_the_preset_it_came_from(empty, storage):
     settings = storage.settings()
     add(storage.presets, "Mine", Recipe(percent=7.5))
-    choose(ask(empty).controls["recipe"], "Mine")
+    choose(ask(empty).form.controls["recipe"], "Mine")
     remove(storage.presets, "Mine")
     assert preferences.recipe(settings).percent == 7.5
-    box = PreferencesDialog(settings, listed(storage.presets), empty.window).controls["recipe"]
-    assert box.currentText() == "As chosen before, 7.5 %"
+    box = PreferencesDialog(settings, listed(storage.presets), [], empty.window).form.controls[
+        "recipe"
+    ]
+    assert box.currentText() == "Custom, 7.5 %"
 
 
 def test_dialogs_begin_in_the_preferred_folders(opened, tmp_path, photo):
     dialog = ask(opened)
     for name in ("open-folder", "save-folder"):
         (tmp_path / name).mkdir()
-        QTest.keyClicks(dialog.controls[name], str(tmp_path / name))
+        QTest.keyClicks(dialog.form.controls[name].line, str(tmp_path / name))
     assert opened.editor.files.folder == tmp_path / "open-folder"
     assert opened.editor.files.suggested() == tmp_path / "save-folder" / "portrait_kogao.png"
     (tmp_path / "open-folder").rmdir()
@@ -147,9 +150,9 @@ def test_qt_and_numbers_speak_the_language_too(qapp, monkeypatch):
 
 @pytest.mark.usefixtures("spoken")
 def test_every_language_is_offered_by_its_own_name(empty):
-    box = ask(empty).controls["language"]
+    box = ask(empty).form.controls["language"]
     offered = {box.itemData(n): box.itemText(n) for n in range(box.count())}
-    assert offered == {"": "As the system", "en": "English", "ja": "日本語"}
+    assert offered == {"": "Follow system", "en": "English", "ja": "日本語"}
 
 
 def test_every_preference_is_kept_under_a_name_of_its_own(storage):

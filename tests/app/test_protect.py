@@ -14,6 +14,7 @@ from test_files import CONTROL
 from test_view import picture
 
 from kogao_core.pipeline import render
+from kogao_core.warp.protection import share_at
 
 pytestmark = pytest.mark.usefixtures("one_window")
 
@@ -50,13 +51,13 @@ def test_a_brush_stroke_protects_and_is_one_undo_step(opened, pixels):
     paint(opened)
     (stroke,) = strokes(opened)
     assert stroke.radius_px == opened.editor.view.brush.radius_px
-    assert stroke.feather_px == 0.0
     start = opened.canvas.to_photo(beside_the_cheek(opened).toPointF())
     np.testing.assert_allclose(stroke.points_px[0], start, atol=1e-3)
     assert (opened.shown != free).any()
     np.testing.assert_array_equal(opened.shown, expected(opened, pixels))
     moved = np.hypot(*opened.editor.view.frame.rendering.field.at(stroke.points_px).T)
-    assert moved.max() < 0.3
+    assert moved.max() == 0.0
+    assert "points move less" in opened.panel("protect").reduced.text()
     assert opened.editor.document.undo.count() == 1
     assert opened.editor.document.undo.undoText() == "Protect"
     opened.key(KEYS.Key_Z, CONTROL)
@@ -98,17 +99,15 @@ def test_the_preview_holds_the_place_as_well(opened):
     np.testing.assert_allclose(displacement, full, atol=1 / 64)
 
 
-def test_a_hard_edge_keeps_every_byte_under_it(opened, pixels):
-    opened.key(KEYS.Key_B, SHIFT)
-    assert opened.panel("protect").hard.isChecked()
+def test_a_stroke_keeps_every_byte_under_it(opened, pixels):
     paint(opened)
-    (stroke,) = strokes(opened)
-    assert stroke.feather_px == pytest.approx(opened.state.faces[0].anchor.spacing_px)
-    x, y = np.unique(np.round(stroke.samples_px(0.5)).astype(int), axis=0).T
-    apart = np.linalg.norm(np.stack([x, y], 1)[:, None] - stroke.samples_px(0.5), axis=2)
-    inside = apart.min(axis=1) < 0.5
-    assert inside.sum() > 50
-    np.testing.assert_array_equal(opened.shown[y[inside], x[inside]], pixels[y[inside], x[inside]])
+    assert len(strokes(opened)) == 1
+    rows, columns = np.indices(pixels.shape[:2])
+    places = np.column_stack([columns.ravel(), rows.ravel()])
+    still = share_at(strokes(opened), places.astype(float), np.ones(places.shape)) == 0.0
+    x, y = places[still].T
+    assert len(x) > 50
+    np.testing.assert_array_equal(opened.shown[y, x], pixels[y, x])
 
 
 def test_a_line_is_straight_and_with_shift_upright(opened):
@@ -150,7 +149,7 @@ def test_the_eraser_cuts_a_stroke_in_two_and_undo_mends_it(opened):
     first, second = strokes(opened)
     at = opened.canvas.to_photo(middle.toPointF())
     for part in (first, second):
-        apart = np.linalg.norm(part.samples_px(0.5) - at, axis=1).min()
+        apart = np.linalg.norm(part.points_px - at, axis=1).min()
         assert apart > opened.editor.view.brush.radius_px - 0.5
     assert opened.editor.document.undo.undoText() == "Erase protection"
     opened.key(KEYS.Key_Z, CONTROL)

@@ -163,7 +163,7 @@ def test_what_would_fold_is_held_back_and_said(opened):
     rendering = opened.editor.view.frame.rendering
     assert min(rendering.brush_shares) < 1.0
     assert not rendering.one_to_one.folds
-    assert "Held back" in opened.panel("push").held.text()
+    assert "Limited to avoid folding: stroke " in opened.panel("push").held.text()
     opened.key(KEYS.Key_X, SHIFT)
     opened.settle()
     assert not opened.panel("push").held.text()

@@ -17,6 +17,7 @@ from kogao_core.faces.landmarks import CHOICES
 from kogao_core.pipeline import render
 from kogao_core.recipe.recipe import SETTINGS, Recipe
 from kogao_core.recipe.settings import CENTERS
+from kogao_core.warp.guard import Limit
 
 pytestmark = pytest.mark.usefixtures("one_window")
 
@@ -24,15 +25,18 @@ pytestmark = pytest.mark.usefixtures("one_window")
 @pytest.mark.parametrize(
     ("shares", "said"),
     [
-        ((0.4,), "⚠ Held back to 40 %:"),
-        ((1.0, 0.75, 0.4), "⚠ Held back: faces 2, 3, down to 40 %;"),
+        ((0.4,), "⚠ Reduced to 40 % near point 5:"),
+        ((1.0, 0.75, 0.4), "⚠ Reduced in places: faces 2, 3, down to 40 %;"),
         ((1.0, 1.0), ""),
     ],
 )
-def test_in_everyday_words_it_says_how_many_faces_are_held_back(panel, shares, said):
+def test_it_says_in_everyday_words_which_faces_are_reduced(panel, shares, said):
     faces = [oval_face(center=(100.0 + 300.0 * k, 150.0), size=0.5) for k in range(len(shares))]
     rendering = dataclasses.replace(
-        render(textured_photo(800, 300), faces, Recipe()), shares=shares
+        render(textured_photo(800, 300), faces, Recipe()),
+        limits=tuple(
+            Limit(share, tuple(face.outline[4])) for share, face in zip(shares, faces, strict=True)
+        ),
     )
     panel.show_words(plain=True)
     panel.show_frame(SimpleNamespace(rendering=rendering, scale=1.0))
@@ -53,13 +57,10 @@ def test_every_field_has_a_control_and_a_name_for_undo(panel):
     assert all(fields.title(field) for field in SETTINGS)
 
 
-def test_every_control_has_a_key_of_its_own_and_tells_what_it_does(panel):
-    # Parts of the face share a key that leads into their fold: there aren't letters for each.
-    shared = {*fields.FOLDED_PARTS, "interpolation"}
-    labels = [fields.label(field) for field in SETTINGS if field not in shared]
-    labels += [panel.zones.button.text(), panel.sliders["jaw_width"].title.text()]
-    assert all(label.count("&") == 1 for label in labels)
+def test_no_two_controls_have_the_same_key_and_each_tells_what_it_does(panel):
+    labels = [fields.label(field) for field, setting in SETTINGS.items() if setting.letter]
     keys = [label[label.index("&") + 1].lower() for label in labels]
+    assert len(keys) > 8
     assert len(set(keys)) == len(keys)
     sliders = {field: slider.slider for field, slider in panel.sliders.items()}
     for field, control in {**sliders, **panel.choices, **panel.switches}.items():
@@ -93,15 +94,15 @@ def test_declared_words_are_translated(start):
 def test_what_belongs_to_a_photo_waits_for_one_and_what_a_user_prefers_does_not(empty, photo):
     recipe, protect = empty.panel("recipe"), empty.panel("protect")
     by_photo = [
-        *(recipe.percent.slider, recipe.lattice.slider, recipe.centre, protect.size_px.slider),
-        *(recipe.switches["zones"], recipe.switches["guard"], recipe.choices["fit"]),
+        *(recipe.percent.slider, recipe.lattice.slider, recipe.lens, protect.size_px.slider),
+        *(recipe.switches["guard"], recipe.choices["scope"], recipe.choices["fit"]),
     ]
     names = (
         *("save", "save-project", "import-landmarks", "export-figure", "find", "place"),
         *("fit", "actual", "closer", "farther", "paste-settings", "smaller", "larger"),
     )
     actions = [empty.window.actions_by_name[name] for name in names]
-    preferred = [recipe.zones.button, recipe.fold.button, protect.hard]
+    preferred = [recipe.shape.button, recipe.fold.button]
     preferred += empty.panel("overlays").findChildren(QCheckBox)
     assert len(preferred) > 10
     for one in preferred:
@@ -143,14 +144,14 @@ def test_more_has_a_key_that_leads_into_it_and_back(opened):
     both = Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.ShiftModifier
     for workspace in ("retouch", "compare"):
         opened.window.actions_by_name[f"workspace-{workspace}"].trigger()
-        assert not panel.zones.button.isVisible()
+        assert not panel.lattice.isVisible()
         opened.key(Qt.Key.Key_M, both)
-        assert panel.zones.button.isVisible()
-        assert panel.centre.group.checkedButton().hasFocus()
+        assert panel.lattice.isVisible()
+        assert panel.lattice.slider.hasFocus()
         opened.key(Qt.Key.Key_M, both)
-        assert not panel.zones.button.isVisible()
+        assert not panel.lattice.isVisible()
         assert panel.percent.slider.hasFocus()
     opened.window.actions_by_name["workspace-inspect"].trigger()
     opened.key(Qt.Key.Key_M, both)
-    assert panel.zones.button.isVisible(), "there it always is"
-    assert panel.centre.group.checkedButton().hasFocus()
+    assert panel.lattice.isVisible(), "there it always is"
+    assert panel.lattice.slider.hasFocus()

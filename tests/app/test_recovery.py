@@ -28,7 +28,7 @@ from test_saver import step
 from timeouts import LONGEST_S, held_back
 
 from kogao_core.photo import read
-from kogao_core.projects.project import load, save, sha256_of
+from kogao_core.projects.project import Original, load, save, sha256_of
 from kogao_core.recipe.recipe import Recipe
 
 pytestmark = pytest.mark.usefixtures("unkept")
@@ -221,7 +221,9 @@ def left(photo, storage, tmp_path):
         shutil.copy(photo, path)
         state = dataclasses.replace(State(), recipe=Recipe(percent=5.0 + age))
         file = storage.recovery / f"{age}.json"
-        save(project_of(state, read(path), sha256_of(path)), file)
+        picture = read(path)
+        original = Original(str(path), sha256_of(path), picture.width, picture.height)
+        save(project_of(state, original), file)
         os.utime(file, (0, 1000 - age))
         files.append(file)
     photos[1].unlink()
@@ -266,10 +268,10 @@ def test_the_next_is_offered_after_one_is_discarded_or_dismissed(left, empty):
 def test_an_old_file_goes_although_its_first_successor_was_never_written(left, empty, monkeypatch):
     gate, written = threading.Event(), []
 
-    def slow(project, path):
+    def slow(project, path, **named):
         assert gate.wait(LONGEST_S)
         written.append(project.automatic.recipe.percent)
-        save(project, path)
+        save(project, path, **named)
 
     monkeypatch.setattr("kogao_app.features.recovery.save", slow)
     looked(empty)
@@ -312,7 +314,7 @@ def test_a_photo_that_goes_while_it_is_restored_is_to_be_looked_at(left, empty, 
     empty.take_step("Restore")
     empty.settle()
     assert empty.state.recipe.percent == 5.0
-    assert "look closely" in empty.say()
+    assert "Check the result" in empty.say()
     assert left[1].exists()
 
 
@@ -342,10 +344,10 @@ def test_what_could_not_be_kept_is_kept_once_there_is_room(opened, monkeypatch):
     full = threading.Event()
     full.set()
 
-    def write(project, path):
+    def write(project, path, **named):
         if full.is_set():
             raise OSError(28, "No space left on device")
-        save(project, path)
+        save(project, path, **named)
 
     monkeypatch.setattr("kogao_app.features.recovery.save", write)
     opened.change_something()
@@ -386,7 +388,7 @@ def test_a_resized_photo_takes_the_points_along(killed, start, photo):
     driver.settle()
     wanted = 2.0 * left.automatic.faces[0].outline + 0.5
     np.testing.assert_allclose(driver.state.faces[0].outline, wanted)
-    assert "another one than when" in driver.say()
+    assert "photo has changed since" in driver.say()
 
 
 def test_strange_files_in_the_folder_are_left_alone(start, storage):

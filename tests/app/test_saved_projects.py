@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 
 import cv2
 import numpy as np
@@ -20,6 +21,7 @@ from test_saver import step
 from test_window import drop
 from timeouts import held_back
 
+from kogao_core.projects import sidecar
 from kogao_core.projects.project import load, sha256_of
 from kogao_core.projects.sidecar import own_place, sidecar_of
 
@@ -58,7 +60,7 @@ def test_a_project_comes_back_with_its_photo(worked, start, photo):
     assert project.original.path == photo.name, "no folder of this machine leaves it"
     assert project.original.sha256 == sha256_of(photo)
     other = start(photo)
-    assert "back" in other.say()
+    assert other.say() == "", "nothing covers the photo"
     assert not other.window.isWindowModified()
     np.testing.assert_array_equal(other.shown, worked.shown)
     other.change_something()
@@ -67,38 +69,24 @@ def test_a_project_comes_back_with_its_photo(worked, start, photo):
     assert not other.window.isWindowModified()
 
 
-def test_zones_are_set_by_key_and_come_back_with_the_project(two, start, photo):
+def test_a_shape_is_typed_and_comes_back_with_the_project(two, start, photo):
     two.editor.recipe.choose(1)
     panel = two.panel("recipe")
     before = two.shown.copy()
-    two.key(KEYS.Key_G, ALT)
-    two.qtbot.waitUntil(panel.zones.button.isChecked)
-    for field, typed in (("cheeks", "40"), ("left", "150 %"), ("even_out", "75")):
+    panel.shape.button.click()
+    for field, typed in (("cheeks_width", "-6"), ("left_width", "5 %"), ("even_out", "75")):
         QTest.keyClick(panel.sliders[field].slider, KEYS.Key_Return)
         QTest.keyClicks(panel.sliders[field].field, typed)
         QTest.keyClick(panel.sliders[field].field, KEYS.Key_Return)
     two.settle()
     own = two.state.faces[1].recipe
-    assert (own.cheeks, own.left, own.even_out) == (40.0, 150.0, 75.0)
+    assert (own.cheeks_width, own.left_width, own.even_out) == (-6.0, 5.0, 75.0)
     assert two.state.faces[0].recipe is None
     assert (two.shown != before).any()
     save_project(two)
     other = start(photo)
     assert other.state.faces[1].recipe == own
     np.testing.assert_array_equal(other.shown, two.shown)
-
-
-def test_zones_that_are_switched_off_leave_the_picture_of_a_plain_recipe(opened):
-    panel = opened.panel("recipe")
-    plain = opened.shown.copy()
-    panel.sliders["jaw"].edited.emit(20.0)
-    opened.settle()
-    assert (opened.shown != plain).any()
-    panel.switches["zones"].click()
-    opened.settle()
-    np.testing.assert_array_equal(opened.shown, plain)
-    assert not panel.sliders["jaw"].isEnabled()
-    assert opened.state.recipe.jaw == 20.0
 
 
 @pytest.mark.usefixtures("worked")
@@ -112,7 +100,7 @@ def test_a_photo_with_a_project_is_read_and_hashed_once(start, photo, monkeypatc
     monkeypatch.setattr(opening, "sha256_of", counted("hash", opening.sha256_of))
     os.utime(photo, ns=(1, 1))  # another version than the one that was hashed before
     driver = start(photo)
-    assert "back" in driver.say()
+    assert driver.editor.document.undo.count()
     driver.change_something()
     driver.settle()
     save_project(driver)
@@ -120,19 +108,52 @@ def test_a_photo_with_a_project_is_read_and_hashed_once(start, photo, monkeypatc
 
 
 @pytest.mark.usefixtures("worked")
-def test_one_can_start_afresh_and_the_first_change_takes_the_place_of_what_was_kept(start, photo):
-    file = sidecar_of(photo)
-    before = file.read_bytes()
+def test_reset_photo_is_one_undo_step(worked, start, photo):
     other = start(photo)
-    other.take_step("Start afresh")
+    before = other.state
+    other.window.actions_by_name["reset-photo"].trigger()
     other.settle()
-    assert other.state.recipe.percent == 4.0
-    assert other.state.protection.strokes == ()
-    assert file.read_bytes() == before
+    assert other.state.recipe == other.editor.document.first_recipe
+    assert not other.state.protection.strokes
+    np.testing.assert_array_equal(
+        other.state.faces[0].outline, worked.editor.document.base.faces[0].outline
+    )
+    other.editor.history.undo()
+    assert other.state is before
+
+
+def test_a_renamed_photo_finds_its_edits_and_undo_steps_by_its_content(
+    worked, start, photo, storage
+):
+    renamed = photo.with_name("delivery-001.png")
+    photo.rename(renamed)
+    said = []
+    other = start()
+    other.editor.projects.did.connect(said.append)
+    other.open(renamed)
+    assert said == ["Edits restored: this photo was portrait.png before"]
+    np.testing.assert_array_equal(other.shown, worked.shown)
+    assert other.editor.document.undo.count() == worked.editor.document.undo.count()
+    assert sidecar.kept(renamed, storage.edits) == sidecar_of(photo), "as for batch and strip"
     other.change_something()
     other.settle()
-    assert load(file).automatic.recipe.percent == 5.0
-    assert not load(file).protection.strokes
+    assert sidecar.kept(renamed, storage.edits) == sidecar_of(renamed)
+    os.utime(sidecar_of(photo), (1, 1))
+    twice = renamed.rename(photo.with_name("a-second-name.png"))
+    assert sidecar.kept(twice, storage.edits) == sidecar_of(renamed), "the newest edits"
+
+
+def test_a_photo_moved_without_its_edits_finds_them_but_a_copy_does_not(
+    worked, start, photo, tmp_path, storage
+):
+    elsewhere = tmp_path / "elsewhere" / "other.png"
+    elsewhere.parent.mkdir()
+    shutil.copy(photo, elsewhere)
+    assert sidecar.kept(elsewhere, storage.edits) is None, "the original has them"
+    photo.unlink()
+    other = start(elsewhere)
+    np.testing.assert_array_equal(other.shown, worked.shown)
+    assert other.state.recipe.percent == worked.state.recipe.percent
 
 
 @pytest.mark.parametrize("answer", ["Keep mine", "Take theirs"])
@@ -221,7 +242,7 @@ def test_a_hostile_project_is_one_sentence_and_loses_nothing(start, photo, text)
     file.write_text(text)
     driver = start(photo)
     assert driver.say().count("\n") == 0
-    assert driver.say().startswith("The photo starts afresh")
+    assert driver.say().startswith("The photo starts without its edits")
     assert len(driver.state.faces) == 1
     step(driver, 7.0)
     driver.settle()
@@ -243,10 +264,10 @@ def read_only(monkeypatch, tmp_path):
 
     write, bad = projects.save, {tmp_path}
 
-    def refuse(project, path):
+    def refuse(project, path, **named):
         if path.parent in bad or None in bad:
             raise PermissionError(13, "Permission denied", str(path) + ".partial")
-        write(project, path)
+        write(project, path, **named)
 
     monkeypatch.setattr(projects, "save", refuse)
     return bad
@@ -257,7 +278,7 @@ def test_where_the_folder_cant_be_written_edits_are_kept_in_the_users_own(
 ):
     step(opened, 9.0)
     opened.settle()
-    assert "in a folder of your own" in opened.window.status.hint_text
+    assert "edits saved in Kogao's folder" in opened.window.status.hint_text
     assert not opened.window.isWindowModified()
     assert not sidecar_of(photo).exists()
     assert own_place(photo, storage.edits).exists()
@@ -343,14 +364,14 @@ def test_undo_and_history_come_back(opened, start, photo):
         step(opened, percent)
     opened.key(KEYS.Key_Z, CONTROL)
     opened.settle()
+    before = opened.editor.document.steps.texts
     opened.window.close()
     opened.qtbot.waitUntil(lambda: not opened.window.isVisible())
     other = start(photo)
     assert other.state.recipe.percent == 7.0
     assert not other.window.isWindowModified()
-    stack, before = other.editor.document.undo, opened.editor.document.undo
-    assert stack.count() == 4
-    assert [stack.text(n) for n in range(4)] == [before.text(n) for n in range(4)]
+    assert len(before) == 4
+    assert other.editor.document.steps.texts == before
     other.key(KEYS.Key_Z, CONTROL, Qt.KeyboardModifier.ShiftModifier)
     assert other.state.recipe.percent == 8.0
     for _ in range(4):

@@ -6,17 +6,18 @@ import cv2
 import metadata_cases
 import numpy as np
 import pytest
-from kogao_app.features.files.options import SavingDialog
+from kogao_app.features.preferences import PreferencesDialog
+from kogao_app.widgets.controls import Fold
+from kogao_app.widgets.form import Form
 from PIL import Image
 from PySide6.QtCore import Qt
-from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QDialogButtonBox
+from PySide6.QtWidgets import QLabel
 from scenes import oval_face, textured_photo
 
 from kogao_core.photo import has_gain_map, read
 from kogao_core.photo.disclosure import label
 
-CONTROL, ALT = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.AltModifier
+CONTROL = Qt.KeyboardModifier.ControlModifier
 
 
 @pytest.fixture
@@ -31,21 +32,27 @@ def save(driver, path):
     driver.settle()
 
 
-def options(driver):
-    driver.key(Qt.Key.Key_O, CONTROL, ALT)
-    return driver.dialog(SavingDialog)
+class Options:
+    """The page of the preferences on what saved files contain."""
 
+    def __init__(self, driver):
+        driver.key(Qt.Key.Key_Comma, CONTROL)
+        self.dialog = driver.dialog(PreferencesDialog)
+        fold = next(one for one in self.dialog.findChildren(Fold) if one.findChild(Form))
+        fold.button.setChecked(True)
+        self.form = fold.findChild(Form)
+        self.note = self.form.parentWidget().findChildren(QLabel)[-1]
+        self.values = self.form.values
 
-def accept(box):
-    ok = box.buttons.button(QDialogButtonBox.StandardButton.Ok)
-    QTest.mouseClick(ok, Qt.MouseButton.LeftButton)
+    def set(self, **values):
+        self.form.show_values(values)
 
 
 def test_saving_says_what_was_kept_of_a_jpeg(empty, jpeg, tmp_path):
     empty.open(jpeg)
     save(empty, tmp_path / "copy.jpg")
     assert empty.say().startswith(f"Saved copy.jpg in {tmp_path}. ")
-    assert "blocks" in empty.say()
+    assert "of the JPEG unchanged" in empty.say()
     save(empty, tmp_path / "copy.png")
     assert empty.say() == f"Saved copy.png in {tmp_path}."
 
@@ -85,25 +92,21 @@ def test_blocks_are_those_of_the_open_photo(empty, jpeg, tmp_path):
     assert copy.jpeg.tables == source.jpeg.tables
 
 
-def test_nothing_is_told_unless_it_is_wanted(empty, jpeg, tmp_path):
+def test_nothing_is_disclosed_by_default(empty, jpeg, tmp_path):
     empty.open(jpeg)
-    box = options(empty)
-    assert not box.record.isChecked()
-    assert not box.labelled.isChecked()
-    box.reject()
+    now = Options(empty).values()
+    assert not any(now[name] for name in ("record", "labelled", "pictured", "signed", "film"))
     save(empty, tmp_path / "copy.png")
     copy = read(tmp_path / "copy.png")
     assert copy.xmp is None
     np.testing.assert_array_equal(copy.pixels, empty.shown)
 
 
-def test_a_record_and_a_label_are_told_and_remembered(empty, start, jpeg, tmp_path):
+def test_a_record_and_a_label_are_written_and_remembered(empty, start, jpeg, tmp_path):
     empty.open(jpeg)
-    box = options(empty)
-    QTest.keyClick(box.record, Qt.Key.Key_Space)
-    QTest.keyClick(box.labelled, Qt.Key.Key_Space)
-    box.label.setText("retouched by hand")
-    accept(box)
+    options = Options(empty)
+    options.set(record=True, labelled=True, label="retouched by hand")
+    options.dialog.close()
     empty.change_something()
     save(empty, tmp_path / "copy.png")
     copy = read(tmp_path / "copy.png")
@@ -113,42 +116,27 @@ def test_a_record_and_a_label_are_told_and_remembered(empty, start, jpeg, tmp_pa
     top, left = changed.min(axis=0)
     assert top > 0.9 * empty.shown.shape[0]
     assert left > 0
-    other = start()
-    box = options(other)
-    assert box.record.isChecked()
-    assert box.label.text() == "retouched by hand"
+    now = Options(start()).values()
+    assert (now["record"], now["label"]) == (True, "retouched by hand")
 
 
-@pytest.fixture
-def mark(tmp_path):
-    path = tmp_path / "mark.png"
-    Image.new("RGB", (30, 30), "red").save(path)
-    return path
-
-
-def want_picture(box, mark):
-    QTest.keyClick(box.pictured, Qt.Key.Key_Space)
-    box.picture.line.setText(str(mark))
-    box.corner.setCurrentIndex(box.corner.findData("bottom-left"))
-    box.share.setValue(10)
-    accept(box)
-
-
-def test_a_picture_is_laid_over_copies_and_remembered(empty, start, jpeg, tmp_path, mark):
+def test_a_picture_is_drawn_on_copies_and_remembered(empty, start, jpeg, tmp_path):
+    mark = tmp_path / "mark.png"
+    Image.new("RGB", (30, 30), "red").save(mark)
     empty.open(jpeg)
-    box = options(empty)
-    assert not box.pictured.isChecked()
-    assert not box.corner.isEnabled()
-    want_picture(box, mark)
+    options = Options(empty)
+    assert not options.form.controls["corner"].isEnabled()
+    options.set(pictured=True, picture=str(mark), corner="bottom-left", share=10)
+    assert options.form.controls["corner"].isEnabled()
     empty.change_something()
     save(empty, tmp_path / "copy.png")
     red = (read(tmp_path / "copy.png").pixels == [255, 0, 0]).all(axis=2)
     rows, columns = np.nonzero(red)
     assert (rows.max(), columns.min()) == (red.shape[0] - 1, 0)
     assert red.mean() == pytest.approx(0.1, abs=0.01)
-    box = options(start())
-    assert (box.pictured.isChecked(), box.picture.path) == (True, str(mark))
-    assert (box.corner.currentData(), box.share.value()) == ("bottom-left", 10)
+    now = Options(start()).values()
+    assert (now["pictured"], now["picture"]) == (True, str(mark))
+    assert (now["corner"], now["share"]) == ("bottom-left", 10)
 
 
 def test_a_copy_is_signed_by_the_users_own_certificate(empty, start, jpeg, tmp_path):
@@ -156,53 +144,40 @@ def test_a_copy_is_signed_by_the_users_own_certificate(empty, start, jpeg, tmp_p
 
     person = Person(tmp_path / "person")
     empty.open(jpeg)
-    box = options(empty)
-    QTest.keyClick(box.signed, Qt.Key.Key_Space)
-    box.certificate.line.setText(person.certificate)
-    box.key.line.setText(person.certificate)
-    accept(box)
-    assert "holds no private key" in box.note.text()
-    box.key.line.setText(person.key_file)
-    accept(box)
-    assert not box.isVisible()
+    options = Options(empty)
+    options.set(signed=True, certificate=person.certificate, key=person.certificate)
+    assert "holds no private key" in options.note.text()
+    options.set(key=person.key_file)
+    assert not options.note.text()
     empty.change_something()
     save(empty, tmp_path / "copy.jpg")
     assert "signed, with the photo as its source" in empty.say()
     assert person.told(tmp_path / "copy.jpg")[0] == "Trusted"
-    box = options(start())
-    assert (box.signed.isChecked(), box.key.path) == (True, person.key_file)
+    now = Options(start()).values()
+    assert (now["signed"], now["key"]) == (True, person.key_file)
 
 
-def test_a_picture_that_cant_be_read_is_said_at_once(empty, tmp_path):
-    box = options(empty)
-    want_picture(box, tmp_path / "none.png")
-    assert box.isVisible()
-    assert "none.png doesn't exist" in box.note.text()
-
-
-def test_a_label_that_cannot_be_drawn_is_said_at_once(empty, monkeypatch):
+def test_options_that_cannot_work_are_named_at_once(empty, monkeypatch, tmp_path):
+    options = Options(empty)
+    options.set(pictured=True, picture=str(tmp_path / "none.png"))
+    assert "none.png doesn't exist" in options.note.text()
+    options.set(pictured=False)
     monkeypatch.setattr(label, "_OF_SYSTEM", ("missing.ttf",))
-    box = options(empty)
-    QTest.keyClick(box.labelled, Qt.Key.Key_Space)
-    box.label.setText("加工")
-    accept(box)
-    assert box.isVisible()
-    assert box.note.text()
-    box.label.setText("retouched")
-    accept(box)
-    assert not box.isVisible()
+    options.set(labelled=True, label="加工")
+    assert options.note.text()
+    options.set(label="retouched")
+    assert not options.note.text()
 
 
 def test_a_photo_too_small_for_its_label_leads_to_the_options(empty, source, tmp_path):
     source.faces = [oval_face(120, 90)]
-    box = options(empty)
-    QTest.keyClick(box.labelled, Qt.Key.Key_Space)
-    box.label.setText("x" * 100)
-    accept(box)
+    options = Options(empty)
+    options.set(labelled=True, label="x" * 100)
+    options.dialog.close()
     path = tmp_path / "portrait.png"
     assert cv2.imwrite(str(path), textured_photo(120, 90)[..., ::-1])
     empty.open(path)
     save(empty, tmp_path / "copy.png")
     assert not (tmp_path / "copy.png").exists()
-    empty.take_step("Save options")
-    assert empty.dialog(SavingDialog).isVisible()
+    empty.take_step("Preferences")
+    assert empty.dialog(PreferencesDialog).isVisible()

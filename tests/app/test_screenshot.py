@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 import threading
 
@@ -204,4 +205,4 @@ def test_a_wrong_call_ends_with_2(source, wrong, capsys):
     with pytest.raises(SystemExit) as stop:
         run(source, *wrong)
     assert stop.value.code == 2
-    assert "usage" in capsys.readouterr().err
+    assert re.fullmatch(r"kogao: [^\n]+ \(see kogao --help\)\n", capsys.readouterr().err)

@@ -31,7 +31,7 @@ def test_a_source_without_words_or_figures_stands_in_the_menu_too(monkeypatch, s
     monkeypatch.setattr(landmarks, "CHOICES", (*CHOICES, made))
     driver = start()
     action = driver.window.actions_by_name["landmarks-new"]
-    assert action.text() == "Landmarks by the &mean face"
+    assert action.text() == "Landmarks by the mean face"
     assert not action.shortcut().isEmpty()
     assert "wasn't measured" in action.toolTip()
 
@@ -45,19 +45,6 @@ def test_another_source_finds_the_faces_again(opened):
         opened.settle()
         assert [face.source for face in opened.state.faces] == [name]
         assert opened.window.actions_by_name[f"landmarks-{name}"].isChecked()
-
-
-def test_a_file_that_is_no_model_changes_nothing(opened, tmp_path):
-    before = opened.state.faces
-    (tmp_path / "model.yaml").write_text("no model")
-    checked = [name for name, one in opened.window.actions_by_name.items() if one.isChecked()]
-    opened.window.actions_by_name["landmarks-file"].setChecked(True)
-    opened.editor.landmarks.use(str(tmp_path / "model.yaml"))
-    opened.settle()
-    assert opened.state.faces is before
-    assert "no landmark model" in opened.window.bar.text.text()
-    still = [name for name, one in opened.window.actions_by_name.items() if one.isChecked()]
-    assert still == checked
 
 
 def test_without_the_networks_it_is_said_once_that_the_aam_stands_in(source, start, monkeypatch):

@@ -4,11 +4,11 @@ from pathlib import Path
 
 import pytest
 from kogao_app.features import preferences, recent
-from kogao_app.features.files.options import Told
+from kogao_app.features.disclosure import Told
 from kogao_app.storage import Storage
 from PySide6.QtCore import QByteArray, QSettings
 
-from kogao_core.base import originals
+from kogao_core.photo import originals
 from kogao_core.recipe import presets
 
 # The system tells nothing of it, as of a folder closed to us or a drive that is away.

@@ -61,6 +61,27 @@ def test_keys_give_the_chosen_photos_stars_and_the_files_stay(strip, tmp_path):
     assert sidecars == {"b.png.xmp", "c.png.xmp"}
 
 
+def test_single_keys_rate_while_the_strip_has_the_focus(strip, tmp_path):
+    film, zoomed = strip.editor.strip.film, strip.canvas.zoom
+    click_on(strip, 2)
+    for key, rating in ((KEYS.Key_4, Rated(4)), (KEYS.Key_X, Rated(REJECTED))):
+        strip.press_key(film, key)
+        strip.settle()
+        assert rating_of(tmp_path / "in" / "b.png") == rating
+    for key, stars in ((KEYS.Key_P, 1), (KEYS.Key_3, 3), (KEYS.Key_P, 3), (KEYS.Key_0, 0)):
+        strip.press_key(film, key)
+        strip.settle()
+        assert rating_of(tmp_path / "in" / "b.png") == Rated(stars)
+    assert (strip.canvas.zoom, strip.editor.view.compare) == (zoomed, "off")
+
+
+def test_select_all_selects_photos_while_the_strip_has_the_focus(strip):
+    film = strip.editor.strip.film
+    click_on(strip, 2)
+    strip.press_key(film, KEYS.Key_A, CONTROL)
+    assert len(film.picked()) == film.count() > 1
+
+
 def test_stars_that_wait_are_written_at_the_end(strip, tmp_path):
     film = strip.editor.strip.film
     film.selectAll()
@@ -134,7 +155,7 @@ def test_a_thumbnail_shows_the_edits(strip, storage, own):
         prefer(editor.strip.settings, EDITS, "own")
     path, film = editor.document.path, editor.strip.film
     before, icon = pixels(thumbnail(path)), film.item(0).icon().cacheKey()
-    step(strip, 15.0)
+    step(strip, 6.0)
     strip.settle()
     edited = pixels(thumbnail(path, edits=storage.edits))
     assert edited.shape == before.shape
@@ -179,7 +200,7 @@ def test_a_batch_is_followed_and_stopped_on_the_strip(strip, tmp_path):
     strip.settle()
     assert marks(strip)["b.png"] == "not done"
     QTest.mouseClick(panel.halt, Qt.MouseButton.LeftButton)
-    assert batch._enough.is_set()
+    assert batch._stopping.is_set()
     batch._end(None)
     assert (panel.line.text(), panel.halt.isVisible()) == ("", False)
 

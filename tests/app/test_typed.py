@@ -142,12 +142,12 @@ def test_a_brush_is_typed_in_px_across(opened):
 
 def test_every_slider_has_a_field_whose_longest_value_is_seen_whole(opened):
     panel = opened.panel("recipe")
-    for fold in (panel.shape, panel.fold, panel.zones):
+    for fold in (panel.shape, panel.fold):
         QTest.mouseClick(fold.button, LEFT)
     opened.key(KEYS.Key_B)
     sliders = opened.window.findChildren(QSlider)
     fields_ = [one.field for one in opened.window.findChildren(ValueSlider)]
-    assert len(fields_) == len(sliders) == 15 + len(SHAPE)
+    assert len(fields_) == len(sliders) == 8 + len(SHAPE)
     for field in fields_:
         for text in field._scale.ends:
             field.show_text(text)
@@ -174,7 +174,7 @@ def test_the_wheel_sets_nothing_that_has_not_the_focus(opened):
     """In the window and in every dialog that has anything to set: what is found is tried."""
     QTest.mouseClick(opened.panel("recipe").fold.button, LEFT)
     opened.key(KEYS.Key_B)
-    for name in ("batch", "save-options", "keys"):
+    for name in ("export", "preferences", "keys"):
         opened.window.actions_by_name[name].trigger()
     controls = turned_by_wheels(opened.window)
     for kind in (QAbstractSlider, QAbstractSpinBox, QComboBox):
@@ -191,7 +191,7 @@ def test_the_wheel_sets_nothing_that_has_not_the_focus(opened):
 @pytest.mark.parametrize("notch", [-120, 120])
 def test_the_wheel_over_what_has_not_the_focus_moves_the_panel(opened, notch):
     panel = opened.panel("recipe")
-    for fold in (panel.fold, panel.zones):
+    for fold in (panel.fold, panel.shape):
         QTest.mouseClick(fold.button, LEFT)
     area = opened.window.findChild(ColumnArea)
     control = panel.percent.slider if notch < 0 else panel.choices["interpolation"]

@@ -20,7 +20,7 @@ from PySide6.QtWidgets import (
 )
 from scenes import ALONE
 
-from kogao_core.recipe.recipe import LOSSLESS_PX
+from kogao_core.recipe.recipe import LOSSLESS_PX, PAPER
 from kogao_core.warp.domain import pixel_counts
 
 pytestmark = pytest.mark.usefixtures("one_window")
@@ -58,7 +58,7 @@ def test_a_key_toggles_an_overlay_and_its_box(opened):
 
 def move_alone(driver):
     """Let faces move alone, whose field is the steepest."""
-    for field, value in (("head_follows", 0.0), ("keep_features", False)):
+    for field, value in (("scope", "face"),):
         driver.editor.recipe.set_field(field, value)
         driver.editor.document.commit()
 
@@ -70,7 +70,7 @@ def test_folded_cells_are_drawn_and_counted(opened):
     opened.press_key(panel.lattice.slider, Qt.Key.Key_Home)
     opened.press_key(panel.percent.slider, Qt.Key.Key_End)
     opened.settle()
-    assert "held back" in panel.one_to_one.text()
+    assert "reduced" in panel.one_to_one.text()
     panel.switches["guard"].click()
     opened.settle()
     cells = len(opened.editor.view.frame.rendering.one_to_one.folded_cells)
@@ -169,23 +169,6 @@ def test_one_key_hides_all_overlays_and_brings_the_same_ones_back(opened):
     np.testing.assert_array_equal(picture(opened), marked)
 
 
-def test_protected_places_are_hidden_with_the_rest_while_the_brush_is_in_hand(opened):
-    def look():
-        opened.editor.points.hover(None, -1.0, -1.0)
-        return picture(opened)
-
-    opened.key(Qt.Key.Key_B)
-    before = look()
-    opened.drag(opened.canvas.to_screen(np.array([20.0, 20.0])).toPoint(), QPoint(30, 0))
-    opened.settle()
-    assert (look() != before).any()
-    opened.key(Qt.Key.Key_O)
-    hidden = look()
-    opened.key(Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
-    opened.settle()
-    np.testing.assert_array_equal(look(), hidden)
-
-
 def test_the_place_of_the_cursor_follows_a_drag(opened):
     at = opened.on_screen(Handle("outline", 0, 10))
     opened.drag(at, QPoint(12, 18))
@@ -213,7 +196,7 @@ def test_the_hint_is_that_of_the_tool_in_hand(two):
     assert status.hint_text.startswith("Click a face")
     two.editor.recipe.choose(0)
     assert status.hint_text == "Drag a point to correct it"
-    for key, words in ((Qt.Key.Key_B, "Paint"), (Qt.Key.Key_E, "Rub"), (Qt.Key.Key_A, "Drag a")):
+    for key, words in ((Qt.Key.Key_B, "Paint"), (Qt.Key.Key_E, "Erase"), (Qt.Key.Key_A, "Drag a")):
         two.key(key)
         assert status.hint_text.startswith(words)
     two.editor.files.working.emit("Saving…")
@@ -298,7 +281,39 @@ def test_the_side_panel_is_never_wider_than_its_place(opened):
         opened.press_key(slider, Qt.Key.Key_Home)
     QTest.keyClick(panel.percent.slider, Qt.Key.Key_End)
     opened.settle()
-    assert "≥ 70 %" in panel.gauge.text.text()
+    assert "At least 70 %" in panel.gauge.text.text()
     assert "⚠" in panel.one_to_one.text()
     room = area.width() - area.verticalScrollBar().sizeHint().width()
     assert area.widget().minimumSizeHint().width() <= room
+
+
+def test_inspect_shows_the_values_of_the_field_under_the_cursor(opened):
+    opened.editor.document.step(opened.state.with_choices(None, percent=6.0), "Amount")
+    opened.settle()
+    plate, frame = opened.editor.readings.plate, opened.editor.view.frame
+    point = np.round(opened.state.faces[0].outline[3])
+    opened.canvas.hovered.emit(None, *point)
+    assert plate.isVisible()
+    field, grid = frame.rendering.field, frame.rendering.field.lattices[0].grid
+    dx, dy = field.at(point[None])[0]
+    det = field.det_jacobian(point[:1], point[1:])[0, 0]
+    cell = np.floor((point - grid.origin_px) / grid.spacing_px).astype(int)
+    lines = plate.text().splitlines()
+    assert lines[1] == f"displacement {np.hypot(dx, dy):.2f} px ({dx:+.2f}, {dy:+.2f})"
+    assert lines[2:4] == [f"det J {det:.3f}", f"face 1: cell ({cell[0]}, {cell[1]})"]
+    assert lines[4:] == ["domain: Threshold", "threshold T 0.01562 px"]
+    opened.canvas.hovered.emit(None, 1.0, 1.0)
+    assert "domain: Whole image" in plate.text()
+    opened.canvas.hovered.emit(None, -1.0, -1.0)
+    assert not plate.isVisible()
+
+
+def test_inspect_says_which_settings_differ_from_the_papers_and_sets_those(opened):
+    settings = opened.panel("readings").settings
+    assert settings.text().startswith("Not the paper's: Fit, Interpolation, Guard")
+    opened.editor.document.step(opened.state.with_choices(None, percent=6.0, center=3), "Amount")
+    opened.window.actions_by_name["paper-settings"].trigger()
+    assert settings.text() == "Settings: the paper's"
+    assert opened.state.recipe == dataclasses.replace(PAPER, percent=6.0, center=3)
+    opened.editor.history.undo()
+    assert settings.text().startswith("Not the paper's")

@@ -15,6 +15,7 @@ from PySide6.QtGui import QColor
 from PySide6.QtTest import QTest
 
 from kogao_core.pipeline import render
+from kogao_core.warp.guard import Limit
 
 pytestmark = pytest.mark.usefixtures("one_window")
 
@@ -54,7 +55,7 @@ def test_before_and_after_and_the_brush_are_on_the_bar_where_one_starts(start, p
     for name in ("compare-wipe", "compare-side", "tool-brush"):
         assert name in RETOUCH.tools
         assert not driver.window.actions_by_name[name].icon().isNull()
-    assert COMPARE.title == "Hand or machine", "nobody takes it for before and after"
+    assert COMPARE.title == "Manual vs auto", "not before and after"
 
 
 @pytest.mark.parametrize(
@@ -97,7 +98,7 @@ def test_several_faces_are_set_at_once_and_rows_tell_their_amounts(two):
 
 def test_who_is_held_back_is_named_on_the_canvas_and_in_the_panel(two, pixels):
     rendering = render(pixels, two.state.faces, two.state.recipe)
-    held = dataclasses.replace(rendering, shares=(1.0, 0.7))
+    held = dataclasses.replace(rendering, limits=(Limit(), Limit(0.7, (0.0, 0.0))))
     view, area = two.editor.view, two.canvas.viewport().rect().toRectF()
     view.frame = dataclasses.replace(view.frame, rendering=held)
     place = Place(affine(two.canvas._to_screen()), area)
@@ -118,3 +119,13 @@ def test_recent_photos_are_readable_in_the_theme_that_comes_later(qtbot, qapp, t
     for name, dress in (("dark", theme.DARK), ("light", theme.LIGHT)):
         theme.apply(qapp, name)
         qtbot.waitUntil(lambda: QColor(dress.accent).name() in card._links[0].text())  # noqa: B023
+
+
+def test_the_start_page_opens_a_folder_again(qtbot, tmp_path):
+    card, asked = EmptyState([]), []
+    qtbot.addWidget(card)
+    card.wants_folder.connect(asked.append)
+    card.show_recent([tmp_path / "a.jpg", tmp_path / "b.jpg"])
+    card._links[0].linkActivated.emit("#")
+    assert asked == [tmp_path]
+    assert len(card._links) == 3, "one folder, two photos"

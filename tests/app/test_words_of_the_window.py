@@ -85,7 +85,13 @@ def test_every_word_of_the_window_is_translated_and_longer_ones_fit(start, photo
             driver.settle()
             driver.window.resize(*LEAST)
             driver.qtbot.waitUntil(partial(nothing_is_cut, driver.window, LEAST, (name, mode)))
-            assert plain(driver.window, (str(photo), photo.name, "Kogao")) == set(), name
+            assert (
+                plain(
+                    driver.window,
+                    (str(photo), str(photo.parent), photo.parent.name, photo.name, "Kogao"),
+                )
+                == set()
+            ), name
 
 
 @pytest.mark.usefixtures("pseudolocale")

@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 
 import pytest
-from kogao_app.__main__ import _parser
+from kogao_app.__main__ import _parse
 from kogao_app.canvas.overlays.listed import LISTED
 from kogao_app.workspaces import WORKSPACES
 from PySide6.QtCore import Qt
@@ -59,10 +59,10 @@ def test_a_workspace_is_in_the_menu_the_options_and_the_docs(window):
     actions = window.window.actions_by_name
     assert actions[f"workspace-{next(iter(WORKSPACES))}"].isChecked(), "a new user begins in it"
     menu = next(m for m in window.window.menuBar().actions() if m.text() == "&View").menu()
-    docs = (ROOT / "docs/editor.md").read_text(encoding="utf-8")
+    docs = (ROOT / "docs/inspect.md").read_text(encoding="utf-8")
     for workspace in WORKSPACES.values():
         assert actions[f"workspace-{workspace.name}"] in menu.actions()
-        assert _parser().parse_args(["--workspace", workspace.name]).workspace == workspace.name
+        assert _parse(["--workspace", workspace.name]).workspace == workspace.name
         row = rf"\| \*\*{workspace.title}\*\* \| `{re.escape(workspace.key)}` \|"
         assert re.search(row, docs)
 
@@ -103,7 +103,7 @@ def test_each_is_left_as_the_user_left_it_until_it_is_reset(window, start):
     assert later.window.actions_by_name["workspace-inspect"].isChecked()
     assert {"landmarks", "lattice"} <= later.editor.view.switched, "hidden for a moment, not off"
     later.key(KEYS.Key_1, ALT)
-    assert "landmarks" not in later.editor.view.switched
+    assert "landmarks" in later.editor.view.switched
     assert "faces" not in docks_of(later)
     later.window.actions_by_name["reset-workspace"].trigger()
     assert later.editor.view.switched == set(WORKSPACES["retouch"].overlays)
@@ -114,7 +114,7 @@ def test_each_is_left_as_the_user_left_it_until_it_is_reset(window, start):
 
 def test_what_is_unfolded_is_remembered_by_each_workspace(window, start):
     QTest.mouseClick(window.panel("recipe").more.button, Qt.MouseButton.LeftButton)
-    QTest.mouseClick(window.panel("recipe").zones.button, Qt.MouseButton.LeftButton)
+    QTest.mouseClick(window.panel("recipe").fold.button, Qt.MouseButton.LeftButton)
     window.key(KEYS.Key_2, ALT)
     assert not window.panel("recipe").centre.isVisible()
     window.key(KEYS.Key_1, ALT)
@@ -122,11 +122,10 @@ def test_what_is_unfolded_is_remembered_by_each_workspace(window, start):
     window.editor.close()
     later = start(workspace=None)
     panel = later.panel("recipe")
-    assert panel.sliders["jaw"].isVisible()
-    assert not panel.choices["fit"].isVisible()
+    assert panel.choices["fit"].isVisible()
     later.key(KEYS.Key_3, ALT)
     assert panel.centre.isVisible(), "there it stands without a fold"
-    assert not panel.sliders["jaw"].isVisible()
+    assert not panel.choices["fit"].isVisible()
     later.key(KEYS.Key_1, ALT)
     later.window.actions_by_name["reset-workspace"].trigger()
     assert not panel.centre.isVisible()
@@ -186,7 +185,7 @@ def test_tools_by_hand_lie_open_where_points_are_set_by_hand(window):
 
 
 def test_what_the_mouse_does_is_said_where_marks_step_back(window):
-    assert window.window.status.hint_text.startswith("Point at the face to see its points")
+    assert window.window.status.hint_text.startswith("Hover over the face to show its points")
     window.key(KEYS.Key_3, ALT)
     assert window.window.status.hint_text == "Drag a point to correct it"
 
@@ -197,3 +196,14 @@ def test_the_film_strip_stays_through_a_switch(window, photo):
     for key in (KEYS.Key_2, KEYS.Key_3, KEYS.Key_1):
         window.key(key, ALT)
         assert "strip" in docks_of(window)
+
+
+def test_menus_of_experiments_and_manual_mode_show_where_they_are_used(empty):
+    menus = {one.text().replace("&", ""): one for one in empty.window.menuBar().actions()}
+    for workspace in WORKSPACES:
+        empty.window.actions_by_name[f"workspace-{workspace}"].trigger()
+        shown = {name for name in ("Manual", "Experiments") if menus[name].isVisible()}
+        assert shown == set(EXTRA[workspace]), workspace
+
+
+EXTRA = {"retouch": (), "compare": ("Manual",), "inspect": ("Manual", "Experiments")}

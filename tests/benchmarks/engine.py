@@ -27,7 +27,6 @@ from scenes import oval_face, textured_photo
 
 from kogao_core.base.geometry import Affine, Image
 from kogao_core.faces.face import Face
-from kogao_core.lab.methods import PIECEWISE_AFFINE, THIN_PLATE
 from kogao_core.lab.reports.report import machine
 from kogao_core.pipeline import Rendering, render
 from kogao_core.recipe.recipe import Recipe
@@ -97,7 +96,6 @@ def main() -> None:
     sizes = {name: _shrunk(size, options.quick) for name, size in SIZES.items()}
     report: dict[str, object] = {"machine": machine(), "rounds": rounds, "sizes": sizes}
     report["speed"] = speed(sizes, rounds)
-    report["rivals"] = beside_rivals(sizes["12 MP"], rounds if options.quick else 3)
     report["memory"] = map_memory(*sizes["24 MP"])
     report["sharpness"] = sharpness()
     report["cold start"] = cold_start()
@@ -223,33 +221,6 @@ def _larger_canvas(size: tuple[int, int], rounds: int) -> dict[str, float]:
     return ratio(take_turns(cases, rounds), "large", "small")
 
 
-def beside_rivals(size: tuple[int, int], rounds: int) -> dict[str, object]:
-    """Return how many times longer other libraries take for the same points; absent ones named."""
-    bench = Bench(*size)
-    rendering = render_once(bench)
-    pairs, field, photo = rendering.pairs[0], rendering.field, bench.photo
-    makers = {
-        "SimpleITK BSpline": lambda: rivals.simpleitk(photo, field),
-        "skimage PiecewiseAffine": lambda: rivals.fitted_and_warped(
-            PIECEWISE_AFFINE, photo, bench.face
-        ),
-        "OpenCV TPS": lambda: rivals.opencv_tps(photo, bench.face),
-        "scipy RBF": lambda: rivals.fitted_and_warped(THIN_PLATE, photo, bench.face),
-        "facetweak shift (cubic)": lambda: rivals.facetweak_shift(photo, pairs),
-    }
-    figures: dict[str, object] = {}
-    for name, make in makers.items():
-        try:
-            rival = make()
-        except ImportError as missing:
-            figures[name] = f"not installed: {missing.name}"
-            continue
-        recipe = CUBIC if "cubic" in name else LINEAR
-        times = take_turns({"ours": bench.ours(recipe), "rival": rival}, rounds)
-        figures[name] = ratio(times, "rival", "ours")
-    return figures
-
-
 def map_memory(width: int, height: int) -> dict[str, float]:
     """Return the peak of what a warp allocates, in bytes and of the image's bytes."""
     bench = Bench(width, height)
@@ -321,7 +292,7 @@ def show(report: dict[str, object]) -> None:
     """Print the report as tables."""
     print(json.dumps(report["machine"], indent=1))
     print(f"\n{'case':40s} {'ratio':>8s} {'q1..q3':>17s} {'ms':>9s}")
-    for group in ("speed", "rivals"):
+    for group in ("speed",):
         for name, figure in report[group].items():
             if isinstance(figure, str):
                 print(f"{name:40s} {figure}")

@@ -1,6 +1,6 @@
 """Damage everything but photos: ``python tests/benchmarks/hostile_texts.py [--inputs N]``.
 
-Recipes, points, projects, models, fonts, studies, setting times, reports of batches and the
+Recipes, points, projects, fonts, studies, setting times, reports of batches and the
 options themselves, through ``kogao-cli``, as ``hostile.py`` does it with photos.
 """
 
@@ -19,7 +19,7 @@ from PIL import Image, ImageFont
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 import ratings
-from damaging import bytewise, models, texts
+from damaging import bytewise, texts
 from damaging.trials import Trial, finish, options, run
 from scenes import oval_face, textured_photo
 
@@ -43,7 +43,7 @@ WARP = ["warp", "photo.png", "-o", "out.png", "--json"]
 OPTIONS = (
     ("--percent", "4"), ("--center", "2"), ("--lattice", "1"), ("--threshold", "0.5"),
     ("--face", "1"), ("--protect", "10,20 60,70"), ("--protect-width", "3"),
-    ("--protect-feather", "4"), ("--points-map", "0-20/21-24/25-26"), ("--label", "Retouched"),
+    ("--points-map", "0-20/21-24/25-26"), ("--label", "Retouched"),
     ("--max-megapixels", "50"), ("--lattice-unit", "warp"), ("--recipe", "recipe.json"),
 )  # fmt: skip
 
@@ -87,7 +87,7 @@ def project() -> bytes:
     """Return a project with everything that projects hold."""
     about = Original("photo.png", "0" * 64, WIDTH, HEIGHT)
     aimed = face().with_target(3, (40.0, 90.0))
-    protection = NOTHING.with_stroke([(10.0, 20.0), (60.0, 70.0)], 3.0, 4.0)
+    protection = NOTHING.with_stroke([(10.0, 20.0), (60.0, 70.0)], 3.0)
     sheet = Sheet((aimed,), frozenset(), Recipe(percent=6.0))
     whole = Project(about, "manual", sheet, Sheet((aimed,)), protection)
     return json.dumps(to_dict(whole)).encode()
@@ -160,13 +160,6 @@ def font_case(rng: Rng) -> Trial:
                  {"p.csv": points("p.csv"), "f.ttf": data})  # fmt: skip
 
 
-def model_case(rng: Rng) -> Trial:
-    """Return a search by a damaged model."""
-    files = {"m.yml": damaged(models.lbf().encode(), rng), "photo.jpg": portrait()}
-    return Trial("model", ["detect", "photo.jpg", "--json", "--landmarks", "m.yml"], files,
-                codes=(0, 2, 3, 4))  # fmt: skip
-
-
 def study_case(rng: Rng) -> Trial:
     """Return the report of a study of which one file is damaged."""
     files = dict(study())
@@ -215,7 +208,6 @@ SHARES: dict[str, tuple[float, Callable[[Rng], Trial]]] = {
     "study": (0.1, study_case),
     "sessions": (0.04, sessions_case),
     "font": (0.02, font_case),
-    "model": (0.03, model_case),
     "batch": (0.01, batch_case),
 }
 

@@ -35,8 +35,8 @@ import numpy as np
 from kogao_core import photo
 from kogao_core.base import assets
 from kogao_core.base.atomic import is_aside, put
-from kogao_core.base.originals import NoOriginal, Originals
 from kogao_core.base.strict import BadFile
+from kogao_core.photo.originals import NoOriginal, Originals
 from kogao_core.projects import project
 from kogao_core.projects.project import Project, Sheet
 from kogao_core.projects.sidecar import original, sidecar_of

@@ -104,7 +104,7 @@ def test_units_without_a_changed_pixel_keep_their_coefficients(
     source = photo.read(path)
     pixels = edited(source)
     said = photo.write(source, pixels, tmp_path / "out.jpg")
-    assert "source's own" in said
+    assert "of the JPEG unchanged" in said
     before, after = components(path), components(tmp_path / "out.jpg")
     height, width = (8 * max(factor[axis] for _, factor in before) for axis in (0, 1))
     differs = (pixels != source.pixels).reshape(*source.pixels.shape[:2], -1).any(axis=2)
@@ -287,7 +287,7 @@ def test_colours_are_told_by_adobes_transform_whatever_follows_it(tmp_path):
     path = jpeg_file(tmp_path / "in.jpg", textured_photo(160, 120))
     with_segment(path, 0xEE, b"Adobe\0\x64\0\0\0\0\1" + bytes(19))
     source = photo.read(path)
-    assert "source's own" in photo.write(source, edited(source), tmp_path / "out.jpg")
+    assert "of the JPEG unchanged" in photo.write(source, edited(source), tmp_path / "out.jpg")
 
 
 def test_a_converted_photo_says_that_its_colours_were(tmp_path):
@@ -304,7 +304,7 @@ def test_coarse_tables_of_16_bits_give_a_file_that_opens(tmp_path):
     assert b"\xff\xc1\0\x11" in path.read_bytes()
     source = photo.read(path)
     said = photo.write(source, edited(source), tmp_path / "out.jpg")
-    assert "source's own" in said
+    assert "of the JPEG unchanged" in said
     with Image.open(path) as first, Image.open(tmp_path / "out.jpg") as seen:
         assert seen.layer == first.layer
     again = photo.read(tmp_path / "out.jpg").pixels
@@ -319,7 +319,7 @@ def test_a_grey_jpeg_keeps_its_blocks_whatever_factors_it_names(tmp_path):
     path.write_bytes(data[:at] + b"\x22" + data[at + 1 :])
     source = photo.read(path)
     said = photo.write(source, edited(source), tmp_path / "out.jpg")
-    assert "source's own" in said
+    assert "of the JPEG unchanged" in said
     ((before, _),), ((after, _),) = components(path), components(tmp_path / "out.jpg")
     np.testing.assert_array_equal(after[8:], before[8:])
 

@@ -14,8 +14,7 @@ from scenes import textured_photo
 from signers import Person, dsa, ec, ed25519, key_pem, rsa, self_signed
 
 from kogao_core import photo
-from kogao_core.base import originals
-from kogao_core.photo import CannotDisclose, CannotWrite
+from kogao_core.photo import CannotDisclose, CannotWrite, originals
 from kogao_core.photo.disclosure.credentials import PASSWORD, Signer, check_signer
 from kogao_core.photo.disclosure.disclosing import Disclosure, disclose, signing, undisclosed
 from kogao_core.photo.errors import MissingExtra

@@ -1,5 +1,6 @@
 """What a result tells about itself: only when asked, and without harming anything else."""
 
+import dataclasses
 import struct
 from datetime import UTC, datetime
 from pathlib import Path
@@ -13,7 +14,7 @@ from PIL import Image, ImageFont
 from scenes import textured_photo
 
 from kogao_core import photo
-from kogao_core.photo import CannotDisclose
+from kogao_core.photo import CannotDisclose, formats
 from kogao_core.photo.disclosure import label
 from kogao_core.photo.disclosure.disclosing import (
     NO_DISCLOSURE,
@@ -336,7 +337,7 @@ def test_a_jpeg_keeps_its_blocks_outside_the_picture(tmp_path, mark):
     Image.fromarray(textured_photo(320, 240)).save(tmp_path / "in.jpg", subsampling="4:2:0")
     source = photo.read(tmp_path / "in.jpg")
     told = disclose(source, smaller(source), Disclosure(picture=LabelPicture(mark)))
-    assert "source's own" in photo.write(*told, tmp_path / "out.jpg")
+    assert "of the JPEG unchanged" in photo.write(*told, tmp_path / "out.jpg")
     was, now = (jpeglib.read_dct(str(tmp_path / name)) for name in ("in.jpg", "out.jpg"))
     blocks = -(-round((0.09 * 320 * 240) ** 0.5) // 16) * 2
     same = (was.Y == now.Y).all(axis=(2, 3))
@@ -363,8 +364,9 @@ def test_nothing_is_told_unless_asked_or_where_nothing_was_done(tmp_path):
     assert disclose(source, source.pixels, everything) == (source, source.pixels)
 
 
-@pytest.mark.parametrize("suffix", [".jpg", ".png", ".tif", ".webp"])
-def test_files_tell_what_was_asked(tmp_path, suffix):
+@pytest.mark.parametrize("form", formats.WRITTEN, ids=lambda form: form.name)
+def test_files_tell_what_was_asked(tmp_path, form):
+    suffix = form.suffixes[0]
     Image.fromarray(textured_photo(320, 240)).save(tmp_path / "in.jpg", subsampling="4:2:0")
     source = photo.read(tmp_path / "in.jpg")
     pixels = smaller(source)
@@ -378,12 +380,26 @@ def test_files_tell_what_was_asked(tmp_path, suffix):
     assert kinds == [EDITED]
     differs = (labelled != pixels).any(axis=2)
     if suffix == ".jpg":
-        assert "source's own" in said
+        assert "of the JPEG unchanged" in said
         away = np.ones_like(differs)
         away[:40, :50] = away[-40:, -130:] = False
         np.testing.assert_array_equal(written.pixels[away], source.pixels[away])
-    elif suffix != ".webp":
+    elif form.is_lossless:
         np.testing.assert_array_equal(written.pixels[~differs], pixels[~differs])
+
+
+def test_a_format_that_holds_no_metadata_names_the_loss_and_refuses_a_record(tmp_path, monkeypatch):
+    bare = dataclasses.replace(formats.BY_NAME["PNG"], kept=frozenset())
+    monkeypatch.setitem(formats.BY_NAME, "PNG", bare)
+    exif = Image.Exif()
+    exif[0x10F] = "Maker"
+    Image.fromarray(textured_photo(64, 48)).save(tmp_path / "in.jpg", exif=exif)
+    source = photo.read(tmp_path / "in.jpg")
+    assert "EXIF with GPS" in photo.write(source, smaller(source), tmp_path / "out.png")
+    told_of, pixels = disclose(source, smaller(source), Disclosure(record=True), when=WHEN)
+    with pytest.raises(photo.RefusedOutput, match="can't hold the edit record"):
+        photo.write(told_of, pixels, tmp_path / "told.png")
+    assert not (tmp_path / "told.png").exists()
 
 
 def test_what_an_unchanged_photo_isnt_told_is_said(tmp_path):

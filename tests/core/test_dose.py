@@ -56,7 +56,7 @@ def test_outwards_counts_against_inwards_and_across_not_at_all():
 def test_what_the_guard_holds_back_isnt_achieved():
     held = rendering(percent=15.0, lattice=0.5, fit="exact", guard=True)
     assert held.shares[0] < 0.8
-    assert held.achieved[0] < 15.0 * held.shares[0]
+    assert held.achieved[0] < 14.0
     assert held.achieved[0] == pytest.approx(solved(held.field, held.pairs[0]), abs=1e-3)
 
 

@@ -23,7 +23,7 @@ MODULES = sorted(
 FOR_OTHERS = {
     *("Feature", "Context", "Dialog", "Overlay", "FrameOverlay", "Viewport", "SecondView"),
     *("Warp", "WarpTask", "Method", "LandmarkSource", "MeshSource", "Sheet", "Walk"),
-    *("Option", "Group", "FileFormat", "Reader", "Setting"),
+    *("Option", "Group", "FileFormat", "Setting"),
 }
 SECTION = re.compile(r"^[A-Z]\w+\n-{3,}$", re.MULTILINE)
 BLOCK = re.compile(r"^```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)

@@ -177,9 +177,7 @@ def test_a_report_is_text_records_and_data():
 
 def test_a_recipe_in_words_tells_all_that_decides_where_a_face_goes():
     plain = recipe_in_words(PAPER)
-    assert plain.startswith(
-        "4 % towards centre 2, the face alone, approximation fit, lattice R = 1"
-    )
-    others = {"chin": 50.0, "even_out": 30.0, "head_follows": 50.0, "keep_features": True}
+    assert plain.startswith("4 % towards centre 2, face only, approximation fit, lattice R = 1")
+    others = {"chin_length": 5.0, "even_out": 30.0, "scope": "head"}
     for name, value in others.items():
         assert recipe_in_words(dataclasses.replace(PAPER, **{name: value})) != plain

@@ -182,8 +182,6 @@ def test_records_hold_the_medians(timings):
     for record, one in zip(records, timings, strict=True):
         assert record["computing_median_ms"] == statistics.median(one.computing_ms)
         assert record["setting_median_ms"] is None or one.procedure in ("akt", "dual")
-    totals = [record["paper_total_s"] for record in records]
-    assert totals == pytest.approx([25.896, 23.576, 7.102, 4.722, 25.896] * 2)
 
 
 def test_the_same_computation_under_two_names_names_the_floor(timings):
@@ -191,10 +189,10 @@ def test_the_same_computation_under_two_names_names_the_floor(timings):
     table = timing_report.report(result).tables[0]
     first, *_, again = table.rows
     assert again[0] == "Conventional method, again"
-    assert first[-2:] == ("1.00", "1.00")
+    assert first[-3:] == ("1.00", "1.00", "1.00")
     by_name = {one.procedure: one for one in result.of("960x720", "again") + timings[:1]}
     medians = [statistics.median(by_name[n].processor_ms) for n in ("again", "conventional")]
-    assert again[-1] == f"{medians[0] / medians[1]:.2f}"
+    assert again[-2] == f"{medians[0] / medians[1]:.2f}"
 
 
 def test_the_hands_points_are_what_manual_ways_compute(monkeypatch):

@@ -6,7 +6,7 @@ from scenes import field_of, oval_face
 
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.warp.field import fade, shown_at
-from kogao_core.warp.guard import hold_back
+from kogao_core.warp.guard import limited
 
 
 def test_displacements_of_several_faces_add_up():
@@ -61,8 +61,8 @@ def test_every_point_is_found_however_near_the_warp_comes_to_a_fold(seed):
     rng, face = np.random.default_rng(seed), oval_face()
     for index in rng.integers(0, 21, 3):
         face = face.with_target(int(index), face.outline[index] + rng.normal(0, 25, 2))
-    field, (share,) = hold_back(field_of(Recipe(percent=12, lattice=0.25), face))
-    assert share < 1.0
+    field, (limit,) = limited(field_of(Recipe(percent=12, lattice=0.25), face))
+    assert limit.share < 1.0
     left, top, right, bottom = field.lattices[0].reach_px
     points = rng.uniform((left, top), (right, bottom), (800, 2))
     shown = shown_at(field, points)

@@ -94,7 +94,7 @@ def test_a_jpeg_without_its_end_marker_is_read_with_a_word(tmp_path, progressive
     pixels = source.pixels.copy()
     pixels[:8, :8] ^= 255
     said = photo.write(source, pixels, tmp_path / "out.jpg")
-    assert "source's own" in said
+    assert "of the JPEG unchanged" in said
     photo.write(whole, pixels, path, force=True)
     assert (tmp_path / "out.jpg").read_bytes() == path.read_bytes()
     for lacking in (6, 20, 400):

@@ -462,7 +462,7 @@ def test_a_full_temporary_folder_is_no_trouble(tmp_path, picture, monkeypatch):
     pixels = source.pixels.copy()
     pixels[:8, :8] ^= 255
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "nowhere"))
-    assert "source's own" in photo.write(source, pixels, tmp_path / "out.jpg")
+    assert "of the JPEG unchanged" in photo.write(source, pixels, tmp_path / "out.jpg")
 
 
 @pytest.mark.skipif(os.name == "nt", reason="POSIX files")

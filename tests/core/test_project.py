@@ -37,7 +37,7 @@ def project():
     jitter = first.outline + rng.normal(0, 1, first.outline.shape)
     first = dataclasses.replace(first, outline=jitter, confidence=rng.random(27))
     second = dataclasses.replace(oval_face(center=(350, 170), size=0.5), recipe=Recipe(percent=9.3))
-    protection = Protection().with_stroke(rng.random((5, 2)) * 300, 7.7, 3.1)
+    protection = Protection().with_stroke(rng.random((5, 2)) * 300, 7.7)
     manual = Sheet((oval_face(center=(131, 170), size=0.5),), recipe=Recipe(threshold_px=0.7))
     automatic = Sheet((first, second), frozenset({1}), Recipe(percent=6.1, lattice=1.3))
     original = Original("portrait.png", "0" * 64, WIDTH, HEIGHT)
@@ -69,7 +69,7 @@ def test_what_is_read_is_what_was_written_to_the_bit(tmp_path):
             same_faces(mine, theirs)
     for mine, theirs in zip(read.protection.strokes, written.protection.strokes, strict=True):
         np.testing.assert_array_equal(mine.points_px, theirs.points_px)
-        assert (mine.radius_px, mine.feather_px) == (theirs.radius_px, theirs.feather_px)
+        assert mine.radius_px == theirs.radius_px
     assert read.loose == written.loose
     for mine, theirs in zip(read.brushwork.strokes, written.brushwork.strokes, strict=True):
         np.testing.assert_array_equal(mine.points_px, theirs.points_px)

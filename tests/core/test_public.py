@@ -1,6 +1,7 @@
 """The promised names: all there, each its home's own, and free until they are asked for."""
 
 import ast
+import importlib.util
 import subprocess
 import sys
 from pathlib import Path
@@ -8,6 +9,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from PIL import Image
 from scenes import oval_face, textured_photo
 
 import kogao_core as kogao
@@ -85,3 +87,91 @@ def test_a_large_rendering_is_shown_reduced():
     rendering = kogao.render(textured_photo(2500, 900), [], kogao.Recipe())
     shown = cv2.imdecode(np.frombuffer(rendering._repr_png_(), np.uint8), cv2.IMREAD_COLOR)
     assert shown.shape == (369, 1024, 3)
+
+
+PHOTO = textured_photo(480, 360)
+FACE = oval_face()
+FIELD = kogao.render(PHOTO, [FACE], kogao.PAPER).field
+PAPER, render = kogao.PAPER, kogao.render
+WRONG = {
+    "image as a list": (lambda: render([[1]], [FACE], PAPER), "numpy array, got list"),
+    "image of Pillow": (
+        lambda: render(Image.fromarray(PHOTO), [FACE], PAPER),
+        r"got Image; .* numpy.asarray\(image\)",
+    ),
+    "no image": (lambda: render(None, [FACE], PAPER), "got NoneType"),
+    "path": (lambda: render("a.jpg", [FACE], PAPER), "numpy array, got str"),
+    "Photo": (
+        lambda: render(kogao.read(kogao.sample()), [FACE], PAPER),
+        "pass photo.pixels of a Photo",
+    ),
+    "float64": (
+        lambda: render(PHOTO / 255.0, [FACE], PAPER),
+        r"\.astype\(numpy.float32",
+    ),
+    "bool": (
+        lambda: render(PHOTO > 9, [FACE], PAPER),
+        "must be uint8, uint16 or float32",
+    ),
+    "empty": (lambda: render(PHOTO[:0], [FACE], PAPER), "at least one pixel"),
+    "channels": (
+        lambda: render(np.zeros((9, 9, 5), np.uint8), [FACE], PAPER),
+        r"shape \(H, W\)",
+    ),
+    "recipe as a dict": (
+        lambda: render(PHOTO, [FACE], {"percent": 4}),
+        r"expected a Recipe such as kogao.Recipe\(\), got dict",
+    ),
+    "one face": (
+        lambda: render(PHOTO, FACE, PAPER),
+        r"sequence of Face, such as \[face",
+    ),
+    "face as an array": (
+        lambda: render(PHOTO, [FACE.outline], PAPER),
+        "sequence of Face",
+    ),
+    "protection as a list": (
+        lambda: render(PHOTO, [FACE], PAPER, protection=[(1, 2)]),
+        "expected a Protection",
+    ),
+    "one point": (lambda: FIELD.at((3.0, 4.0)), r"shape \(N, 2\), got \(2,\)"),
+    "points of a volume": (lambda: FIELD.at(np.zeros((4, 3))), r"shape \(N, 2\), got \(4, 3\)"),
+    "picture of Pillow": (
+        lambda: render(PHOTO, [FACE], PAPER).warped(Image.fromarray(PHOTO)),
+        "numpy array, got Image",
+    ),
+    "search in a path": (lambda: kogao.find("a.jpg"), "numpy array, got str"),
+    "search in nothing": (lambda: kogao.find(PHOTO[:0]), "at least one pixel"),
+    "search in float64": (lambda: kogao.find(PHOTO / 255.0), "must be uint8"),
+    "unknown source": (lambda: kogao.source("model"), "use one of mesh, aam, chin"),
+    "outline of one number": (
+        lambda: kogao.Face([1.0], FACE.eyes, FACE.mouth),
+        r"expected points of shape \(N, 2\)",
+    ),
+    "template in a volume": (lambda: kogao.template_face((1, 2, 3), 10.0), r"a point \(x, y\)"),
+    "write without a Photo": (lambda: kogao.write(PHOTO, PHOTO, "x.png"), "expected a Photo"),
+    "write a list": (
+        lambda: kogao.write(kogao.read(kogao.sample()), [1], "x.png"),
+        "numpy array, got list",
+    ),
+    "evidence of a text": (lambda: kogao.load_evidence(__file__), "is not an evidence file"),
+}
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_a_wrong_call_is_answered_by_a_sentence(name):
+    call, words = WRONG[name]
+    with pytest.raises((TypeError, ValueError), match=words) as refused:
+        call()
+    assert "\n" not in str(refused.value)
+
+
+def test_the_reference_page_is_made_from_the_docstrings():
+    folder = HOME.parents[1] / "docs"
+    spec = importlib.util.spec_from_file_location("reference", folder / "reference.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    page = (folder / "api.md").read_text(encoding="utf-8")
+    assert page == module.page(), "run python docs/reference.py"
+    for name in kogao.__all__:
+        assert f"\n## `{name}" in page

@@ -110,6 +110,19 @@ def test_a_session_from_its_page_to_the_log(folder, serve):
     assert held.session(STUDY).current is None
 
 
+def test_answers_that_are_withdrawn_are_deleted_from_the_disk(folder, serve):
+    page = Page(serve())
+    page.open()
+    page.judge(2)
+    path = folder / plan.RATINGS_FOLDER / "r1.jsonl"
+    assert path.exists()
+    assert json.loads(page.ask("sessions/r1/withdraw", {})) == {}
+    assert not path.exists()
+    assert refusal(page.ask, "sessions/r1/withdraw", {})[0] == 400
+    assert refusal(page.judge, 1)[0] == 400
+    assert json.loads(page.ask("sessions/r1", {})) == {"number": 0}
+
+
 def test_a_session_goes_on_in_its_own_order_after_the_program_was_killed(folder, serve):
     code = (
         "import sys; from pathlib import Path\n"

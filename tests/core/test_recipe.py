@@ -36,8 +36,8 @@ from kogao_core.recipe.settings import CENTERS
         ("threshold_px", -0.1),
         ("interpolation", "nearest"),
         ("guard", 1),
-        ("head_follows", 100.5),
-        ("head_follows", None),
+        ("scope", "nose"),
+        ("even_out", None),
     ],
 )
 def test_a_bad_value_is_refused_by_name(field, value):
@@ -51,8 +51,8 @@ def test_json_round_trip(recipe):
 
 
 def test_numbers_of_numpy_become_plain_ones():
-    made = Recipe(percent=np.float32(6.5), center=np.int64(3), lattice=np.int16(2), chin=50)
-    assert made == Recipe(percent=6.5, center=3, lattice=2.0, chin=50)
+    made = Recipe(percent=np.float32(6.5), center=np.int64(3), lattice=np.int16(2), width=5)
+    assert made == Recipe(percent=6.5, center=3, lattice=2.0, width=5)
     numbers = {type(value) for value in made.to_dict().values() if not isinstance(value, str)}
     assert numbers == {int, float, bool}
     assert Recipe.from_dict(json.loads(json.dumps(made.to_dict()))) == made
@@ -126,6 +126,41 @@ def test_a_recipe_from_before_lines_were_held_holds_none():
     assert Recipe.from_dict({"percent": 6.0}).hold_background
 
 
+@pytest.mark.parametrize("version", [1, 2])
+def test_before_heads_moved_the_face_moved_alone_or_with_its_hair(version):
+    for fields, scope in (
+        ({}, "face"),
+        ({"whole_head": False}, "face"),
+        ({"whole_head": True}, "head"),
+    ):
+        assert Recipe.from_dict({"version": version, "percent": 6.0, **fields}).scope == scope
+
+
+@pytest.mark.parametrize(
+    ("fields", "same"),
+    [
+        ({}, {"percent": 4.0}),
+        ({"head_follows": 0.0, "keep_features": False}, {"percent": 4.0, "scope": "face"}),
+        ({"head_follows": 0, "keep_features": True}, {"percent": 4.0, "scope": "face"}),
+        ({"head_follows": 100.0}, {"percent": 4.0, "scope": "head"}),
+        ({"percent": 6.0, "jaw": 150.0, "left": 50.0}, {"jaw_width": -3.0, "left_width": 3.0}),
+        ({"percent": 6.0, "chin": 0.0, "chin_length": -2.0}, {"chin_length": 4.0}),
+        ({"percent": 15.0, "cheeks": 200.0, "cheeks_width": -8.0}, {"cheeks_width": -15.0}),
+        ({"zones": False, "jaw": 50.0, "even_out": 40.0, "percent": 6.0}, {"percent": 6.0}),
+        ({"zones": True, "even_out": 40.0, "percent": 6.0}, {"even_out": 40.0}),
+    ],
+)
+def test_a_recipe_of_version_3_is_read_as_the_nearest_shape(fields, same):
+    expected = Recipe(**{"percent": fields.get("percent", 4.0), **same})
+    assert Recipe.from_dict({"version": 3, **fields}) == expected
+
+
+@pytest.mark.parametrize("bad", [{"jaw": "wide"}, {"chin": 300.0}, {"percent": None, "jaw": 50.0}])
+def test_a_bad_value_of_version_3_is_refused(bad):
+    with pytest.raises(ValueError, match="must be"):
+        Recipe.from_dict({"version": 3, **bad})
+
+
 def other_than(setting, default):
     """Return another value of a field than its default."""
     if setting.within is not None:
@@ -138,6 +173,8 @@ def other_than(setting, default):
 @pytest.mark.parametrize("setting", SETTINGS.values(), ids=lambda setting: setting.name)
 def test_whatever_becomes_of_a_face_is_told_and_how_is_not(setting):
     plain = Recipe(lens=26.0)  # without which its amount says nothing
+    if not setting.counts(plain):
+        plain = dataclasses.replace(plain, scope="face")
     other = dataclasses.replace(
         plain, **{setting.name: other_than(setting, getattr(plain, setting.name))}
     )

@@ -30,7 +30,7 @@ def project(**changes):
         oval_face(center=(640, 330), size=0.9).with_target(10, (645.0, 450.0)),
         oval_face(center=(450, 600), size=0.3),
     )
-    protection = Protection().with_stroke(np.array([[420.0, 80.0], [430.0, 620.0]]), 5.0, 9.0)
+    protection = Protection().with_stroke(np.array([[420.0, 80.0], [430.0, 620.0]]), 5.0)
     automatic = Sheet(faces, frozenset({2}), Recipe(percent=6.0, interpolation="bilinear"))
     manual = Sheet((oval_face(center=(241, 330)),), recipe=Recipe(percent=3.0))
     original = Original("portrait.png", HASH, WIDTH, HEIGHT)
@@ -124,11 +124,9 @@ def test_the_mode_decides_whose_faces_count():
     pixels = textured_photo(WIDTH, HEIGHT)
     applied = sidecar.apply(project(mode="manual", brushwork=Brushwork()), pixels, HASH)
     assert [len(applied.faces), applied.recipe.percent] == [1, 3.0]
-    assert applied.what == "1 face made smaller: 3 % towards centre 2"
-    evened = dataclasses.replace(applied, recipe=Recipe(percent=0, jaw=80, even_out=50))
-    assert evened.what.endswith(": 0 % towards centre 2, jaw 80 %, even out 50 %")
-    off = dataclasses.replace(applied, recipe=Recipe(percent=3, jaw=80, zones=False))
-    assert off.what == applied.what
+    assert applied.what == "1 face made smaller: 3 %"
+    evened = dataclasses.replace(applied, recipe=Recipe(percent=0, jaw_width=-8, even_out=50))
+    assert evened.what.endswith(": 0 %, even out 50 %, jaw width -8 %")
 
 
 def test_names_that_are_no_text_are_written_as_text(tmp_path):

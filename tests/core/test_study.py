@@ -8,6 +8,7 @@ import itertools
 import json
 import math
 import os
+import random
 import re
 import shutil
 from datetime import datetime
@@ -214,9 +215,9 @@ def test_a_folder_in_use_and_an_old_key_are_refused(made, tmp_path):
     plan.key_path(tmp_path / "new").write_text("{}")
     with pytest.raises(making.RefusedFolder, match="key of another study"):
         making.make([subject()], tmp_path / "new")
-    with pytest.raises(making.RefusedFolder, match="doesn't exist"):
-        making.make([subject()], tmp_path / "no" / "new")
     assert not (tmp_path / "new").exists()
+    making.make([subject()], tmp_path / "no" / "new", making.Choices(variants=variants()[:1]))
+    assert (tmp_path / "no" / "new" / "index.html").exists(), "parent folders are made"
 
 
 # ---- the order ------------------------------------------------------------------------------
@@ -578,13 +579,37 @@ def test_bots_are_named_left_out_and_move_no_cell(copy):
     assert (row["unnatural_everybody"], row["answers_everybody"]) == (6, 12)
 
 
+def test_raters_who_guess_are_left_out_without_catch_pictures(copy):
+    """Honest raters have their own limits and err; guessers flip a coin at human speed."""
+    draw = random.Random(3)
+
+    def saying(share):
+        return lambda meaning: (
+            None if meaning.variant.kind == "satisfaction" else draw.random() < share(meaning)
+        )
+
+    def honest(limit):
+        return lambda meaning: 1 / (1 + math.exp(limit - meaning.variant.percent))
+
+    for n in range(6):
+        rated(copy, f"h{n}", saying(honest(5.0 + 0.6 * n)))
+        rated(copy, f"g{n}", saying(lambda _: 0.5))
+    found = counted(copy)
+    assert [one.rater for one in found.left_out] == [f"g{n}" for n in range(6)]
+    assert all("no better than chance (AUC 0." in str(one.reasons[0]) for one in found.left_out)
+    assert min(found.raters[f"h{n}"].follows for n in range(6)) > 0.75
+    assert [row[8] for row in report.care(found).rows][:1] == [f"{found.raters['g0'].follows:.2f}"]
+
+
 def test_answers_before_the_least_time_dont_count(copy):
     log = rated(copy, "r1", strict, 40)
     for _ in range(3):
         log.add(answered(log.session, "unnatural", took_ms=199))
     log.add(answered(log.session, "unnatural", took_ms=200))
+    while log.session.current is not None:
+        log.add(judged(log.session))
     found = counted(copy)
-    assert (len(found.answers), len(found.counted)) == (44, 41)
+    assert (len(found.answers), len(found.counted)) == (52, 49)
     assert "too early and are left out: 3" in " ".join(report.notes(found))
 
 
@@ -801,7 +826,14 @@ def test_a_wrong_key_is_refused(copy, tmp_path):
 def test_sessions_that_were_left_are_named_and_things_counted_in_words(copy):
     rated(copy, "r1", strict, 50)
     (sentence,) = report.notes(counted(copy))
-    assert sentence.endswith("r1 (50 of 52)")
+    assert sentence.endswith("whose answers don't count: r1 (50 of 52)")
+    assert counted(copy).counted == []
+    key = plan.load_key(plan.key_path(copy))
+    changed = dataclasses.replace(key, rules=dataclasses.replace(key.rules, unfinished=True))
+    plan.save(changed, plan.key_path(copy))
+    assert len(counted(copy).counted) == 50
+    assert report.notes(counted(copy))[0].endswith("whose answers count: r1 (50 of 52)")
+    plan.save(key, plan.key_path(copy))
     assert report.report(counted(copy)).document["unfinished"] == [
         {"rater": "r1", "answered": 50, "pictures": 52}
     ]

@@ -8,12 +8,12 @@ from scenes import mirrored, oval_face, textured_photo
 
 from kogao_core.faces.landmarks.sources import template_face
 from kogao_core.faces.targets import aim
-from kogao_core.faces.zones import evened, gains, turn
+from kogao_core.faces.zones import evened, turn, weights
 from kogao_core.pipeline import render
 from kogao_core.recipe.recipe import Recipe
 
-GAINS = ("cheeks", "jaw", "chin", "left", "right")
-MANY = Recipe(percent=6, cheeks=40, jaw=180, chin=90, left=150, right=20, even_out=70)
+ZONES = ("chin", "jaw", "cheeks", "left", "right")
+MANY = Recipe(percent=6, cheeks_width=4, jaw_width=-5, chin_length=-2, left_width=-6, even_out=70)
 
 
 def crooked(by: float = 1.0, **place):
@@ -32,28 +32,18 @@ def turned(face, share):
     return dataclasses.replace(face, eyes=face.eyes + by, mouth=face.mouth + by)
 
 
-def moves(face, recipe):
-    """How far each landmark moves, px."""
-    return np.linalg.norm(aim(face, recipe).displacement_px, axis=1)
-
-
 # -- nothing set is nothing done -------------------------------------------------------------------
 
 
-def test_all_at_100_is_the_plain_target_to_the_bit():
+def test_without_a_shape_targets_are_the_plain_ones_to_the_bit():
     face = crooked()
-    pairs = aim(face, Recipe(percent=7.3))
-    plain = face.outline + 7.3 / 100.0 * (pairs.center_px - face.outline)
-    assert pairs.target_px.tobytes() == plain.tobytes()
+    for scope in ("head", "face"):
+        pairs = aim(face, Recipe(percent=7.3, scope=scope))
+        plain = face.outline + 7.3 / 100.0 * (pairs.center_px - face.outline)
+        np.testing.assert_allclose(pairs.target_px, plain, atol=1e-9)
+        if scope == "face":
+            assert pairs.target_px.tobytes() == plain.tobytes()
     assert evened(face, 0.0).tobytes() == face.outline.tobytes()
-
-
-def test_switched_off_zones_render_the_same_bytes_as_none():
-    photo, face = textured_photo(), crooked()
-    without = render(photo, [face], Recipe(percent=6)).pixels
-    off = dataclasses.replace(MANY, zones=False)
-    assert render(photo, [face], off).pixels.tobytes() == without.tobytes()
-    assert render(photo, [face], MANY).pixels.tobytes() != without.tobytes()
 
 
 # -- zones -----------------------------------------------------------------------------------------
@@ -64,47 +54,37 @@ def test_switched_off_zones_render_the_same_bytes_as_none():
     [
         ("chin", [10], [*range(6), *range(15, 21)]),
         ("jaw", [], [10]),
-        ("cheeks", [0, 1, 19, 20], [7, 8, 9, 10, 11, 12, 13]),
+        ("cheeks", [], [0, 7, 8, 9, 10, 11, 12, 13, 20]),
         ("left", [0, 3, 5], [15, 18, 20]),
         ("right", [15, 18, 20], [0, 3, 5]),
     ],
 )
 def test_a_zone_moves_what_it_is_called_by(zone, alone, never):
-    face = template_face((240, 180), 200)
-    rest = dict.fromkeys(({"left", "right"} if zone in {"left", "right"} else set(GAINS[:3])), 0.0)
-    only = gains(face, Recipe(**{**rest, zone: 100.0}))
+    only = weights(template_face((240, 180), 200))[ZONES.index(zone)]
     np.testing.assert_allclose(only[alone], 1.0, atol=0.01)
     np.testing.assert_allclose(only[never], 0.0, atol=0.01)
+    # Neither a step nor a kink at a zone's ends.
+    assert only.min() >= 0.0
+    assert only.max() > 0.7
+    assert np.abs(np.diff(only)).max() < 0.5
+    assert np.abs(np.diff(only, 2)).max() < 0.6
 
 
-def test_zones_share_every_landmark_smoothly():
+def test_cheeks_end_at_the_eye_line_and_are_widest_below_it():
     face = template_face((240, 180), 200)
-    for zones in (GAINS[:3], GAINS[3:]):
-        none = dict.fromkeys(zones, 0.0)
-        weights = [gains(face, Recipe(**{**none, zone: 100.0})) for zone in zones]
-        np.testing.assert_allclose(np.sum(weights, axis=0), 1.0, atol=1e-12)
-        assert np.min(weights) >= -1e-12
-        # No step, and no kink, where one passes into the other.
-        assert np.abs(np.diff(weights, axis=1)).max() < 0.5
-        assert np.abs(np.diff(weights, 2, axis=1)).max() < 0.35
-
-
-@pytest.mark.parametrize("zone", GAINS)
-def test_more_of_a_zone_moves_no_landmark_less(zone):
-    before = np.zeros(21)
-    for percent in (0, 30, 100, 150, 200):
-        after = moves(crooked(), Recipe(percent=6, **{zone: percent}))
-        assert (after >= before - 1e-9).all()
-        before = after
-    assert after.max() > 1.5 * moves(crooked(), Recipe(percent=6)).min()
+    _, _, cheeks, left, right = weights(face)
+    below = (face.outline[:, 1] - face.eye_center[1]) / (face.mouth_center - face.eye_center)[1]
+    assert 0.3 < below[cheeks.argmax()] < 0.8
+    assert cheeks[(below > 0.4) & (below < 0.6)].min() > 0.65
+    assert cheeks[below < 0.1].max() < 0.1
+    np.testing.assert_allclose(left + right, 1.0, atol=1e-12)
 
 
 def test_a_mirrored_photo_is_made_the_mirrored_result():
     photo, face = textured_photo(), crooked()
     other_photo, other = mirrored(photo, face)
-    shape = {"width": 4, "jaw_width": -7, "forehead_height": 5}
-    many = dataclasses.replace(MANY, left_width=-6, **shape)
-    swapped = dataclasses.replace(MANY, left=MANY.right, right=MANY.left, right_width=-6, **shape)
+    many = dataclasses.replace(MANY, width=4, forehead_height=5)
+    swapped = dataclasses.replace(many, left_width=0, right_width=-6)
     here, there = aim(face, many).target_px, aim(other, swapped).target_px
     np.testing.assert_allclose(there[::-1] * [-1, 1] + [photo.shape[1] - 1, 0], here, atol=1e-9)
     one, two = render(photo, [face], many).pixels, render(other_photo, [other], swapped).pixels

@@ -62,8 +62,21 @@ def works(cli):
 
     def run(*arguments):
         code, said, err = cli(*arguments)
-        assert (code, err) == (0, "")
+        assert (code, err) == (0, ""), err
         return said
+
+    return run
+
+
+@pytest.fixture
+def warns(cli):
+    """Run a command that succeeds with warnings; return the output and the warnings."""
+
+    def run(*arguments):
+        code, said, err = cli(*arguments)
+        assert code == 0
+        assert all(line.startswith("kogao-cli: warning: ") for line in err.splitlines()), err
+        return said, err
 
     return run
 

@@ -144,6 +144,6 @@ if __name__ == "__main__":
 @pytest.mark.parametrize(("count", "poisoned"), few_of([(1, {1}), (2, {4, 9})], 1))
 def test_a_worker_that_dies_fails_its_own_photo_only(told, count, poisoned):
     sources = ["poison" if k in poisoned else "good" for k in range(max(poisoned) + 3)]
-    ends = {"good": "done ", "poison": "failed the worker died at it; work on fewer at a time"}
+    ends = {"good": "done ", "poison": "failed the worker process died; run fewer photos at a time"}
     expected = [f"{k}.jpg {source} {ends[source]}" for k, source in enumerate(sources)]
     assert sorted(told(DYING, str(count), *sources).splitlines()) == sorted(expected)

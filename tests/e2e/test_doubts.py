@@ -45,19 +45,22 @@ def test_detect_says_who_is_doubted_and_how_sure_each_point_is(works, pair):
         assert all(0.0 <= one <= 1.0 for one in face["confidence"])
 
 
-def test_warp_leaves_a_doubtful_face_alone_unless_told_otherwise(works, pair, tmp_path):
+def test_warp_leaves_a_doubtful_face_alone_unless_told_otherwise(warns, pair, tmp_path):
     kept, every = tmp_path / "kept.png", tmp_path / "every.png"
-    assert f"note      {WHY.format(n=2)}" in works("warp", pair, "-o", kept)
-    assert "left alone" not in works("warp", pair, "-o", every, "--doubtful")
+    assert WHY.format(n=2) in warns("warp", pair, "-o", kept)[1]
+    assert "left alone" not in warns("warp", pair, "-o", every, "--doubtful")[1]
     before, left, both = (photo.read(path).pixels for path in (pair, kept, every))
     assert (left[:, :300] != before[:, :300]).any()
-    np.testing.assert_array_equal(left[:, 300:], before[:, 300:])
-    assert (both[:, 300:] != before[:, 300:]).any()
+    # Held background lines may move pixels of the doubtful face by at most a tenth of a pixel.
+    face = slice(188, 275), slice(376, 524)
+    change, all_change = (np.abs(one[face].astype(int) - before[face]) for one in (left, both))
+    assert change.max() <= 12
+    assert change.mean() < 0.1 < all_change.mean()
 
 
 @pytest.mark.parametrize("which", ["all", "largest", "1"])
 def test_warp_writes_nothing_where_the_only_face_is_doubtful(fails, cut, which):
-    words = f"cut.png stays as it is: {WHY.format(n=1)}; --doubtful makes it smaller"
+    words = f"cut.png was not changed: {WHY.format(n=1)}; use --doubtful"
     fails(4, words, "warp", cut, "--in-place", "--face", which)
 
 
@@ -78,10 +81,10 @@ def test_a_batch_leaves_the_same_faces_alone_and_its_report_says_why(cli, cut, p
     assert "2 of 2: 2 done" in said, "another choice: what the report lists is done again"
 
 
-def test_a_project_says_itself_who_is_made_smaller(cli, fails, works, pair, tmp_path):
-    works("warp", pair, "-o", tmp_path / "a.png", "--save-project")
+def test_a_project_says_itself_who_is_made_smaller(cli, fails, warns, pair, tmp_path):
+    warns("warp", pair, "-o", tmp_path / "a.png", "--save-project")
     saved = pair.with_name("pair.png.kogao.json")
-    fails(2, "leave out --doubtful", "warp", pair, "-o", tmp_path / "b.png",
+    fails(2, "--doubtful can't be combined with --project", "warp", pair, "-o", tmp_path / "b.png",
           "--project", saved, "--doubtful")  # fmt: skip
     _, said, _ = cli("warp", pair, "-o", tmp_path / "b.png", "--project", saved, "--json", "-")
     assert len(json.loads(said)["faces"]) == 1

@@ -16,15 +16,17 @@ from PIL import Image
 from scenes import oval_face
 
 from kogao_core import photo
-from kogao_core.base import originals
-from kogao_core.base.originals import Originals
+from kogao_core.photo import originals
+from kogao_core.photo.originals import Originals
+from kogao_core.projects import forgetting
 from kogao_core.projects.interchange.formats import faces_text
 
 
 @pytest.fixture(autouse=True)
 def store(monkeypatch, tmp_path):
     """The user's store, in a folder of the test's own."""
-    monkeypatch.setattr(originals, "data_folder", lambda: tmp_path / "data")
+    for module in (originals, forgetting):
+        monkeypatch.setattr(module, "data_folder", lambda: tmp_path / "data")
     return tmp_path / "data" / "originals"
 
 
@@ -44,14 +46,14 @@ def names(folder):
 def test_a_photo_is_written_over_and_comes_back_byte_for_byte(cli, works, jpeg, tmp_path, store):
     before = jpeg.read_bytes()
     said = works("warp", "--in-place", jpeg)
-    assert "of the JPEG's blocks are the source's own" in said
+    assert "of the JPEG unchanged" in said
     assert jpeg.read_bytes() != before
     assert names(tmp_path) == ["photo.jpg"]
     then, now = (jpeglib.read_dct(str(path)) for path in (next(store.glob("*.jpg")), jpeg))
     np.testing.assert_array_equal(now.qt, then.qt)
-    assert cli("restore", jpeg)[:2] == (0, f"{jpeg} is as it was again\n")
+    assert cli("restore", jpeg)[:2] == (0, f"{jpeg}: original restored\n")
     assert jpeg.read_bytes() == before
-    assert cli("restore", jpeg)[:2] == (0, f"{jpeg} is as it was\n")
+    assert cli("restore", jpeg)[:2] == (0, f"{jpeg}: is the original already\n")
 
 
 def test_of_a_file_that_the_caller_throws_away_no_original_is_kept(
@@ -147,7 +149,7 @@ def test_the_first_original_is_kept_through_several_changes(cli, jpeg, store):
         code, said, _ = cli("warp", "--in-place", jpeg)
         assert code == 0
         assert ("resampled twice; kogao-cli restore first" in said) == changed_before
-    assert len(names(store)) == 3
+    assert len(names(store)) == 2
     assert cli("restore", jpeg)[0] == 0
     assert jpeg.read_bytes() == before
 
@@ -157,7 +159,7 @@ def test_a_photo_that_was_moved_is_known_by_what_it_holds(cli, jpeg, tmp_path):
     assert cli("warp", "--in-place", jpeg)[0] == 0
     moved = jpeg.rename(tmp_path / "renamed.jpg")
     copied = Path(shutil.copy(moved, tmp_path / "copied.jpg"))
-    assert cli("restore", moved)[:2] == (0, f"{moved} is as it was again\n")
+    assert cli("restore", moved)[:2] == (0, f"{moved}: original restored\n")
     assert moved.read_bytes() == before
     assert cli("warp", "--in-place", copied, "--percent", 6)[0] == 0
     assert copied.read_bytes() != before
@@ -175,7 +177,7 @@ def test_a_photo_that_was_moved_and_changed_by_others_has_to_be_named_as_it_was(
     moved.write_bytes(moved.read_bytes() + b"x")
     code, _, err = cli("restore", moved)
     assert (code, err.count("\n")) == (2, 1)
-    assert "by the name it had then" in err
+    assert "no original of" in err
 
 
 def test_what_others_wrote_since_is_not_replaced_unasked(cli, jpeg):
@@ -191,30 +193,34 @@ def test_what_others_wrote_since_is_not_replaced_unasked(cli, jpeg):
     assert jpeg.read_bytes() == before
 
 
-def test_every_original_of_a_photo_is_listed_and_comes_back(cli, jpeg, store):
+def test_every_original_of_a_photo_is_listed_exported_and_restored(cli, jpeg, store, tmp_path):
     first = jpeg.read_bytes()
     assert cli("warp", "--in-place", jpeg)[0] == 0
     with Image.open(jpeg) as theirs:
         theirs.transpose(Image.Transpose.FLIP_LEFT_RIGHT).save(jpeg)
     second = jpeg.read_bytes()
     assert cli("warp", "--in-place", jpeg)[0] == 0
-    code, listed, _ = cli("restore", jpeg, "--list")
-    kept = [line.split("  ") for line in listed.splitlines()]
-    assert (code, [(number, Path(file).read_bytes()) for number, *_, file in kept]) == (
+    copies = tmp_path / "copies"
+    code, listed, _ = cli("originals", jpeg, "--export", copies)
+    *lines, total = listed.splitlines()
+    kept = [line.split("  ") for line in lines]
+    assert (code, [(number, Path(file).read_bytes()) for number, *_, file, _ in kept]) == (
         0,
         [("1", second), ("2", first)],
     )
-    assert {Path(file).parent for *_, file in kept} == {store}
+    assert {(Path(file).parent, path) for *_, file, path in kept} == {(store, str(jpeg))}
+    assert total.startswith("2 originals, ")
+    assert {one.read_bytes() for one in copies.iterdir()} == {first, second}
     for number, whole in (("2", first), ("1", second), ("2", first)):
         assert cli("restore", jpeg, "--original", number)[0] == 0
         assert jpeg.read_bytes() == whole
-    assert cli("restore", jpeg)[:2] == (0, f"{jpeg} is as it was\n"), "not the newest"
+    assert cli("restore", jpeg)[:2] == (0, f"{jpeg}: is the original already\n"), "not the newest"
     jpeg.write_bytes(b"theirs")
     assert cli("restore", jpeg, "--original", 2)[0] == 2
     assert cli("restore", jpeg, "--original", 2, "--force")[0] == 0
     assert jpeg.read_bytes() == first
     code, _, err = cli("restore", jpeg, "--original", 3)
-    assert (code, "there is no original 3" in err, "1 to 2" in err) == (2, True, True)
+    assert (code, "there is no original 3" in err) == (2, True)
 
 
 def test_without_a_face_the_photo_stays_untouched(cli, faceless, weights, store):
@@ -293,9 +299,9 @@ def test_what_would_come_back_as_less_is_refused(
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["--sample"], "the sample isn't written over"),
-        (["x.jpg", "-o", "y.jpg"], "leave out -o"),
-        (["x.jpg", "--save-project"], "leave out --save-project"),
+        (["--sample"], "--sample can't be combined"),
+        (["x.jpg", "-o", "y.jpg"], "-o can't be combined"),
+        (["x.jpg", "--save-project"], "--save-project can't be combined"),
     ],
 )
 def test_what_goes_against_it_is_refused(cli, arguments, words):
@@ -307,13 +313,13 @@ def test_what_goes_against_it_is_refused(cli, arguments, words):
 def test_an_output_has_to_be_named(cli):
     assert cli("warp", "x.jpg")[::2] == (
         2,
-        "kogao-cli: name an output with -o, or use --in-place\n",
+        "kogao-cli: no output given; use -o FILE or --in-place\n",
     )
 
 
 def test_no_original_is_no_restoring(fails, jpeg):
-    for option in ((), ("--list",), ("--original", 1)):
-        fails(2, "no original of", "restore", jpeg, *option)
+    fails(2, "no original of", "restore", jpeg)
+    fails(2, "no original 1 of", "restore", jpeg, "--original", 1)
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs a file in the way of a folder")
@@ -359,103 +365,17 @@ def test_a_result_that_is_opened_again_may_be_written_several_times(
     assert path.read_bytes() == whole
 
 
-def test_a_program_killed_before_it_wrote_leaves_its_own_result_known(jpeg, store):
-    shown, place = photo.read(jpeg), Originals(store)
-    whole = jpeg.read_bytes()
-    place.keep(jpeg, [b"killed before the first result lay there"])
-    assert not place.restore(jpeg)
-    assert photo.write_in_place(shown, shown.pixels // 2, place)
-    ours = jpeg.read_bytes()
-    place.keep(jpeg, [b"killed before the second"])
-    assert jpeg.read_bytes() == ours
-    assert photo.write_in_place(shown, shown.pixels // 3, place)  # the source is known still
-    assert len(names(store)) == 2  # and nothing of ours is taken for an original
-    place.keep(jpeg, [b"killed once more"])
-    assert place.restore(jpeg)
-    assert jpeg.read_bytes() == whole
-
-
-def changed_in_place(place, path, whole):
-    """Write over a file as a photo is: its original is kept, then the result lies there."""
-    path.write_bytes(whole)
-    place.keep(path, [result := whole[:-9] + b"-" + path.name.encode()])
-    path.write_bytes(result)
-    return place.settle(path)
-
-
-def noise(seed, size=2000):
-    return np.random.default_rng(seed).bytes(size)
-
-
-def test_a_full_store_keeps_what_results_differ_in_and_says_when_an_original_goes(tmp_path):
-    place = Originals(tmp_path / "store", most_bytes=3000)
-    paths = [tmp_path / f"{n}.bin" for n in range(30)]
-    lost = [changed_in_place(place, path, noise(n)) for n, path in enumerate(paths)]
-    gone = sum(lost)
-    assert 0 < gone < 20, "one whole file would fit"
-    assert sum(one.stat().st_size for one in place.folder.glob("*[!n]")) <= 3000
-    for path in paths[:gone]:
-        with pytest.raises(originals.NoOriginal, match="has made room for newer ones"):
-            place.restore(path)
-    with pytest.raises(originals.NoOriginal, match="name a file that was changed"):
-        place.restore(tmp_path / "other.bin")
-    theirs = paths[gone]
-    ours, there = theirs.read_bytes(), place.kept(theirs)
-    theirs.write_bytes(b"theirs")
-    with pytest.raises(originals.NoOriginal, match="bring the result back there first"):
-        place.restore(theirs, force=True)
-    assert place.kept(theirs) == there
-    theirs.write_bytes(ours)
-    for n in range(gone, 30):
-        assert place.restore(paths[n])
-        assert paths[n].read_bytes() == noise(n)
-
-
-def test_the_newest_original_stays_however_large_it_is(tmp_path):
-    place = Originals(tmp_path / "store", most_bytes=25)
-    first, second = tmp_path / "first.bin", tmp_path / "second.bin"
-    assert changed_in_place(place, first, noise(0)) == 0
-    assert changed_in_place(place, second, noise(1)) == 1
-    second.write_bytes(b"theirs")
-    assert place.restore(second, force=True)
-    assert second.read_bytes() == noise(1)
-
-
-def test_what_is_kept_as_a_difference_goes_through_more_changes(tmp_path):
-    place, path = Originals(tmp_path / "store", most_bytes=2500), tmp_path / "photo.bin"
-    changed_in_place(place, path, noise(0))
-    changed_in_place(place, tmp_path / "other.bin", noise(1))
-    assert [one.suffix for one in place.kept(path)] == [".delta"]
-    moved = path.rename(tmp_path / "moved.bin")
-    for n in range(2):
-        data = moved.read_bytes()
-        place.keep(moved, [data[:-1]])
-        assert place.kept(moved)[0].suffix == ".bin"
-        moved.write_bytes(data[:-1])
-        assert place.settle(moved) == 0, n
-    assert place.restore(moved)
-    assert moved.read_bytes() == noise(0)
-
-
-def test_the_store_sheds_what_has_no_record(tmp_path):
-    place = Originals(tmp_path / "store", most_bytes=2500)
-    place.folder.mkdir()
-    lost = place.folder / "20200101T000000.000000000-0123456789abcdef.jpg"
-    lost.write_bytes(bytes(2000))
-    changed_in_place(place, tmp_path / "photo.bin", noise(0))
-    assert not lost.exists()
-    assert len(names(place.folder)) == 3
-
-
-def test_a_full_store_is_told_of_where_the_photo_is_written(small_portrait, tmp_path, store):
-    said = []
-    for name in ("a.png", "b.png"):  # nothing of a PNG stays as it was packed
-        path = tmp_path / name
-        cv2.imwrite(str(path), cv2.imread(str(small_portrait)))
-        shown = photo.read(path)
-        said.append(photo.write_in_place(shown, shown.pixels // 2, Originals(store, 1000)))
-    assert "gone for good" not in said[0]
-    assert "the oldest one that it held has gone for good" in said[1]
+def test_a_full_store_stops_the_change_unless_it_may_delete(cli, tmp_path, jpeg, monkeypatch):
+    other = Path(shutil.copy(jpeg, tmp_path / "other.jpg"))
+    assert cli("warp", "--in-place", jpeg)[0] == 0
+    before = other.read_bytes()
+    monkeypatch.setattr(originals.Originals.__init__, "__defaults__", (1000, False))
+    code, _, err = cli("warp", "--in-place", other)
+    assert (code, "is full" in err, other.read_bytes() == before) == (3, True, True)
+    code, said, _ = cli("warp", "--in-place", "--anyway", other)
+    assert (code, "the oldest original was deleted" in said) == (0, True)
+    assert cli("forget", other)[1].startswith(f"{other}: deleted 1 original, ")
+    assert "no original of" in cli("restore", other)[2]
 
 
 def test_a_file_that_another_program_changed_is_not_written_over(jpeg, store):

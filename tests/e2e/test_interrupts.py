@@ -36,7 +36,7 @@ main()
         # While a file is laid aside and standard error is kept from decoders.
         ("kogao_core.photo.jpeg.coefficients", "write", "SIGTERM", "SIG_DFL"),
         # When all is written.
-        ("kogao_core.cli.summary", "as_text", "SIGHUP", "SIG_DFL"),
+        ("kogao_core.cli.common", "tell", "SIGHUP", "SIG_DFL"),
     ],
 )
 def test_a_signal_ends_a_warp_with_one_line_and_nothing_left(
@@ -51,7 +51,7 @@ def test_a_signal_ends_a_warp_with_one_line_and_nothing_left(
     )  # fmt: skip
     assert (done.returncode, done.stderr) == (130, "kogao-cli: interrupted\n")
     assert not [path for path in tmp_path.rglob("*") if is_aside(path)]
-    assert output.exists() == (name == "as_text")
+    assert output.exists() == (name == "tell")
     if output.exists():
         photo.read(output)
 
@@ -79,10 +79,10 @@ def fails_with(monkeypatch):
     return arrange
 
 
-def test_a_figure_that_cant_be_measured_is_a_note(works, small_portrait, tmp_path, fails_with):
+def test_a_figure_that_cant_be_measured_is_a_warning(warns, small_portrait, tmp_path, fails_with):
     fails_with("warp.measure", np.linalg.LinAlgError("SVD did not converge"))
-    said = works("warp", small_portrait, "-o", tmp_path / "out.jpg")
-    assert "the straight lines couldn't be measured (LinAlgError: SVD did not converge)" in said
+    _, said = warns("warp", small_portrait, "-o", tmp_path / "out.jpg")
+    assert "straight lines can't be measured: LinAlgError: SVD did not converge" in said
     photo.read(tmp_path / "out.jpg")
 
 
@@ -101,8 +101,8 @@ def test_numbers_that_stand_for_no_data_leave_lines_measured(cli, small_portrait
 @pytest.mark.parametrize(
     ("broken", "error", "words"),
     [
-        ("summary.as_text", ZeroDivisionError("by zero"), "what was done can't be told (by zero)"),
-        ("summary.as_json", ZeroDivisionError("by zero"), "what was done can't be told (by zero)"),
+        ("summary.WarpReport.headline", ZeroDivisionError("by zero"), "the report failed: by zero"),
+        ("summary.WarpReport.to_dict", ZeroDivisionError("by zero"), "the report failed: by zero"),
         ("common.put", OSError(28, "No space left on device"), "No space left on device"),
     ],
 )
@@ -112,7 +112,7 @@ def test_a_summary_that_fails_is_a_note_for_the_photo_is_written(
     fails_with(broken, error)
     output, report = tmp_path / "out.jpg", tmp_path / "report.json"
     code, said, err = cli("warp", small_portrait, "-o", output, "--json", report)
-    assert (code, "written to" in said) == (0, broken != "summary.as_text")
-    assert "the photo is written" in err
+    assert (code, "smaller" in said) == (0, broken != "summary.WarpReport.headline")
+    assert "photo saved, but the report failed" in err
     assert words in err
     photo.read(output)

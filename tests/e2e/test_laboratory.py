@@ -51,7 +51,7 @@ def test_the_core_is_the_one_without(without):
 
 def test_the_command_line_offers_no_experiment_and_warps(without, small_png, tmp_path):
     assert "experiment" not in without(*PROGRAM, "--help")
-    assert "No such command 'experiment'" in without(*PROGRAM, "experiment", code=2)
+    assert "no command 'experiment'" in without(*PROGRAM, "experiment", code=2)
     without(*PROGRAM, "warp", small_png, "-o", tmp_path / "small.png")
     assert (tmp_path / "small.png").is_file()
     without(*PROGRAM, "batch", small_png, "-o", tmp_path / "out", "--jobs", "1")

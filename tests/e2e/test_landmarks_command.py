@@ -15,7 +15,7 @@ def test_exported_points_warp_like_those_found(cli, works, small_portrait, tmp_p
     file = tmp_path / "lm" / f"small.{form}"
     assert str(file) in said
     # The forehead isn't in the files: what surrounds the face would follow an arch over it.
-    alone = "--head-follows", 0, "--no-keep-features"
+    alone = "--scope", "face"
     cli("warp", small_portrait, *alone, "-o", tmp_path / "found.png")
     works("warp", small_portrait, *alone, "--points", file, "-o", tmp_path / "given.png")
     found, given = (
@@ -45,14 +45,14 @@ def test_what_cant_be_done_is_said_and_leaves_nothing(fails, small_portrait, tmp
     as_json = ("--format", "json")
     warp = ("warp", small_portrait, "-o", tmp_path / "out.png")
     for wanted, words, *arguments in (
-        (2, "--force replaces", *export, "--format", "csv", "-o", tmp_path),
-        (2, "leave --template out", *export, *as_json, "--template", 68, "-o", tmp_path),
+        (2, "use --force", *export, "--format", "csv", "-o", tmp_path),
+        (2, "--template can.t be combined", *export, *as_json, "--template", 68, "-o", tmp_path),
         (2, "several photos", *export, small_portrait, "--format", "tem", "-o", tmp_path / "new"),
         (3, "number of points", *warp, "--points", tmp_path / "text.tem"),
         (3, "another photo or size", *warp, "--points", tmp_path / "far.json"),
         (2, "needs --points", *warp, "--points-map", "0-16/36,39,42,45/48,54"),
         (2, "such as 0-16", *warp, "--points", tmp_path / "text.tem", "--points-map", "x"),
-        (2, "--project holds", *warp, "--points", "x.tem", "--project", "x.kogao.json"),
+        (2, "combined with --project", *warp, "--points", "x.tem", "--project", "x.kogao.json"),
     ):
         fails(wanted, words, *arguments)
 

@@ -36,9 +36,9 @@ def test_a_preset_goes_in_is_listed_shown_and_goes_out(cli, file, tmp_path, fold
 
 def test_an_export_is_a_recipe_for_other_commands(works, tmp_path):
     out, small = tmp_path / "clear.json", tmp_path / "small.png"
-    works("presets", "export", "Clear, 6 %", "-o", out)
+    works("presets", "export", "Subtle", "-o", out)
     told = works("warp", "--sample", "-o", small, "--recipe", out, "--json", "-")
-    assert json.loads(told)["recipe"]["percent"] == 6.0
+    assert json.loads(told)["recipe"]["percent"] == 4.0
 
 
 def test_a_preset_is_replaced_only_when_told_to(cli, file, folder):
@@ -59,10 +59,10 @@ def test_of_files_one_of_which_is_none_nothing_is_taken(fails, file, tmp_path, f
 @pytest.mark.parametrize(
     ("arguments", "code", "words"),
     [
-        (("show", "Nothing"), 2, "there is no preset Nothing; kogao-cli presets list"),
-        (("export", "Nothing", "-o", "x.json"), 2, "there is no preset Nothing"),
+        (("show", "Nothing"), 2, "no preset Nothing; see kogao-cli presets list"),
+        (("export", "Nothing", "-o", "x.json"), 2, "no preset Nothing"),
         (("import", "missing.json"), 2, "can't be read"),
-        (("import", "Soft.json", "--name", "The paper's"), 2, "comes with the program"),
+        (("import", "Soft.json", "--name", "The paper's"), 2, "is a built-in preset"),
         (("import", "Soft.json", "--name", ""), 2, "1 to 60 letters"),
         (("import", "Soft.json", "a.json", "--name", "Both"), 2, "import one file"),
         (("export", "The paper's", "-o", "none/x.json"), 3, "can't be written"),

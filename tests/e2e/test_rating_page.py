@@ -264,6 +264,24 @@ def test_the_page_from_the_disk_saves_what_the_report_reads(study, browse, tmp_p
     assert not (study / plan.RATINGS_FOLDER).exists()
 
 
+@pytest.mark.parametrize("served", [True, False])
+def test_withdrawn_answers_are_deleted_and_the_debriefing_is_shown(study, address, browse, served):
+    page = browse(address if served else (study / making.PAGE_FILE).as_uri())
+    press(page, "f")
+    page.ask("window.confirm = () => false")
+    page.ask("document.querySelector('#foot .withdraw').click()")
+    press(page, "j")
+    page.ask("window.confirm = () => true")
+    page.ask("document.querySelector('#foot .withdraw').click()")
+    page.until("!document.getElementById('end').hidden")
+    assert "Your answers have been deleted." in page.ask("document.body.innerText")
+    assert page.ask("document.querySelectorAll('#end button').length") == 0
+    assert page.ask("Object.keys(localStorage).filter((k) => k.includes('ratings')).length") == 0
+    assert not list((study / plan.RATINGS_FOLDER).glob("*"))
+    page.press("Backspace")
+    assert "Your answers have been deleted." in page.ask("document.body.innerText")
+
+
 def test_the_page_hints_at_nothing_and_asks_nobody_else(address, browse):
     page = browse(address)
     seen(page)
@@ -437,6 +455,7 @@ def test_two_pictures_are_compared(held, task, left, right):
     assert page.ask("document.getElementById('unnatural').innerText").startswith(right)
     for _ in range(4):
         seen(page)
+        assert page.ask("picture.width") == (2 * 960 + 40) * 640 // 960, "640 px each"
         width, height = page.ask("[picture.naturalWidth, picture.naturalHeight]")
         assert (width, height) == (2 * 960 + 40, 720)
         side = key.pictures[page.ask("picture.getAttribute('src')")].side

@@ -6,7 +6,6 @@ import re
 
 import numpy as np
 import pytest
-from PIL import Image
 from scenes import oval_face
 
 from kogao_core.projects import interchange
@@ -109,24 +108,3 @@ def test_points_that_are_not_there_are_named(cli, small_png, tmp_path):
         code, _, err = cli(*command, small_png, "--points", empty, "-o", tmp_path / "out")
         assert code == 3
         assert re.search(r"no points of small\.png in .*empty: small with one of \.json", err)
-
-
-def test_one_persons_photos_are_brought_to_one_result(cli, small_png, faceless, tmp_path):
-    other = tmp_path / "other.png"
-    with Image.open(small_png) as photo:
-        photo.resize((315, 300)).save(other)
-    out = tmp_path / "out"
-    code, said, err = cli("experiment", "series", small_png, other, "-o", out, "--percent", "5")
-    assert code == 0, err
-    assert "One person, one result" in said
-    with (out / "series.csv").open(encoding="utf-8") as file:
-        rows = list(csv.DictReader(file))
-    after = [float(row["jaw_to_eyes_after"]) for row in rows]
-    assert after[0] == pytest.approx(after[1], rel=1e-3)
-    for row in rows:
-        assert float(row["percent_least"]) <= float(row["percent"]) <= float(row["percent_largest"])
-    assert len(list(out.glob("*.png"))) == 2
-    assert cli("experiment", "series", small_png, other, "-o", out)[0] == 2
-    code, _, err = cli("experiment", "series", faceless, "-o", tmp_path / "alone")
-    assert code == 4
-    assert "at least two photos" in err

@@ -8,6 +8,7 @@ from PIL import Image
 from scenes import textured_photo
 
 from kogao_core import photo
+from kogao_core.cli import verify
 
 
 @pytest.fixture
@@ -22,8 +23,8 @@ def original(tmp_path):
 
 
 @pytest.fixture
-def verified(works, original):
-    return lambda result: json.loads(works("verify", result, original, "--json"))
+def verified(cli, original):
+    return lambda result: json.loads(cli("verify", result, original, "--json")[1])
 
 
 def changed(original, box):
@@ -48,14 +49,14 @@ def test_every_changed_unit_is_told_and_no_other(verified, original, box, units,
     found = verified(changed(original, box))
     assert (found["units"], found["changed_units"], found["box_px"]) == (13 * 8, units, where)
     assert found["metadata"] == []
-    assert found["same"] == {"size": True, "subsampling": True, "tables": True}
+    assert found["same"] == dict.fromkeys(("size", "subsampling", "tables", "components"), True)
 
 
 def test_it_is_told_in_a_sentence(works, original):
     said = works("verify", changed(original, (50, 40, 51, 41)), original)
     assert said == (
         "103 of 104 units of blocks are the same, bit for bit; the others lie from 48, 32 to 64, "
-        "48 px. Nothing else differs but how the blocks are coded.\n"
+        "48 px. The metadata are the same.\n"
     )
     assert "the same, byte for byte" in works("verify", original, original)
 
@@ -66,28 +67,61 @@ def test_another_way_of_coding_is_no_change(works, tmp_path, way):
     for path, options in zip(paths, ({}, {way: True}), strict=True):
         Image.fromarray(textured_photo(200, 120, 3)).save(path, quality=90, **options)
     assert works("verify", *paths) == (
-        "All 104 units of blocks are the same, bit for bit. Nothing else differs but how the "
-        "blocks are coded.\n"
+        "All 104 units of blocks are the same, bit for bit. The metadata are the same.\n"
     )
 
 
-def test_metadata_that_differ_are_named(works, verified, original, tmp_path):
+def test_metadata_that_differ_are_named(cli, verified, original, tmp_path):
     data, other = original.read_bytes(), tmp_path / "other.jpg"
     other.write_bytes(
         data.replace(b"Maker", b"maker").replace(b"as it was", b"as it is.") + b"more"
     )
     found = verified(other)
-    assert [one["name"] for one in found["metadata"]] == ["APP1 Exif", "COM", "behind the picture"]
-    assert found["metadata"][2] == {"name": "behind the picture", "bytes": 4, "original_bytes": 0}
+    assert [one["name"] for one in found["metadata"]] == [
+        "APP1 Exif",
+        "COM",
+        "appended data",
+    ]
+    assert found["metadata"][2] == {
+        "name": "appended data",
+        "bytes": 4,
+        "original_bytes": 0,
+    }
     assert found["changed_units"] == 0
-    assert "Beside them differ APP1 Exif" in works("verify", other, original)
+    code, said, _ = cli("verify", other, original)
+    assert (code, "Different metadata: APP1 Exif" in said) == (1, True)
 
 
-def test_other_sizes_and_tables_cant_be_compared(works, original, tmp_path):
+def test_other_sizes_and_tables_cant_be_compared(cli, original, tmp_path):
     for size, quality, words in (((201, 120), 90, "size"), ((200, 120), 70, "quantisation tables")):
         other = tmp_path / "other.jpg"
         Image.fromarray(textured_photo(*size, 3)).save(other, quality=quality, subsampling="4:2:0")
-        assert f"they have another {words}." in works("verify", other, original)
+        code, said, _ = cli("verify", other, original)
+        assert (code, f"Different: {words}." in said) == (1, True)
+
+
+def test_other_component_names_are_other_colours(cli, verified, tmp_path, original):
+    data, other = original.read_bytes(), tmp_path / "rgb.jpg"
+    at = data.index(b"\xff\xc0") + 10
+    names = bytearray(data)
+    names[at : at + 9 : 3] = b"RGB"
+    scan = data.index(b"\xff\xda") + 5
+    names[scan : scan + 6 : 2] = b"RGB"
+    other.write_bytes(names)
+    assert verified(other)["same"]["components"] is False
+    assert cli("verify", other, original)[0] == 1
+
+
+def test_a_file_without_an_end_has_no_data_after_the_picture(verified, tmp_path, original):
+    other = tmp_path / "endless.jpg"
+    other.write_bytes(original.read_bytes()[:-2])
+    assert verified(other)["metadata"] == []
+
+
+def test_a_bundle_has_no_second_reader_and_says_so(fails, original, monkeypatch):
+    monkeypatch.setattr(verify, "is_bundle", lambda: True)
+    other = changed(original, (0, 0, 9, 9))
+    fails(1, "this bundle has no second reader", "verify", other, original)
 
 
 def test_what_is_no_jpeg_or_damaged_is_refused(fails, original, tmp_path):

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from itertools import starmap
 from typing import ClassVar, Final
 
-import cv2
 import numpy as np
 import numpy.typing as npt
 import pyqtgraph as pg
 from PySide6.QtCore import QPointF, QRectF, Qt
-from PySide6.QtGui import QBrush, QImage, QPainter, QPainterPath, QPen, QPolygonF
+from PySide6.QtGui import QBrush, QImage, QPainter, QPainterPath, QPen
 
 from kogao_core.base.display import Rgb8
 from kogao_core.base.geometry import Affine, Array, Box
@@ -129,7 +127,9 @@ class DomainRegions(FrameOverlay):
         photo = place.box(self.shown.image)
         screen = photo.intersected(place.viewport)
         masks, to_screen = _masks(place, frame, screen, self.shown.state.recipe.threshold_px)
-        regions = {name: _outline(painter, mask, to_screen) for name, mask in masks.items()}
+        regions = {
+            name: glyphs.mask_outline(painter, mask, to_screen) for name, mask in masks.items()
+        }
         whole = QPainterPath()
         whole.addRect(screen)
         painter.setBrushOrigin(photo.topLeft())
@@ -196,17 +196,6 @@ def _carried(field: Field, transform: Affine) -> Field:
         grid = Grid((x, y), lattice.grid.spacing_px * scale)
         lattices.append(Lattice(grid, lattice.first, lattice.phi * scale))
     return Field(tuple(lattices))
-
-
-def _outline(painter: QPainter, mask: npt.NDArray[np.bool_], to_screen: Affine) -> QPainterPath:
-    contours, _ = cv2.findContours(mask.view(np.uint8), cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
-    path = QPainterPath()
-    for contour in contours:
-        smooth = cv2.approxPolyDP(contour, 0.6, closed=True).reshape(-1, 2)
-        seen = glyphs.on_rows(painter, to_screen(smooth))
-        path.addPolygon(QPolygonF(list(starmap(QPointF, seen.tolist()))))
-        path.closeSubpath()
-    return path
 
 
 _FOLD: Final = (glyphs.FOLD.red(), glyphs.FOLD.green(), glyphs.FOLD.blue(), 255)

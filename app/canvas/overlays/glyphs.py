@@ -7,6 +7,7 @@ from functools import cache
 from itertools import product, starmap
 from typing import Final
 
+import cv2
 import numpy as np
 import numpy.typing as npt
 from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
@@ -22,7 +23,7 @@ from PySide6.QtGui import (
     QPolygonF,
 )
 
-from kogao_core.base.geometry import Array
+from kogao_core.base.geometry import Affine, Array
 
 from ...theme import OKABE_ITO
 
@@ -91,12 +92,12 @@ DOMAIN_EDGES: Final = {name: light(colour) for name, colour in DOMAINS.items()}
 
 
 def _cased(colour: QColor, width: float, style: Qt.PenStyle) -> tuple[QPen, QPen]:
-    """Return the pens of a line, one after the other: its dark case, and itself."""
+    """Return two pens for a line: the dark case, then the coloured line."""
     return QPen(CASE, width + 2 * _CASE_PX), QPen(colour, width, style)
 
 
 def on_rows(painter: QPainter, points: npt.ArrayLike, width: float = WIDTH_PX) -> Array:
-    """Move points so that what a pen draws between them ends where the device's pixels do.
+    """Move points so that a line between them ends at device pixel edges.
 
     `points` (..., 2) px. Result (..., 2).
     """
@@ -107,7 +108,7 @@ def on_rows(painter: QPainter, points: npt.ArrayLike, width: float = WIDTH_PX) -
 
 
 def _seen(painter: QPainter, segments: npt.ArrayLike, width: float) -> Array:
-    """Return segments with those `on_rows` that are level or upright by a px; others cross rows."""
+    """Return segments; horizontal and vertical segments (within 1 px) are aligned `on_rows`."""
     ends = np.asarray(segments, float).reshape(-1, 2, 2)
     crosses = np.ptp(ends, axis=1, keepdims=True) >= 1.0
     return np.where(crosses, ends, on_rows(painter, ends, width))
@@ -127,16 +128,16 @@ def lines(
     *,
     style: Qt.PenStyle = Qt.PenStyle.SolidLine,
 ) -> None:
-    """Draw segments, shape (N, 2, 2), in `colour`, a light one, inside a dark case."""
+    """Draw segments, shape (N, 2, 2), in a light `colour` inside a dark case."""
     seen = _seen(painter, segments, width)
     for pen in _cased(colour, width, style):
         _draw(painter, pen, seen)
 
 
 def fine_lines(painter: QPainter, segments: npt.ArrayLike, colour: QColor) -> None:
-    """Draw many segments, about level or upright, in `colour`, a light one, each with a shadow.
+    """Draw many nearly horizontal or vertical segments in a light `colour`, each with a shadow.
 
-    A case on both sides would leave little of the photo to see.
+    A case on both sides would hide too much of the photo.
     """
     seen = _seen(painter, segments, _FINE_PX)
     _draw(painter, QPen(CASE, _FINE_PX), seen + _FINE_PX)
@@ -153,7 +154,7 @@ def ticks(line: Array, at: npt.ArrayLike, half_px: float) -> Array:
 def polyline(
     painter: QPainter, points: Sequence[QPointF], colour: QColor, width: float, *, dotted: bool
 ) -> None:
-    """Draw a line through points in `colour`, a light one, inside a dark case: an outline."""
+    """Draw an outline through points in a light `colour`, inside a dark case."""
     style = Qt.PenStyle.DotLine if dotted else Qt.PenStyle.SolidLine
     painter.setBrush(Qt.BrushStyle.NoBrush)
     for pen in _cased(colour, width, style):
@@ -220,7 +221,7 @@ def arrow(painter: QPainter, shafts: npt.ArrayLike, colour: QColor) -> None:
 def plate(
     font: QFont, at: QPointF, text: str, *, bold: bool = False, within: QRectF | None = None
 ) -> QRectF:
-    """Return the plate of a label; one whose place is `within` an area lies there as a whole."""
+    """Return the rectangle of a label, moved inside `within` if given."""
     heavy = QFont(font)
     heavy.setBold(bold)
     metrics = QFontMetricsF(heavy)
@@ -235,7 +236,7 @@ def plate(
 
 
 def outward_plate(font: QFont, at: QPointF, middle: QPointF, text: str, within: QRectF) -> QRectF:
-    """Return the plate of a label beside a point of a ring, away from the `middle` of the ring."""
+    """Return the rectangle of a label outside a ring, next to a point of the ring."""
     width = plate(font, at, text).width()
     left, below = at.x() < middle.x(), at.y() > middle.y()
     x = -_BESIDE_PX - width if left else _BESIDE_PX
@@ -280,7 +281,7 @@ def warning(painter: QPainter, at: QPointF, size: float = 14.0) -> None:
 
 
 def swatch(draw: Callable[[QPainter, QRectF], object], ratio: float) -> QPixmap:
-    """Return what `draw` makes of a small square, at the screen's pixel `ratio`."""
+    """Draw a small square with `draw`, at the screen's pixel `ratio`, and return the picture."""
     side = round(SWATCH_PX * ratio)
     picture = QPixmap(side, side)
     picture.setDevicePixelRatio(ratio)
@@ -299,7 +300,7 @@ def hatched(painter: QPainter, box: QRectF, name: str) -> None:
 
 
 def hatch_mark(name: str) -> Callable[[QPainter, QRectF], None]:
-    """Return what draws the tint and hatch of a domain into a small square."""
+    """Return a function that draws the tint and hatch of a domain into a small square."""
     return lambda painter, box: hatched(painter, box.adjusted(2, 2, -2, -2), name)
 
 
@@ -320,20 +321,20 @@ def outlined(
     *,
     style: Qt.PenStyle = Qt.PenStyle.SolidLine,
 ) -> None:
-    """Draw the edge of a region in `colour`, a light one, inside a dark case."""
+    """Draw the edge of a region in a light `colour`, inside a dark case."""
     for pen in _cased(colour, width, style):
         painter.strokePath(path, pen)
 
 
 @cache
 def brush(name: str) -> QBrush:
-    """Return the tint and hatch of a domain in one: filling a large region twice takes time."""
+    """Return a brush with tint and hatch of a domain: one fill is faster than two."""
     return _hatch(translucent(DOMAINS[name], 26), DOMAIN_EDGES[name], *_HATCHES[name])
 
 
 @cache
 def protected() -> QBrush:
-    """Return the hatch of protected places."""
+    """Return the hatch of protected regions."""
     crossed = [(n, across) for n in range(12) for across in (n, 11 - n)]
     return _hatch(QColor(0, 0, 0, 70), HALO, 12, crossed)
 
@@ -341,7 +342,7 @@ def protected() -> QBrush:
 def _hatch(
     ground: QColor, colour: QColor, repeats_px: int, at: Sequence[tuple[int, int]]
 ) -> QBrush:
-    """Return a brush: pixels of `colour` on a translucent `ground`, each beside a dark one."""
+    """Return a brush: pixels of `colour` on a translucent `ground`, each next to a dark pixel."""
     picture = QPixmap(_HATCH_PX, _HATCH_PX)
     picture.fill(ground)
     painter = QPainter(picture)
@@ -353,3 +354,15 @@ def _hatch(
                 painter.fillRect((left + x + right) % _HATCH_PX, top + y, 1, 1, shown)
     painter.end()
     return QBrush(picture)
+
+
+def mask_outline(painter: QPainter, mask: npt.NDArray[np.bool_], to_screen: Affine) -> QPainterPath:
+    """Return the outline of the samples of a mask, on screen."""
+    contours, _ = cv2.findContours(mask.view(np.uint8), cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
+    path = QPainterPath()
+    for contour in contours:
+        smooth = cv2.approxPolyDP(contour, 0.6, closed=True).reshape(-1, 2)
+        seen = on_rows(painter, to_screen(smooth))
+        path.addPolygon(QPolygonF(list(starmap(QPointF, seen.tolist()))))
+        path.closeSubpath()
+    return path

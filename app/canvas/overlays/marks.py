@@ -1,4 +1,4 @@
-"""Overlays that follow the state at once: points, the centre line, protected places, brush."""
+"""Overlays of the current state: points, centre line, protected regions, brush."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ import numpy as np
 from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
 from PySide6.QtGui import QPainter, QPainterPath, QPainterPathStroker, QPen, QTransform
 
-from kogao_core.base.geometry import Array
+from kogao_core.base.geometry import Affine, Array
 from kogao_core.base.language import Text
-from kogao_core.faces.doubt import SEEN, SURE
+from kogao_core.faces.doubt import SEEN
 from kogao_core.faces.face import Face
 from kogao_core.faces.targets import center_candidates
 from kogao_core.warp.frame import edges_px
@@ -20,20 +20,23 @@ from kogao_core.warp.protection import NOTHING, Protection, Stroke
 from kogao_core.warp.surround import forehead_pairs
 
 from ...i18n import tr
-from ...view_state import ViewState
+from ...view_state import RenderedFrame, ViewState
 from ..handles import apart
 from . import glyphs
 from .overlay import Overlay, Place
 
 _TICK_PX: Final = 6.0
-# Landmarks at least this far apart on screen have marks of full size.
+# Least landmark spacing on screen for marks of full size.
 _ROOM_PX: Final = 16.0
 _TURNS: Final = np.linspace(0.0, 2.0 * np.pi, 73)
 _ROUND: Final = np.column_stack([np.cos(_TURNS), np.sin(_TURNS)])
-_BALL: Final = 6.0  # in landmark spacings: the radius of a ball that a head is
-_FOLLOWER: Final = 0.5  # of a target's mark: the size of one that follows
+_BALL: Final = 6.0  # radius of the sphere that models a head, in landmark spacings
+_FOLLOWER: Final = 0.5  # size of a follower's mark, relative to a target's mark
 _THINNEST_PX: Final = 3.0
-_ROUNDNESS: Final = 0.05  # of the radius, the largest error of an outline
+# The protected area is sampled at every fifth px of the screen.
+_SAMPLE_PX: Final = 5
+_IN_FULL: Final = 0.98  # a position with this share of its displacement counts as fully moved
+_ROUNDNESS: Final = 0.05  # maximum error of an outline, as a fraction of the radius
 
 
 class Landmarks(Overlay):
@@ -54,12 +57,12 @@ class Landmarks(Overlay):
         glyphs.dot(painter, box.center(), glyphs.LANDMARK)
 
     def draw(self, painter: QPainter, place: Place) -> None:
-        """Draw off faces and unsure ones hollow, or dotted."""
+        """Draw points; hollow or dotted for inactive faces and uncertain points."""
         for index, face in enumerate(self.shown.state.faces):
             if not self.shown.marks(index):
                 continue
             chosen, seen = index == self.shown.face, apart(face, place.zoom)
-            off = index in self.shown.state.off or face.score < SURE
+            off = index in self.shown.state.off
             if chosen or not seen:
                 colour, width = (glyphs.HALO, 2.2) if chosen else (glyphs.OUTLINE, 1.6)
                 glyphs.polyline(painter, place.points(face.outline), colour, width, dotted=off)
@@ -75,19 +78,19 @@ class Landmarks(Overlay):
 
 
 def _large(view: ViewState, place: Place) -> Iterator[tuple[int, Face]]:
-    """Yield the active faces whose marks are shown and can be told apart."""
+    """Yield the active faces with visible, distinguishable marks."""
     for index, face in enumerate(view.state.faces):
         if index not in view.state.off and view.marks(index) and apart(face, place.zoom):
             yield index, face
 
 
 def _size(place: Place, face: Face) -> float:
-    """Return how large a face's marks are: smaller where they would hide its outline."""
+    """Return the relative size of a face's marks, 0 to 1: smaller for a small face."""
     return min(1.0, face.anchor.spacing_px * place.zoom / _ROOM_PX)
 
 
 class Targets(Overlay):
-    """Rings where the landmarks go, and the way there; smaller ones on a forehead that follows."""
+    """Rings at the targets with lines to these; smaller for forehead points that follow."""
 
     name = "targets"
     title = Text("Targets")
@@ -101,7 +104,7 @@ class Targets(Overlay):
         glyphs.ring(painter, box.center(), glyphs.TARGET)
 
     def draw(self, painter: QPainter, place: Place) -> None:
-        """Draw the targets of every active face that is large enough."""
+        """Draw the targets of all active faces that are large enough."""
         for index, face in _large(self.shown, place):
             pairs, size = self.shown.state.pairs[index], _size(place, face)
             _draw_ways(painter, place, pairs.source_px, pairs.target_px, size)
@@ -120,7 +123,7 @@ def _draw_ways(
 
 
 class Centre(Overlay):
-    """The line from the eyes to the mouth with its four candidates, and the chosen one."""
+    """The line from the eyes to the mouth with four candidates, and the selected centre."""
 
     name = "centre"
     title = Text("Centre and its candidates")
@@ -134,7 +137,7 @@ class Centre(Overlay):
         glyphs.cross(painter, box.center(), glyphs.CENTRE, 0.9)
 
     def draw(self, painter: QPainter, place: Place) -> None:
-        """Draw the line of every active face that is large enough."""
+        """Draw the line of all active faces that are large enough."""
         for _, face in _large(self.shown, place):
             self._draw_line(painter, place, face)
 
@@ -147,14 +150,14 @@ class Centre(Overlay):
         chosen = int(self.shown.state.recipe.of_face(face.recipe).center) - 1
         glyphs.cross(painter, places[chosen], glyphs.CENTRE, size)
         if QLineF(places[0], places[3]).length() > 5 * _TICK_PX:
-            # Neighbours are closer than a label is high: odd ones stand right, even ones left.
+            # Labels are higher than the spacing: odd numbers go right, even numbers left.
             for number, at in enumerate(places, 1):
                 beside = QPointF(12.0 if number % 2 else -28.0, 0.0)
                 glyphs.label(painter, at + beside, str(number), bold=number == chosen + 1)
 
 
 class LensStretch(Overlay):
-    """A ball where each head is as the lens draws it, dotted as it is; its long axis, and the %."""
+    """Spheres for heads, stretched by the lens; dotted without stretch; axis and percentage."""
 
     name = "stretch"
     title = Text("Lens stretch")
@@ -174,7 +177,7 @@ class LensStretch(Overlay):
         return view.state.focal_mm is not None
 
     def draw(self, painter: QPainter, place: Place) -> None:
-        """Draw it for every face, once the focal length is known."""
+        """Draw the spheres of all faces, if the focal length is known."""
         state, colour, width = self.shown.state, glyphs.DISPLACEMENT, glyphs.WIDTH_PX
         if (focal_mm := state.focal_mm) is None:
             return
@@ -195,7 +198,7 @@ class LensStretch(Overlay):
 
 
 class Protected(Overlay):
-    """A hatch over every stroke; hard ones have a firm edge and show their feather, dashed."""
+    """A hatch over each stroke, and a dashed line around the region that moves less."""
 
     name = "protection"
     title = Text("Protected places")
@@ -211,50 +214,48 @@ class Protected(Overlay):
 
     @classmethod
     def is_there(cls, view: ViewState) -> bool:
-        """Return whether anything is protected."""
+        """Return whether the photo has protection strokes."""
         return bool(view.state.protection.strokes)
 
     _drawn: Protection = NOTHING
-    _shapes: tuple[tuple[Stroke, QPainterPath, QPainterPath], ...] = ()
+    _shapes: tuple[tuple[Stroke, QPainterPath], ...] = ()
 
     def wanted(self) -> bool:
-        """Show it also while a tool is in hand that changes it, unless everything is hidden."""
-        return super().wanted() or (self.shown.brush.protects and bool(self.shown.visible))
+        """Return True if the overlay is on or a protecting tool is selected."""
+        return super().wanted() or self.shown.brush.protects
 
     def draw(self, painter: QPainter, place: Place) -> None:
-        """Fill the strokes with one hatch that stays with the photo."""
+        """Fill the strokes with one hatch, fixed to the photo."""
         self._trace(self.shown.state.protection)
         matrix, (dx, dy) = place.to_screen.matrix, place.to_screen.shift
         to_screen = QTransform(matrix[0, 0], matrix[1, 0], matrix[0, 1], matrix[1, 1], dx, dy)
         painter.setBrushOrigin(QPointF(dx, dy))
-        for stroke, core, feathered in self._shapes:
+        for stroke, core in self._shapes:
             shape = to_screen.map(core)
             if stroke.radius_px * place.zoom < _THINNEST_PX / 2:
                 shape = _outline(place.points(stroke.points_px), _THINNEST_PX / 2)
             painter.fillPath(shape, glyphs.protected())
-            hard = stroke.feather_px > 0.0
-            style = Qt.PenStyle.SolidLine if hard else Qt.PenStyle.DotLine
-            glyphs.outlined(painter, shape, glyphs.HALO, style=style)
-            if hard:
-                edge = to_screen.map(feathered)
-                glyphs.outlined(painter, edge, glyphs.HALO, 1.0, style=Qt.PenStyle.DashLine)
+            glyphs.outlined(painter, shape, glyphs.HALO)
+        if self._shapes and self.shown.frame is not None:
+            edge = _slowed(painter, place, self.shown.frame)
+            glyphs.outlined(painter, edge, glyphs.HALO, 1.0, style=Qt.PenStyle.DashLine)
 
     def _trace(self, protection: Protection) -> None:
-        # Outlining a brush stroke takes longer than filling it: once per change, not per paint.
+        # Outlining a stroke is slower than filling: outline once per change, not per paint.
         if protection is self._drawn:
             return
         known = {id(shape[0]): shape for shape in self._shapes}
-        self._shapes = tuple(known.get(id(s)) or (s, *_shapes(s)) for s in protection.strokes)
+        self._shapes = tuple(known.get(id(s)) or (s, _shape(s)) for s in protection.strokes)
         self._drawn = protection
 
 
 class BrushRing(Overlay):
-    """How large the brush is, round the cursor: where its falloff begins, or the eraser's cross."""
+    """The brush size around the cursor, with the start of the falloff or the eraser's cross."""
 
     height = 170
 
     def draw(self, painter: QPainter, place: Place) -> None:
-        """Draw the ring while a painting tool is over the photo, seen on any ground."""
+        """Draw the ring while a painting tool is over the photo."""
         if not self.shown.brush.paints or self.shown.cursor is None:
             return
         (at,) = place.points(self.shown.cursor)
@@ -272,10 +273,18 @@ class BrushRing(Overlay):
             glyphs.outlined(painter, inner, glyphs.HALO, 1.0, style=Qt.PenStyle.DotLine)
 
 
-def _shapes(stroke: Stroke) -> tuple[QPainterPath, QPainterPath]:
-    line = [QPointF(x, y) for x, y in stroke.points_px.tolist()]
-    core = _outline(line, stroke.radius_px)
-    return core, _outline(line, stroke.radius_px + stroke.feather_px)
+def _shape(stroke: Stroke) -> QPainterPath:
+    return _outline([QPointF(x, y) for x, y in stroke.points_px.tolist()], stroke.radius_px)
+
+
+def _slowed(painter: QPainter, place: Place, frame: RenderedFrame) -> QPainterPath:
+    """Return the outline, on screen, of the region with displacement reduced by protection."""
+    (left, top), (right, bottom) = place.to_screen(np.array(place.seen))
+    xs, ys = np.arange(left, right, _SAMPLE_PX), np.arange(top, bottom, _SAMPLE_PX)
+    places = place.to_screen.inverse(np.stack(np.meshgrid(xs, ys), axis=-1).reshape(-1, 2))
+    share = frame.rendering.field.protected_share(frame.to_photo.inverse(places))
+    mask = share.reshape(len(ys), len(xs)) < _IN_FULL
+    return glyphs.mask_outline(painter, mask, Affine(np.eye(2) * _SAMPLE_PX, np.array([left, top])))
 
 
 def _outline(line: list[QPointF], radius: float) -> QPainterPath:

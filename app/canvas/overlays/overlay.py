@@ -1,4 +1,4 @@
-"""What all overlays share: they draw in screen px, so lines never thicken with the zoom."""
+"""Base classes of overlays. Overlays draw in screen px, so line widths ignore the zoom."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ _EVERYWHERE: Final = QRectF(-1e7, -1e7, 2e7, 2e7)
 
 @dataclass(frozen=True, eq=False)
 class Place:
-    """Where the photo lies on screen."""
+    """Position of the photo on screen."""
 
     to_screen: Affine  # from px of the photo to px of the viewport
-    viewport: QRectF  # what can be seen, px of the viewport
+    viewport: QRectF  # visible area, px of the viewport
 
     @property
     def zoom(self) -> float:
@@ -54,24 +54,24 @@ class Place:
 
 
 class Overlay:
-    """One layer over the photo, with everything that is to be known of it.
+    """One layer over the photo.
 
-    Those that can be switched on and off also have a name, a title, a key and a swatch, and stand
-    in `listed.LISTED`; panel, menu, screenshots and their test follow from that. Which of them are
-    on at first is each workspace's to say.
+    Overlays with a switch also have a name, a title, a key and a swatch, and are part of
+    `listed.LISTED`. Panel, menu and screenshots use that list. Each workspace defines the overlays
+    that are on at first.
 
     Attributes
     ----------
     height : int
-        The larger, the nearer to the eye.
+        Stacking order: larger values are drawn later, on top.
     name : str
-        Which entry of `ViewState.switched` switches it on.
+        Entry in `ViewState.switched` that enables the overlay.
     title : Text
-        What the user knows it by.
+        Visible name.
     key : str
-        What toggles it; empty for one that comes and goes by itself.
+        Shortcut; empty for an overlay without a switch.
     handles : frozenset of Kind
-        What can be taken hold of while it is on.
+        Handles that are draggable while the overlay is on.
     """
 
     height: ClassVar[int]
@@ -85,32 +85,32 @@ class Overlay:
 
     @classmethod
     def swatch(cls, painter: QPainter, box: QRectF) -> None:
-        """Draw its mark into a small square, for the legend."""
+        """Draw the overlay's symbol into a small square, for the legend."""
         raise NotImplementedError
 
     @classmethod
     def is_there(cls, view: ViewState) -> bool:  # noqa: ARG003
-        """Return whether there is any of it to explain in the legend."""
+        """Return whether the overlay has content to explain in the legend."""
         return True
 
     def wanted(self) -> bool:
-        """Return whether it is switched on, if it can be."""
+        """Return whether the overlay is enabled; always True without a switch."""
         return not self.key or self.name in self.shown.visible
 
     def draw(self, painter: QPainter, place: Place) -> None:
-        """Draw what there is to draw, in px of the screen."""
+        """Draw the overlay, in px of the screen."""
         raise NotImplementedError
 
 
 class Layers(pg.GraphicsObject):
-    """Overlays as one item of the scene, which tells each of its items of every move and zoom."""
+    """All overlays as one scene item: a scene notifies each item of every move and zoom."""
 
     def __init__(self, view: ViewState, overlays: Sequence[Overlay]) -> None:
         super().__init__()
         self._shown, self._overlays = view, overlays
 
     def boundingRect(self) -> QRectF:
-        """Cover every view: what is drawn depends on the screen, not on the photo."""
+        """Return an unlimited rectangle: the drawn area depends on the screen, not on the photo."""
         return _EVERYWHERE
 
     def paint(
@@ -119,7 +119,7 @@ class Layers(pg.GraphicsObject):
         option: QStyleOptionGraphicsItem,  # noqa: ARG002
         widget: QWidget | None = None,
     ) -> None:
-        """Leave the photo's coordinates for the screen's, and draw."""
+        """Draw all enabled overlays in screen coordinates."""
         if not self._shown.image.area:
             return
         place = Place(affine(painter.worldTransform()), viewport_of(painter, widget))
@@ -133,24 +133,24 @@ class Layers(pg.GraphicsObject):
 
 
 def affine(transform: QTransform) -> Affine:
-    """Return a transform of Qt's."""
+    """Convert a QTransform to an Affine."""
     matrix = np.array([[transform.m11(), transform.m21()], [transform.m12(), transform.m22()]])
     return Affine(matrix, np.array([transform.dx(), transform.dy()]))
 
 
 def viewport_of(painter: QPainter, widget: QWidget | None) -> QRectF:
-    """Return what can be painted on, px of the screen; on fine screens they hold several each."""
+    """Return the paintable area in logical px of the screen."""
     return QRectF(widget.rect() if widget is not None else painter.viewport())
 
 
 class FrameOverlay(Overlay):
-    """Draws from the newest rendering."""
+    """Base class of overlays that show the newest frame."""
 
     def draw(self, painter: QPainter, place: Place) -> None:
-        """Draw the newest rendering, once there is one."""
+        """Draw the newest frame, if any."""
         if self.shown.frame is not None:
             self.draw_frame(painter, place, self.shown.frame)
 
     def draw_frame(self, painter: QPainter, place: Place, frame: RenderedFrame) -> None:
-        """Draw one rendering, whose px need not be the photo's."""
+        """Draw one frame; the frame's px may differ from the photo's px."""
         raise NotImplementedError

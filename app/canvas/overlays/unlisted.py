@@ -1,4 +1,4 @@
-"""Overlays that come and go by themselves: with the hand, the zoom, several faces, comparing."""
+"""Overlays without a switch: they depend on tool, zoom, number of faces and comparison."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from ..photo_layer import PhotoItem
 
 FROM_ZOOM: Final = 8.0  # screen px per photo px
-# Grey half seen through darkens light pixels and lightens dark ones.
+# Semi-transparent grey darkens light pixels and lightens dark pixels.
 _GREY: Final = QColor(128, 128, 128, 110)
 _BAND_PX: Final = 9.0
 _OPAQUE: Final = 0.75
@@ -38,7 +38,7 @@ _TOP_PX: Final = 20.0
 
 
 class Badge(NamedTuple):
-    """A face's number: what it says, whether the face is chosen, its plate in px of the screen."""
+    """The number of a face: text, selection, and label rectangle in px of the screen."""
 
     face: int
     text: str
@@ -51,7 +51,7 @@ def badges(view: ViewState, place: Place, font: QFont) -> Iterator[Badge]:
     held = _held_back(view)
     if len(view.state.faces) < 2:
         return
-    # The chosen one's lies over the others.
+    # The selected face's badge is on top.
     for index in sorted(range(len(view.state.faces)), key=lambda index: index == view.face):
         if "landmarks" not in view.visible and index not in held:
             continue
@@ -69,7 +69,7 @@ def badges(view: ViewState, place: Place, font: QFont) -> Iterator[Badge]:
 
 
 def _held_back(view: ViewState) -> dict[int, float]:
-    """Return the faces that the guard holds back in the newest picture, and what share is left."""
+    """Return faces with limited displacement in the newest frame, and the remaining share."""
     on = [index for index in range(len(view.state.faces)) if index not in view.state.off]
     shares = () if view.frame is None else view.frame.rendering.shares
     pairs = zip(on, shares, strict=True) if len(on) == len(shares) else ()
@@ -77,7 +77,7 @@ def _held_back(view: ViewState) -> dict[int, float]:
 
 
 class FaceNumbers(Overlay):
-    """A number over each face; the one whose settings are edited is bold and has a dot."""
+    """A number over each face; the selected face's number is bold with a dot."""
 
     height = 120
 
@@ -93,7 +93,7 @@ class PointsToLookAt(Overlay):
     height = 125
 
     def draw(self, painter: QPainter, place: Place) -> None:
-        """Draw the rings of every active face that is large enough, unless all is hidden."""
+        """Draw the rings of all active faces that are large enough, unless overlays are hidden."""
         state = self.shown.state
         if not self.shown.switched:
             return
@@ -128,12 +128,12 @@ class Draft(Overlay):
 
 
 class PixelGrid(Overlay):
-    """Thin lines between the pixels of the photo, half way between their centres."""
+    """Thin lines between the pixels of the photo."""
 
     height = 0
 
     def draw(self, painter: QPainter, place: Place) -> None:
-        """Draw the lines on screen where the zoom is high enough, unless everything is hidden."""
+        """Draw the visible lines at a high zoom, unless overlays are hidden."""
         if place.zoom < FROM_ZOOM or not self.shown.visible:
             return
         image, (low, high) = self.shown.image, place.seen
@@ -149,7 +149,7 @@ class PixelGrid(Overlay):
 
 
 class Placement(Overlay):
-    """A frame round a face that is being dragged into place, with corners to turn and size it."""
+    """A frame around a face during placement, with corners to rotate and scale the face."""
 
     height = 140
 
@@ -263,8 +263,9 @@ class Divider(Overlay):
             tip = middle + QPointF(side * 9.0, 0.0)
             for dy in (-4.0, 4.0):
                 painter.drawLine(tip, tip + QPointF(-side * 4.0, dy))
-        width = painter.fontMetrics().horizontalAdvance(tr("before")) + 8
-        glyphs.label(painter, QPointF(x - 10 - width, area.top() + _TOP_PX), tr("before"))
+        left = tr("before") if self.shown.retouched is None else tr("retouched copy")
+        width = painter.fontMetrics().horizontalAdvance(left) + 8
+        glyphs.label(painter, QPointF(x - 10 - width, area.top() + _TOP_PX), left)
         glyphs.label(painter, QPointF(x + 10, area.top() + _TOP_PX), tr("after"))
 
     def _text(self) -> str:

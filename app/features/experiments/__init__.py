@@ -1,4 +1,4 @@
-"""The paper's experiments on the open photo, and windows with what they find."""
+"""Run experiments on the open photo, and show the results."""
 
 from __future__ import annotations
 
@@ -19,16 +19,18 @@ from kogao_core.lab.experiments.experiment import Experiment
 from kogao_core.lab.stimuli import doses, files_of
 from kogao_core.lab.subjects import Progress, Subject
 
+from ...actions import Item
 from ...i18n import sentence, tr, translated, unwritten
 from ...widgets.controls import named, row_of
 from ...widgets.dialogs import PathLine, ask_path
 from ..feature import Context, Feature
 from ..landmarks import LandmarkSources
+from ..readings import settings_text
 from .dialog import Asking, ExperimentDialog, Findings
-from .measure import brought, dosed, measured
+from .measure import dosed, measured
 
 TRIALS: Final = "trials.jsonl"
-_NUMBERS: Final = (1, 2, 3, 4, 6, 9, 0)  # of their keys: others have 5, 7 and 8
+_NUMBERS: Final = (1, 2, 3, 4, 6, 7, 9, 0)  # digits of their keys: 5 and 8 are taken
 
 
 class _Stopped(Exception):
@@ -52,19 +54,15 @@ class Experiments(Feature):
         for one, number in zip(EXPERIMENTS, _NUMBERS, strict=False):
             slot, key = partial(self.start, one), f"Ctrl+Alt+{number}"
             entry, tip = translated(one.entry), translated(one.tip)
-            self.starts[one.name] = self.add_action(f"experiment-{one.name}", entry, key, tip, slot)
-        self.add_action(
-            "experiment-series",
-            tr("&One person's photos…"),
-            "Ctrl+Alt+7",
-            tr("Bring a folder of one person's photos to one result, each by its own amount"),
-            self._ask_folder,
-        )
-        self.add_action(
-            "experiment-stimuli",
-            tr("&Faces at several doses…"),
-            "Ctrl+Alt+8",
-            tr("This photo's faces smaller and larger, a picture for each dose, with measures"),
+            command = Item(f"experiment-{one.name}", entry, key, tip)
+            self.starts[one.name] = self.bind(command, slot)
+        self.bind(
+            Item(
+                "experiment-stimuli",
+                "&Faces at several doses…",
+                "Ctrl+Alt+8",
+                "Save a picture for each dose",
+            ),
             self._ask_doses,
         )
 
@@ -78,16 +76,11 @@ class Experiments(Feature):
         work = partial(
             measured, experiment, subject, recipe, lambda: source(wanted), self.storage.data
         )
-        self._run(translated(experiment.title), work)
+        self._run(translated(experiment.title), work, partial(self._start_as_paper, experiment))
 
-    def _ask_folder(self) -> None:
-        ask_path(self.window, tr("The folder of one person's photos"), self.bring, "folder")
-
-    def bring(self, folder: Path) -> None:
-        """Bring the photos of a folder to one result, with the settings of this moment."""
-        recipe, wanted = self.document.state.recipe, self._landmarks.wanted
-        work = partial(brought, folder, recipe, lambda: source(wanted))
-        self._run(tr("One person, one result"), work)
+    def _start_as_paper(self, experiment: Experiment) -> None:
+        self.actions["paper-settings"].trigger()
+        self.start(experiment)
 
     def _ask_doses(self) -> None:
         if self._subject() is None:
@@ -96,7 +89,7 @@ class Experiments(Feature):
             DosesDialog(self).open()
 
     def make_doses(self, percents: tuple[float, ...], folder: Path) -> str:
-        """Make the photo's faces at several doses; return why not, or nothing where it begins."""
+        """Start making the faces at several doses. Return an error, or an empty text."""
         photo, state = self.document.photo, self.document.state
         if photo is None or not state.active:
             return tr("An experiment needs a photo with a face that is on.")
@@ -117,10 +110,20 @@ class Experiments(Feature):
             return None
         return Subject(path.name, photo.pixels, tuple(state.active), file=path)
 
-    def _run(self, title: str, work: Callable[[Progress], Findings]) -> None:
+    def _run(
+        self,
+        title: str,
+        work: Callable[[Progress], Findings],
+        as_paper: Callable[[], None] | None = None,
+    ) -> None:
+        """Run an experiment in a dialog; `as_paper` repeats it with the paper's settings."""
         if self._dialog is not None:
             self._dialog.close()
-        self._dialog = dialog = ExperimentDialog(title, self.window)
+        settings = settings_text(self.document.state.recipe) if as_paper is not None else ""
+        self._dialog = dialog = ExperimentDialog(title, self.window, settings)
+        if as_paper is not None:
+            dialog.paper.setEnabled(self.actions["paper-settings"].isEnabled())
+            dialog.paper.clicked.connect(as_paper)
         dialog.finished.connect(lambda _: self._let_go())
         dialog.open()
         self.stop()
@@ -134,7 +137,7 @@ class Experiments(Feature):
         self._running.submit(lambda: work(progress))
 
     def stop(self) -> None:
-        """End the one under way after its current run; nothing comes of it."""
+        """Cancel the running experiment after its current run."""
         self._enough.set()
         super().stop()
 

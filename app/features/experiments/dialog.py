@@ -14,6 +14,7 @@ from PySide6.QtWidgets import (
     QLabel,
     QLayout,
     QProgressBar,
+    QPushButton,
     QScrollArea,
     QTableWidget,
     QVBoxLayout,
@@ -25,7 +26,7 @@ from kogao_core.base.geometry import Image
 from ...i18n import tr
 from ...render.pictures import scaled
 from ...theme import GRID_PX
-from ...widgets.controls import ChoiceBox, column_of, heading, muted_label
+from ...widgets.controls import ChoiceBox, column_of, heading, muted_label, row_of
 from ...widgets.dialogs import Dialog, table
 
 if TYPE_CHECKING:
@@ -39,23 +40,28 @@ _ASKING_PX: Final = (520, 320)
 
 @dataclass(frozen=True, eq=False)
 class Findings:
-    """What an experiment found."""
+    """Results of an experiment."""
 
     name: str  # which one
-    lead: str  # what it asks, in a sentence
+    lead: str  # the question in one sentence
     tables: list[Table]  # its figures
     # By kind: captions and RGB pictures of one size, to look at in one place.
     pictures: Mapping[str, Sequence[tuple[str, Image]]] = field(default_factory=dict)
-    left_out: list[str] = field(default_factory=list)  # what couldn't be measured, and why
+    left_out: list[str] = field(default_factory=list)  # sentences about photos and methods left out
     # The report by kind of file: html, json and csv.
     texts: dict[str, str] = field(default_factory=dict)
 
 
 class ExperimentDialog(Dialog):
-    """Follows an experiment and shows what came of it."""
+    """Shows the progress and the results of an experiment."""
 
-    def __init__(self, title: str, parent: QWidget) -> None:
+    def __init__(self, title: str, parent: QWidget, settings: str = "") -> None:
         super().__init__(title, parent, _SIZE_PX)
+        self.settings = muted_label(settings, wraps=True)
+        self.paper = QPushButton(tr("Repeat with the &paper's settings"))
+        row = row_of(self.settings, None, self.paper)
+        for widget in (self.settings, self.paper):
+            widget.setVisible(bool(settings))
         self.progress = QProgressBar()
         self.progress.setAccessibleName(tr("Progress"))
         self.progress.setTextVisible(False)
@@ -67,7 +73,7 @@ class ExperimentDialog(Dialog):
         self._page.setSpacing(3 * GRID_PX)
         self._gallery = QGridLayout()
         page = _scrolled(self._page)
-        content = heading(title), self.state, self.progress, page, self._buttons()
+        content = heading(title), row, self.state, self.progress, page, self._buttons()
         column = column_of(self, *content, margin=4 * GRID_PX, spacing=3 * GRID_PX)
         column.setStretchFactor(page, 1)
 
@@ -77,7 +83,7 @@ class ExperimentDialog(Dialog):
         self.progress.setValue(done)
 
     def show_findings(self, findings: Findings) -> None:
-        """Show what was found in place of the progress."""
+        """Replace the progress by the results."""
         self.progress.hide()
         self.state.setText("\n".join([findings.lead, *findings.left_out]))
         self._show_pictures(findings.pictures)
@@ -94,7 +100,7 @@ class ExperimentDialog(Dialog):
             button.setEnabled(True)
 
     def show_failure(self, sentence: str) -> None:
-        """Say why nothing was found."""
+        """Show why the experiment failed."""
         self.progress.hide()
         self.state.setText(sentence)
 
@@ -131,7 +137,7 @@ class ExperimentDialog(Dialog):
 
 
 class Asking(Dialog):
-    """Asks for what a run takes; `begin` runs it, or returns in a sentence why it can't."""
+    """Asks for the input of a run; `begin` starts the run, or returns a sentence why it can't."""
 
     def __init__(
         self,

@@ -11,6 +11,7 @@ from kogao_core.base.strict import BadFile
 from kogao_core.base.wording import system_reason
 from kogao_core.lab.study.server import Server
 
+from ...actions import Item
 from ...i18n import tr
 from ...widgets.dialogs import ask_path
 from ...widgets.messages import BarAction
@@ -23,11 +24,13 @@ class Rating(Feature):
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         self._server: Server | None = None
-        self.add_action(
-            "rate",
-            tr("&Rate pictures…"),
-            "Ctrl+R",
-            tr("Say which pictures of a study look natural (table 1, figure 11)"),
+        self.bind(
+            Item(
+                "rate",
+                "&Rate pictures…",
+                "Ctrl+R",
+                "Rate how natural they look (table 1, figure 11)",
+            ),
             self._ask_folder,
         )
 

@@ -18,6 +18,7 @@ from kogao_core.lab.experiments.trials import Mode, Trial
 from kogao_core.lab.subjects import set_by_hand
 from kogao_core.photo import READABLE
 
+from ...actions import Item
 from ...i18n import tr
 from ...widgets.controls import WholeNumber, named, row_of
 from ...widgets.dialogs import PathLine
@@ -63,11 +64,13 @@ class TimingSession(Feature):
         self.person = ""
         self.places: list[SessionPhoto] = []
         self._at: SessionPhoto | None = None
-        self.add_action(
-            "experiment-session",
-            tr("Timing &session…"),
-            "Ctrl+Alt+5",
-            tr("Photos in random order, each set by hand and by the machine (table 2)"),
+        self.bind(
+            Item(
+                "experiment-session",
+                "Timing &session…",
+                "Ctrl+Alt+5",
+                "Time manual and automatic work in random order (table 2)",
+            ),
             self._ask,
         )
         self.document.opened.connect(self._opened)
@@ -108,7 +111,7 @@ class TimingSession(Feature):
         self._files.read(self._at.path, afresh=True)
 
     def end(self) -> None:
-        """End the session; what was applied is kept."""
+        """End the session; applied trials are kept."""
         self.places, self._at = [], None
         step = BarAction(tr("Table 2"), self._table_2.trigger)
         self.say(tr("The session is over; every trial is kept for table 2."), step, wrong=False)
@@ -126,7 +129,7 @@ class TimingSession(Feature):
         self._tell(place)
 
     def _tell(self, place: SessionPhoto) -> None:
-        """Say what to do with a photo for as long as it is to be done."""
+        """Show the instructions for a photo until the photo is done."""
         applied, last = self._manual.clock.applied, place.order == len(self.places)
         text = tr(
             "Photo {n} of {all}: set every point of the face, then Apply (Ctrl+Return).",

@@ -1,4 +1,4 @@
-"""Opening photos and saving copies, in workers; what goes wrong is said in the bar."""
+"""Opening photos and saving copies in workers; the message bar shows errors."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from PySide6.QtCore import Signal
 from kogao_core.background.find import BackgroundFinder
 from kogao_core.base import assets
 from kogao_core.base.geometry import Image
-from kogao_core.base.originals import Originals
 from kogao_core.base.wording import printable
 from kogao_core.photo import FORMATS, READABLE, CannotDisclose, Photo
 from kogao_core.photo.disclosure.disclosing import Disclosure
 from kogao_core.photo.export import AS_IT_IS, Export
+from kogao_core.photo.originals import Originals
 from kogao_core.projects.project import to_bytes
 from kogao_core.projects.results import MARK, Provenance
 from kogao_core.projects.sidecar import SUFFIX
@@ -25,23 +25,23 @@ from kogao_core.retouch import over_itself, retouch, to_file
 
 from ...actions import call
 from ...ahead import Ahead, FaceSearch
-from ...document import State
+from ...document import ReplaceState, State
 from ...i18n import reason, sentence, tr, translated
-from ...widgets.dialogs import ask_path, photo_filter
+from ...widgets.dialogs import ask_path, open_path, photo_filter
 from ...widgets.messages import BarAction
 from .. import preferences
+from ..disclosure import SaveOptions
 from ..faces import Faces
 from ..feature import Context, Feature
 from .opening import EarlierWork, Opened, PhotoNotBeside, is_sample, open_photo, to_keep_beside
-from .options import SaveOptions
 from .saver import Holds, Request, Saver, Then
 
-# What a result of this program begins with: nobody is retouched twice unawares.
+# First recipe for results of this program, so that no face is changed twice by accident.
 UNTOUCHED: Final = Recipe(percent=0.0)
 
 
 class Files(Feature):
-    """Moves photos in and out of the document."""
+    """Opens photos and saves results."""
 
     began = Signal()
     welcomed = Signal()
@@ -61,39 +61,19 @@ class Files(Feature):
     ) -> None:
         super().__init__(context)
         self._saver, self._faces, self._options = saver, faces, options
-        # What was open when another photo was asked for, and whether that may go unkept.
+        # State at the request for another photo, and whether its edits may be discarded.
         self._left, self._given_up = self.document.state, False
-        self._stop = 0  # of the tour
+        self._stop, self._card = 0, ""  # card of the tour: index and text
+        self.document.undo.indexChanged.connect(lambda _: self._follow_tour())
         self._originals: Originals | None = None
-        # The search for the faces of a photo that is still being read.
+        # Search for the faces of a photo that is still loading.
         self._sought: FaceSearch | None = None
         self._reading = self.lane(self._opened, self._not_opened)
-        self.add_action(
-            "tour",
-            tr("&Tour"),
-            "Ctrl+F1",
-            tr("Open the sample, and what there is to try in three steps"),
-            self.welcome,
-        )
-        self.opening = self.add_action(
-            "open", tr("&Open…"), "Ctrl+O", tr("Open a photo"), self._ask_open
-        )
-        self.sampling = self.add_action(
-            "sample",
-            tr("Open the sample &portrait"),
-            "",
-            tr("A face to try things on"),
-            self.open_sample,
-        )
-        self.add_action(
-            "save",
-            tr("&Save a copy…"),
-            "Ctrl+S",
-            tr("Save the result under another name; the original is never touched"),
-            self.keep,
-            needs_photo=True,
-        )
-        self.add_action("quit", tr("&Quit"), "Ctrl+Q", tr("Close the window"), self.window.close)
+        self.bind("tour", self.welcome)
+        self.opening = self.bind("open", self._ask_open)
+        self.sampling = self.bind("sample", self.open_sample)
+        self.bind("save", self.keep)
+        self.bind("quit", self.window.close)
 
     # -- opening ---------------------------------------------------------------------------------
 
@@ -103,7 +83,7 @@ class Files(Feature):
 
     @property
     def folder(self) -> Path | None:
-        """Where dialogs begin: in the preferred folder, else where the open photo lies."""
+        """Start folder of dialogs: the preferred folder, else the folder of the open photo."""
         path, preferred = (
             self.document.path,
             preferences.folder(self.settings, preferences.OPEN_FOLDER),
@@ -113,20 +93,20 @@ class Files(Feature):
         return None if path is None or is_sample(path) else path.parent
 
     def open(self, path: Path, ahead: Ahead | None = None, *, afresh: bool = False) -> None:
-        """Open a photo or a project once the edits of the open one are kept."""
-        # Recent files and recovery outlive the folder that this program was started in.
+        """Open a photo or a project after the current edits are saved."""
+        # Absolute: recent files and recovery are used from other working directories.
         path = path.absolute()
         self._saver.guard(lambda: self.read(path, ahead=ahead, afresh=afresh))
 
     def stay(self) -> None:
-        """Open no other photo after all."""
+        """Cancel the opening of another photo."""
         self._saver.forget()
         if self._reading.busy:
             self.stop()
             self.working.emit("")
 
     def open_sample(self, *, afresh: bool = False) -> bool:
-        """Open the portrait that travels with the program; return whether it is there."""
+        """Open the sample portrait; return False if the file is missing."""
         try:
             path = assets.sample()
         except assets.AssetMissing as problem:
@@ -143,7 +123,7 @@ class Files(Feature):
         afresh: bool = False,
         ahead: Ahead | None = None,
     ) -> None:
-        """Read a photo without a question, see `open_photo`, or look for faces in it."""
+        """Read a photo without a question (see `open_photo`)."""
         self.window.bar.clear()
         self.began.emit()
         self.stop()
@@ -154,7 +134,7 @@ class Files(Feature):
         self._reading.submit(lambda: open_photo(path, storage, work, afresh, ahead))
 
     def welcome(self) -> None:
-        """Open the sample and say what to try, one thing after the other; Escape ends it."""
+        """Open the sample and start the tour; Escape ends the tour."""
         if self.open_sample(afresh=True):
             self._say_stop(0)
             self.welcomed.emit()
@@ -162,13 +142,13 @@ class Files(Feature):
     def _say_stop(self, number: int) -> None:
         stops = (
             tr("Move the slider “Amount”: the face gets smaller."),
-            tr("Drag a blue dot to correct the outline, an orange ring to say where it goes."),
+            tr("Drag an orange ring: the outline of the face follows."),
             tr("Hold \\ to see the photo as it was. Then open one of yours."),
         )
         last = number == len(stops) - 1
         further = BarAction(tr("Next"), lambda: self._say_stop(number + 1))
         text = tr("{n} of {count}: {stop}", n=number + 1, count=len(stops), stop=stops[number])
-        self._stop = number
+        self._stop, self._card = number, text
         self.say(
             text,
             self._open_step() if last else further,
@@ -176,14 +156,26 @@ class Files(Feature):
             applies=lambda: self._stop == number and self.on_sample(),
         )
 
+    def _follow_tour(self) -> None:
+        """Show the next card after the user has completed a step of the tour."""
+        index = self.document.undo.index()
+        step = self.document.undo.command(index - 1) if index else None
+        card = self.window.bar.shown
+        if card is None or card.text != self._card or not isinstance(step, ReplaceState):
+            return
+        before, after = step.before, step.after
+        changed = (before.recipe != after.recipe, before.faces != after.faces, False)
+        if changed[self._stop] and not self._reading.busy:
+            self._say_stop(self._stop + 1)
+
     def on_sample(self) -> bool:
-        """Return whether the sample is open, or no photo at all."""
+        """Return whether the sample or no photo is open."""
         path = self.document.path
         return path is None or is_sample(path)
 
     def _opened(self, opened: Opened) -> None:
-        # What was done to the old photo meanwhile is kept first; what was read before is stale then
-        # if it is the same one.
+        # Save later edits of the old photo first. If the same photo is opened again, the edits read
+        # before are then stale.
         path, work = opened.photo.path, opened.work
         kept_aside = work if work is not None and work.file is None else None
         same = not self.document.in_gesture and self.document.state is self._left
@@ -202,9 +194,7 @@ class Files(Feature):
             self._go_on(opened, opened.work, opened.state)
             return
         if opened.note:
-            text = tr(
-                "The photo starts afresh, its project can't be used: {problem}", problem=opened.note
-            )
+            text = tr("The photo starts without its edits: {problem}", problem=opened.note)
             self.say(sentence(text))
         if opened.origin is not None:
             self._say_result(opened.photo, opened.origin)
@@ -212,14 +202,14 @@ class Files(Feature):
         self._faces.look(search)
 
     def _say_result(self, photo: Photo, origin: Provenance) -> None:
-        text = tr("{why}: it starts at 0 %.", why=translated(origin.why))
+        text = tr("{why}, so it starts at 0 %.", why=translated(origin.why))
         source, steps = origin.source, list[BarAction]()
         if source is not None:
             steps.append(BarAction(tr("Open {name}", name=source.name), lambda: self.open(source)))
         self.say(text, *steps, applies=lambda: self.document.photo is photo)
 
     def stop(self) -> None:
-        """End the search that was begun ahead, too."""
+        """Cancel reading and the search that was started ahead."""
         self._give_up_search()
         super().stop()
 
@@ -236,10 +226,10 @@ class Files(Feature):
             self.document.begin_with(state, opened.steps)
             self.live.go_on()
             self.working.emit("")
-        self.restored.emit(work, translated(opened.note))  # a signal keeps but the text
+        self.restored.emit(work, translated(opened.note))  # signals carry plain text only
         if state.sheet("automatic").faces or state.mode == "manual":
             self._faces.found.emit(len(state.faces))
-        else:  # it was left while they were still sought
+        else:  # the photo was closed during face detection
             self._faces.look()
 
     def _not_opened(self, problem: Exception) -> None:
@@ -254,7 +244,7 @@ class Files(Feature):
     def _ask_photo(self, work: EarlierWork, file: Path) -> None:
         ask_path(
             self.window,
-            tr("Which photo is {name} about?", name=file.name),
+            tr("Which photo does {name} belong to?", name=file.name),
             lambda path: self.read(path, work),
             filters=[photo_filter()],
             at=file.parent,
@@ -266,7 +256,7 @@ class Files(Feature):
     # -- saving ----------------------------------------------------------------------------------
 
     def save_over(self, originals: Originals) -> None:
-        """From now on save over the photo itself; its original goes into a store."""
+        """Overwrite the photo itself on save; back up the original in `originals`."""
         self._originals, self._saver.keeps = originals, False
         save, tip = self.actions["save"], tr("Write the result over the photo itself")
         call(save, tr("&Save"))
@@ -274,7 +264,7 @@ class Files(Feature):
         save.setToolTip(f"{tip} ({save.shortcut().toString()})")
 
     def keep(self, then: Then | None = None) -> None:
-        """Save what is open, over the photo itself or as a copy; then do what was to follow."""
+        """Save over the photo itself or as a copy, then call `then`."""
         if self._originals is None:
             self.ask_save(then)
         elif self.document.path is not None:
@@ -282,7 +272,7 @@ class Files(Feature):
             self._write(self.document.path, then, self._originals)
 
     def ask_save(self, then: Then | None = None) -> None:
-        """Ask where the copy goes; a name beside the original is suggested."""
+        """Request a path for the copy; suggest a name next to the original."""
         suggested = self.suggested()
         if suggested is None:
             return
@@ -296,11 +286,11 @@ class Files(Feature):
             endings=[suggested.suffix],
             at=suggested,
         )
-        # The name is for the photo that is open now, and for no other.
+        # The name belongs to the open photo only.
         self.document.opened.connect(dialog.reject)
 
     def suggested(self) -> Path | None:
-        """Return a name for a copy, in the preferred folder or beside the original."""
+        """Return a name for a copy, in the preferred folder or next to the original."""
         path = self.document.path
         if path is None:
             return None
@@ -309,7 +299,7 @@ class Files(Feature):
         return folder / f"{path.stem}{MARK}{suffix}"
 
     def save(self, path: Path, then: Then | None = None, export: Export = AS_IT_IS) -> None:
-        """Render the photo and write it, at its own depth or as an export; never the original."""
+        """Render and write a copy at the photo's bit depth, or an export; refuse the original."""
         self.window.bar.clear()
         original = self.document.path
         there = original is not None and os.path.exists(path) and os.path.exists(original)
@@ -349,11 +339,15 @@ class Files(Feature):
             text = sentence(tr("Saved {name}", name=name))
         else:
             text = sentence(tr("Saved {name} in {folder}", name=name, folder=place))
-        self.say(f"{text} {notes}".strip(), wrong=False)
+        folder = BarAction(tr("Open folder"), lambda: open_path(request.file.parent))
+        self.say(f"{text} {notes}".strip(), folder, wrong=False)
 
     def _not_written(self, problem: Exception) -> None:
         if isinstance(problem, CannotDisclose):
-            self.say(sentence(problem), BarAction(tr("Save options…"), self._options.ask))
+            self.say(
+                sentence(problem),
+                BarAction(tr("Preferences…"), self.actions["preferences"].trigger),
+            )
         else:
             self._refuse(sentence(problem))
 
@@ -371,12 +365,12 @@ def save_copy(
     originals: Originals | None = None,
     export: Export = AS_IT_IS,
 ) -> str:
-    """Write a copy and return what is worth knowing of it, in sentences.
+    """Write a copy and return notes for the user.
 
-    The result may be `drawn` already. With `originals` the photo itself is written over, and kept
-    there; else the dialog has asked before replacing a file.
+    `drawn` is the rendered result, if available. With `originals` the photo itself is overwritten
+    and backed up in `originals`; otherwise the dialog has confirmed overwriting.
     """
     copies = to_file(path, force=True, export=export)
     to = copies if originals is None else over_itself(originals)
     made = retouch(photo, state.done, disclosure, to, finder, drawn=drawn, export=export)
-    return " ".join(sentence(note) for note in (made.lens, made.written, made.undisclosed) if note)
+    return " ".join(sentence(note) for note in (*made.notes, made.written) if note)

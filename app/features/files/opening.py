@@ -1,8 +1,8 @@
-"""Opening a photo, in a worker: with its levels, and what a project file says was done to it."""
+"""Opening a photo in a worker: pixels, pyramid and saved edits."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path, PureWindowsPath
 
@@ -25,20 +25,20 @@ from .history import project_of, state_of
 
 @dataclass(frozen=True, eq=False)
 class Opened:
-    """A photo that was read."""
+    """An opened photo with saved edits."""
 
-    photo: Photo  # as it was read
-    pyramid: PicturePyramid  # what is rendered and painted from
-    state: State | None = None  # what to go on with, px of the photo; None where it starts afresh
-    work: EarlierWork | None = None  # where the state comes from
-    steps: UndoSteps | None = None  # undo steps that led to the state, as far as they are kept
-    origin: Provenance | None = None  # where it comes from, of a result of this program
-    # How the photo differs from the one that the work is about, or why that can't be used.
+    photo: Photo  # photo as read
+    pyramid: PicturePyramid  # pyramid for rendering and painting
+    state: State | None = None  # saved state, px of the photo; None without edits
+    work: EarlierWork | None = None  # source of the state
+    steps: UndoSteps | None = None  # undo steps that led to the state, if stored
+    origin: Provenance | None = None  # provenance, for a result of this program
+    # Difference between this photo and the edited photo, or the reason for ignoring the edits.
     note: str = ""
 
 
 class PhotoNotBeside(BadFile):
-    """The photo of a project isn't where its name says; the user has to tell."""
+    """The photo of a project is missing; the user must select the photo."""
 
     def __init__(self, work: EarlierWork, file: Path) -> None:
         super().__init__(f"the photo of {file} isn't beside it; put it there")
@@ -46,7 +46,7 @@ class PhotoNotBeside(BadFile):
 
 
 def is_sample(path: Path) -> bool:
-    """Tell whether a photo is the one that travels with the program."""
+    """Return whether a photo is the sample of the program."""
     try:
         return path == assets.sample()
     except assets.AssetMissing:
@@ -60,13 +60,13 @@ def open_photo(
     afresh: bool = False,
     ahead: Ahead | None = None,
 ) -> Opened:
-    """Read a photo, with its levels and what to go on with. Raises UnreadablePhoto, BadFile."""
+    """Read a photo with pyramid and saved edits. Raises UnreadablePhoto, BadFile."""
     if is_project(path):
         (work, path), ahead = photo_of(path), None
     photo = read(path) if ahead is None else ahead.photo.result()
     pyramid = None if ahead is None else ahead.pyramid.result()
     if pyramid is None or pyramid.show is not screen_colours(photo).show:
-        pyramid = pyramid_of(photo)  # what was read ahead knew no screen
+        pyramid = pyramid_of(photo)  # read before the screen's profile was known
     try:
         work = work or (None if afresh else kept_of(photo, storage.edits))
         if work is None:
@@ -74,40 +74,44 @@ def open_photo(
         project, note = sidecar.match(work.project, photo.pixels, hash_of(photo))
     except BadFile as problem:
         return Opened(photo, pyramid, note=str(problem))
-    state = state_of(project)
-    steps = None if work.file is None else history.read(photo, storage.edits, state)
+    state, size_px = state_of(project), (photo.width, photo.height)
+    known_as = work.moved_from or photo.path
+    steps = None if work.file is None else history.read(known_as, size_px, storage.edits, state)
     return Opened(photo, pyramid, state, work, steps, note=note)
 
 
 @dataclass(frozen=True, eq=False)
 class EarlierWork:
-    """What was done to a photo before it was opened."""
+    """Edits from before the photo was opened."""
 
     project: Project  # all of it
-    # The project file that it was saved to; None for what was kept aside and never saved.
+    # The project file; None for work from a recovery file.
     file: Path | None = None
+    # The photo's former path, if the edits were found by the photo's content.
+    moved_from: Path | None = None
 
 
 def is_project(path: Path) -> bool:
-    """Tell by its name whether a file is a project."""
+    """Return whether a file name is that of a project."""
     return path.name.lower().endswith(sidecar.SUFFIX)
 
 
 def kept_of(photo: Photo, store: Path) -> EarlierWork | None:
-    """Return what was kept of a photo, beside it or in the user's own folder. Raises BadFile."""
-    file = sidecar.kept(photo.path, store)
-    return None if file is None else EarlierWork(load(file), file)
+    """Return the saved edits of a photo, see `sidecar.find`. Raises BadFile."""
+    kept = sidecar.find(photo.path, store)
+    if kept is None:
+        return None
+    moved_from = None if kept.photo == photo.path else kept.photo
+    return EarlierWork(load(kept.file), kept.file, moved_from)
 
 
 def to_keep_beside(state: State, photo: Photo) -> Project:
-    """Return what a file beside a photo is to hold: it names the photo, and no folder."""
-    digest = hash_of(photo)
-    named = sidecar.original(photo.path, digest, photo.pixels)
-    return replace(project_of(state, photo, digest), original=named)
+    """Return the project to save for a photo: it contains the photo's name, but no folder."""
+    return project_of(state, sidecar.original(photo.path, hash_of(photo), photo.pixels))
 
 
 def hash_of(photo: Photo) -> str:
-    """Return the SHA-256 of the file that a photo was read from; empty when it is another now."""
+    """Return the SHA-256 of a photo's file; empty if the file has changed since."""
     try:
         digest = digest_of(photo)
         return digest if Stamp.of(photo.path.stat()) == photo.stamp else ""
@@ -116,25 +120,25 @@ def hash_of(photo: Photo) -> str:
 
 
 def digest_of(photo: Photo) -> str:
-    """Return the SHA-256 of a photo's file, as it was found when it was first asked for."""
+    """Return the SHA-256 of a photo's file, cached per version of the file."""
     return _digest(photo.path, photo.stamp)
 
 
 @lru_cache(maxsize=4)
 def _digest(path: Path, stamp: Stamp | None) -> str:  # noqa: ARG001
-    # A large photo takes its time: each version of a file is hashed once.
+    # Hashing a large photo is slow: hash each version of a file once.
     return sha256_of(path)
 
 
 def photo_of(file: Path) -> tuple[EarlierWork, Path]:
-    """Read a project file and find its photo beside it, by name; a path inside is never followed.
+    """Read a project file and find the photo in the same folder, by name.
 
-    Raises BadFile.
+    A path inside the project is never followed. Raises BadFile.
     """
     if not file.is_file():
         raise BadFile(f"{file} is not an ordinary file")
     project = load(file)
-    # The name may have been written by any system: both kinds of slashes end a folder.
+    # Any system may have written the name: accept both kinds of slashes.
     names = (file.name[: -len(sidecar.SUFFIX)], PureWindowsPath(project.original.path).name)
     photos = (file.with_name(name) for name in names if name)
     work, photo = EarlierWork(project, file), next((one for one in photos if one.is_file()), None)

@@ -1,4 +1,4 @@
-"""Every save of the open photo, its edits, copies and projects: one owner, one request each."""
+"""Save queue of the open photo: edits, copies and projects."""
 
 from __future__ import annotations
 
@@ -21,42 +21,42 @@ from ...workers import Lane
 from ..feature import Context, Feature
 
 Then = Callable[[], object]
-# What a file will hold of a state: all of it, the mode at work, or its picture alone.
+# The part of a state in a file: all, the current mode, or the picture alone.
 Holds = Literal["all", "mode", "picture"]
 
 
 @dataclass(frozen=True, eq=False)
 class Request:
-    """One save: what is written, where, and what comes after it."""
+    """One save: the photo, the file and the next step."""
 
-    photo: Photo  # the photo that was open
-    saving: Saving  # what the file will hold
-    file: Path  # where it goes
-    # What the user wanted to do once everything is saved: close, or open another photo.
+    photo: Photo  # the photo to save
+    saving: Saving  # the work in the file
+    file: Path  # the path to write
+    # The call after the save: close the window or open another photo.
     then: Then | None
-    quiet: bool  # whether it goes without saying
+    quiet: bool  # True: show no message
 
 
 class Saver(Feature):
-    """Writes one request after the other, in the order they were made, and guards unsaved changes.
+    """Writes requests in order and protects unsaved changes.
 
-    A request holds the committed state of the moment it was made in. Once written it marks what
-    the file holds of that state as saved, and of no other. What comes after it asks again before
-    anything is lost; it is forgotten when the save fails, when the user wants something else
-    meanwhile, and when another photo is open by then. Edits are kept without a wish, and only
-    where they can't be is anything asked.
+    A request contains the committed state at the time of the request. After writing, only this
+    state is marked as saved. The next step (`then`) asks again about newer unsaved changes.
+    The next step is dropped if the save fails, the user cancels, or another photo is open.
+    Edits are saved automatically; a question appears only if saving fails.
     """
 
-    # Whether edits are kept; those of another program's photo aren't.
+    # True if edits are saved automatically; False for a photo of another program.
     keeps = True
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        # One thread for pictures and one for edits: a large copy holds no edit up, nor a slow disk
-        # anybody else, and the order stays.
+        # One thread for pictures and one for edits: a large copy must not delay edits. A single
+        # thread each keeps the order.
         self._threads = {of_edits: QThreadPool(self) for of_edits in (False, True)}
         for pool in self._threads.values():
             pool.setMaxThreadCount(1)
+        self.edits_thread: QThreadPool = self._threads[True]
         self._requests: dict[Request, Lane] = {}
         self._goes_on: Request | None = None
         self._save_copy: Callable[[Then | None], object] = lambda _: None
@@ -69,26 +69,26 @@ class Saver(Feature):
         keep: Callable[[Then], object],
         elsewhere: Callable[[Then], object],
     ) -> None:
-        """Take what saves a photo in place, keeps edits, and asks where else; then goes on."""
+        """Set the functions that save in place, save edits, and ask for another path."""
         self._save_copy, self._keep, self._save_elsewhere = copy, keep, elsewhere
 
     @property
     def busy(self) -> bool:
-        """True while something is written or waits for it."""
+        """True while requests are running or waiting."""
         return bool(self._requests)
 
     def stop(self) -> None:
-        """Tell nobody how saving goes."""
+        """Ignore the results of running saves."""
         for lane in self._requests.values():
             lane.drop()
 
     def finish(self) -> None:
-        """Write what was asked for."""
+        """Wait until all requests are written."""
         for pool in self._threads.values():
             pool.waitForDone()
 
     def guard(self, then: Then) -> None:
-        """Do `then` at once, or once the edits are kept; ask only where they can't be."""
+        """Call `then` after the edits are saved; ask the user only if saving fails."""
         self.forget()
         if not self.document.dirty:
             then()
@@ -98,7 +98,7 @@ class Saver(Feature):
             self.ask(then)
 
     def ask(self, then: Then, why: str = "") -> None:
-        """Do `then` after the user has saved or discarded what would be lost."""
+        """Ask the user to save or discard unsaved work, then call `then`."""
         buttons = QMessageBox.StandardButton
         box = question(self.window, tr("Save before the changes are lost?"))
         box.setInformativeText(why)
@@ -112,12 +112,12 @@ class Saver(Feature):
             save.clicked.connect(lambda: self._save_copy(then))
         box.button(buttons.Discard).clicked.connect(lambda: then())
         box.setDefaultButton(buttons.Save)
-        # It was asked about the photo that was open.
+        # The question is about the open photo only.
         self.document.opened.connect(box.reject)
         box.open()
 
     def forget(self) -> None:
-        """Only save: the user wants something else than what was to come after."""
+        """Drop the next step after the current save."""
         self._goes_on = None
 
     def save(
@@ -131,12 +131,12 @@ class Saver(Feature):
         holds: Holds = "picture",
         quiet: bool = False,
     ) -> None:
-        """End the gesture in hand and write the committed state; `quiet` where nobody asked."""
+        """End the current gesture and write the committed state; `quiet` shows no message."""
         photo = self.document.photo
         if photo is None:
             return
         self.document.commit()
-        # Points of a face that isn't one yet are in no file.
+        # No file contains the landmarks of an incomplete face.
         state = dataclasses.replace(self.document.committed, draft=())
         modes: dict[Holds, tuple[Mode, ...]] = {"all": get_args(Mode), "mode": (state.mode,)}
         saving = self.document.begin_saving(state, modes.get(holds, ()))

@@ -1,4 +1,4 @@
-"""Manual mode: points set by hand against a clock, beside the automatic ones, which stay."""
+"""Manual mode: timed setting of points by hand; the automatic points are preserved."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _TOOLS: Final = ("mark", "mirror", "mirror-side", "snap", "apply")
 
 
 class Manual(Feature):
-    """Switches modes, marks points, and keeps the time."""
+    """Switches modes, marks points, and measures the setting time."""
 
     name = "manual"
     changed = Signal()
@@ -38,9 +38,9 @@ class Manual(Feature):
         self._points = points
         self.clock = SettingClock(self)
         self._start: tuple[float, float] | None = None
-        # What was there when manual mode was entered, or when it was applied.
+        # The state when manual mode was entered or last applied.
         self._seen: State | None = None
-        # Whether the photo began without points set by hand: else what comes is no trial.
+        # True if the photo opened without manual points; other photos give no valid timing.
         self.fresh: bool | None = None
         self._add_actions()
         self.panel: ManualPanel = ManualPanel(self.actions["mode-automatic"])
@@ -59,7 +59,7 @@ class Manual(Feature):
         self.clock.ticked.connect(lambda: self.panel.show_clock(self.clock))
         self.live.drawn.connect(self.clock.show_photo)
         self.window.activated.connect(self.clock.focus)
-        # One way back is enough where the toolbar has it.
+        # Hide the panel's button if the tool bar has the same command.
         self.window.arranged.connect(
             lambda workspace: self.panel.lead_back("mode-automatic" not in workspace.tools)
         )
@@ -70,66 +70,17 @@ class Manual(Feature):
         )
 
     def _add_actions(self) -> None:
-        by_hand = tr("Points set by hand, the paper's conventional method (table 2)")
-        self.add_action(
-            "mode-automatic",
-            tr("&Automatic"),
-            "F2",
-            tr("Points found by the machine"),
-            lambda: self.switch("automatic"),
-            checked=True,
-        )
-        self.add_action(
-            "mode-manual",
-            tr("&Manual"),
-            "F3",
-            by_hand,
-            lambda: self.switch("manual"),
-            checked=False,
-        )
-        self.add_action(
-            "mark",
-            tr("Mar&k"),
-            "M",
-            tr("Press to set a landmark, drag to where it goes"),
-            lambda: self.take_marker(self.actions["mark"].isChecked()),
-            checked=False,
-        )
-        self.add_action(
-            "mirror",
-            tr("Mi&rror"),
-            "Shift+M",
-            tr("The selected point on the other side"),
-            lambda: self._change(marking.mirrored, tr("Mirror a landmark")),
-        )
-        self.add_action(
+        self.bind("mode-automatic", lambda: self.switch("automatic"), checked=True)
+        self.bind("mode-manual", lambda: self.switch("manual"), checked=False)
+        self.bind("mark", lambda: self.take_marker(self.actions["mark"].isChecked()), checked=False)
+        self.bind("mirror", lambda: self._change(marking.mirrored, tr("Mirror a landmark")))
+        self.bind(
             "mirror-side",
-            tr("Mirror s&ide"),
-            "Ctrl+M",
-            tr("Make the other side of the face like the selected point's"),
             lambda: self._change(marking.with_sides_alike, tr("Mirror a side"), renumbered=True),
         )
-        self.add_action(
-            "snap",
-            tr("S&nap"),
-            "Shift+N",
-            tr("Put the selected point's target on the line to the centre"),
-            lambda: self._change(marking.snapped, tr("Snap a target")),
-        )
-        self.add_action(
-            "delete",
-            tr("&Delete the selected point"),
-            "Delete",
-            tr("Delete a landmark set by hand; put a target back on its line"),
-            self.delete,
-        )
-        self.add_action(
-            "apply",
-            tr("A&pply"),
-            "Ctrl+Return",
-            tr("Everything is set: stop the clock"),
-            self.apply,
-        )
+        self.bind("snap", lambda: self._change(marking.snapped, tr("Snap a target")))
+        self.bind("delete", self.delete)
+        self.bind("apply", self.apply)
         self.one_of("mode-automatic", "mode-manual")
 
     def stop(self) -> None:
@@ -139,11 +90,11 @@ class Manual(Feature):
 
     @property
     def mode(self) -> Mode:
-        """The mode at work."""
+        """The current mode."""
         return self.document.state.mode
 
     def switch(self, mode: Mode) -> None:
-        """Go on in a mode; the other one's faces and settings are kept."""
+        """Switch the mode; the other mode keeps faces and settings."""
         state = self.document.state
         if mode == state.mode or self.document.photo is None:
             self.changed.emit()
@@ -154,12 +105,12 @@ class Manual(Feature):
         self.take_marker(mode == "manual" and not self.document.state.faces)
 
     def take_marker(self, marking_now: bool) -> None:
-        """Let a press on the photo mark a landmark, or drag the photo again."""
+        """Start or end marking; while marking, a press on the photo adds a landmark."""
         self.view.marking = marking_now and self.mode == "manual"
         self.changed.emit()
 
     def apply(self) -> None:
-        """Stop the clock: everything is set."""
+        """Stop the clock: all points are set."""
         self.document.commit()
         if self.clock.applied:
             return
@@ -168,7 +119,7 @@ class Manual(Feature):
         self.changed.emit()
         self.applied.emit()
 
-    # -- a press marks a landmark, the drag its target --------------------------------------------
+    # -- a press marks a landmark, the drag sets the target --------------------------------------
 
     def press(self, handle: Handle, x: float, y: float) -> None:
         """Mark a landmark at (x, y), px of the photo."""
@@ -177,7 +128,7 @@ class Manual(Feature):
             self.drag(x, y)
 
     def drag(self, x: float, y: float) -> None:
-        """Put the target of the landmark in hand at (x, y)."""
+        """Move the target of the current landmark to (x, y)."""
         if self._start is not None:
             before = self.document.committed
             face = marking.owner(before, self.view.face, self._start)
@@ -185,7 +136,7 @@ class Manual(Feature):
             self.document.preview(state, tr("Mark a landmark"))
 
     def release(self) -> None:
-        """Let go: the landmark is one undo step."""
+        """End the drag; the new landmark is one undo step."""
         if self._start is not None:
             self._start = None
             self.document.commit()
@@ -193,7 +144,7 @@ class Manual(Feature):
     # -- the selected point ------------------------------------------------------------------------
 
     def delete(self) -> None:
-        """Delete the selected landmark; a target goes back on its line to the centre."""
+        """Delete the selected landmark; for a target, restore the automatic position."""
         handle = self._selected()
         if handle is None or handle.kind == "target":
             self._points.make_automatic()
@@ -260,14 +211,14 @@ class Manual(Feature):
 
 
 def _is_set_otherwise(state: State, seen: State) -> bool:
-    """Tell whether the user has changed what manual mode holds; faces found meanwhile don't."""
+    """Return whether the user has changed the manual sheet; late detections don't count."""
     here, there = state.sheet("manual"), seen.sheet("manual")
     settings = here.recipe != there.recipe or here.off != there.off
     return settings or here.faces != there.faces or state.draft != seen.draft
 
 
 class ManualPanel(QWidget):
-    """Shown in manual mode only."""
+    """Panel of manual mode, hidden in automatic mode."""
 
     def __init__(self, back: QAction) -> None:
         super().__init__()
@@ -287,20 +238,20 @@ class ManualPanel(QWidget):
         self.lead_back(False)
 
     def lead_back(self, wanted: bool) -> None:
-        """Offer the way back, in place of the clock and of tools that lie open."""
+        """Show the button to automatic mode in place of the clock, and fold the tools."""
         self.back.setVisible(wanted)
         for reading in (self.note, self.time):
             reading.setHidden(wanted)
         self.fold.flatten(not wanted)
 
     def add_button(self, action: QAction) -> None:
-        """Add what can be done with points, or with the time."""
+        """Add a button for a command."""
         button = action_button(action)
         button.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self._grid.addWidget(button, *divmod(self._grid.count(), _COLUMNS))
 
     def show_clock(self, clock: SettingClock) -> None:
-        """Show the time, and whether it runs."""
+        """Show the setting time and the state of the clock."""
         minutes, seconds = divmod(clock.elapsed_s, 60)
         self.time.setText(tr("{m:.0f}:{s:04.1f}", m=minutes, s=seconds))
         paused = tr("applied") if clock.applied else tr("paused")
@@ -308,9 +259,9 @@ class ManualPanel(QWidget):
 
 
 class SettingClock(QObject):
-    """Runs from the moment a photo is seen in manual mode until it is applied, and in corrections.
+    """Measures the setting time: from the first display of a photo in manual mode until applied.
 
-    It rests while the window hasn't got the focus, and in the other mode.
+    Corrections count, too. The clock pauses in automatic mode and while another window is active.
     """
 
     ticked = Signal()
@@ -321,7 +272,7 @@ class SettingClock(QObject):
         self._since = QElapsedTimer()
         self._shown = self._wanted = self._applied = False
         self._focused = True
-        # When the first thing was set, and each time it was applied, s on the clock.
+        # Time of the first edit and of each `apply`, s on the clock.
         self.looking_s: float | None = None
         self.applied_s: list[float] = []
         self._tick = QTimer(self, interval=_TICK_MS)
@@ -340,11 +291,11 @@ class SettingClock(QObject):
 
     @property
     def applied(self) -> bool:
-        """True once the time is taken."""
+        """True after `apply`, until the next edit."""
         return self._applied
 
     def reset(self) -> None:
-        """Begin at nought, with the next photo that is shown."""
+        """Reset to zero; the clock starts when the next photo is shown."""
         self._shown = self._applied = False
         self.looking_s, self.applied_s = None, []
         self._update()
@@ -352,30 +303,30 @@ class SettingClock(QObject):
         self.ticked.emit()
 
     def show_photo(self) -> None:
-        """Note that the photo is on screen."""
+        """Start the clock: the photo is on screen."""
         if not self._shown:
             self._shown = True
             self._update()
 
     def want(self, manual: bool) -> None:
-        """Count in manual mode only."""
+        """Run only in manual mode."""
         self._wanted = manual
         self._update()
 
     def focus(self, focused: bool) -> None:
-        """Pause while another window has the focus."""
+        """Pause while another window is active."""
         self._focused = focused
         self._update()
 
     def set_something(self) -> None:
-        """Note that something is set; after applying that is a correction, which counts, too."""
+        """Record an edit. After `apply`, an edit is a correction and restarts the clock."""
         if self.looking_s is None:
             self.looking_s = self.elapsed_s
         self._applied = False
         self._update()
 
     def apply(self) -> None:
-        """Stop: everything is set."""
+        """Stop the clock: all points are set."""
         self._applied = True
         self._update()
         self.applied_s.append(self.elapsed_s)

@@ -1,4 +1,4 @@
-"""Faces marked point by point, as the paper's conventional method has it (section 2)."""
+"""Faces marked point by point, with the paper's conventional method (section 2)."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from ...view_state import Handle
 
 _EYES: Final = 4
 FEWEST: Final = 3
-# A landmark belongs to a face this far away, in its larger side.
+# Maximum distance of a new landmark from the face's box, as a fraction of the larger side.
 _REACH: Final = 0.5
-# A mirrored point this near to one of the other side, in landmark spacings, takes its place.
+# A mirrored point replaces a landmark within this distance, in landmark spacings.
 _SAME: Final = 0.4
 
 
 def marked(state: State, face: int | None, at: Mark) -> State:
-    """Return the state with one more point: of the face being begun, or a landmark of `face`."""
+    """Return the state with one more point: a landmark of `face`, or of the unfinished face."""
     if face is not None:
         return state.with_face(face, _with_landmark(state.faces[face], at))
     draft = (*state.draft, at)
@@ -35,7 +35,7 @@ def marked(state: State, face: int | None, at: Mark) -> State:
 
 
 def owner(state: State, chosen: int | None, at: tuple[float, float]) -> int | None:
-    """Return the face that a new landmark at (x, y) belongs to; None where a new face begins."""
+    """Return the face for a new landmark at (x, y); None if a new face starts."""
     if state.draft:
         return None
     if chosen is not None:
@@ -66,7 +66,7 @@ def _with_landmark(face: Face, at: Mark) -> Face:
 
 
 def _turns(face: Face, points: Array) -> Array:
-    """Return the angle of each point round the middle of the face, from left over chin to right."""
+    """Return the angle of each point around the face's middle, from left over chin to right."""
     right = across(face)
     down = np.array([-right[1], right[0]])
     away = points - face.middle
@@ -78,7 +78,7 @@ def _targets(face: Face) -> Array:
 
 
 def _reshaped(face: Face, outline: Array, targets: Array) -> Face:
-    # The mean spacing, which the lattice hangs on, is another one: the frame is found anew.
+    # The lattice depends on the mean spacing, which has changed: recompute the frame.
     return dataclasses.replace(
         face,
         outline=outline,
@@ -89,7 +89,7 @@ def _reshaped(face: Face, outline: Array, targets: Array) -> Face:
 
 
 def without_landmark(state: State, handle: Handle) -> State:
-    """Return the state without a landmark and its target; a face needs three, or it goes."""
+    """Return the state without a landmark; remove the face if fewer than three would remain."""
     face = state.faces[handle.face]
     if len(face.outline) <= FEWEST:
         return state.without_face(handle.face)
@@ -99,7 +99,7 @@ def without_landmark(state: State, handle: Handle) -> State:
 
 
 def mirrored(state: State, handle: Handle) -> State:
-    """Return the state with a landmark and its target also on the other side of the face axis."""
+    """Return the state with a landmark and target mirrored to the other side of the face."""
     face = state.faces[handle.face]
     mirror, spacing = reflection(face), face.anchor.spacing_px
     source = mirror(face.outline[handle.index])
@@ -115,7 +115,7 @@ def mirrored(state: State, handle: Handle) -> State:
 
 
 def with_sides_alike(state: State, handle: Handle) -> State:
-    """Return the state with the side of a point mirrored onto the other one, which goes."""
+    """Return the state with one side mirrored; the other side's landmarks are replaced."""
     face, targets = state.faces[handle.face], state.pairs[handle.face].target_px
     mirror, spacing = reflection(face), face.anchor.spacing_px
     side = (face.outline - mirror(face.outline)) @ across(face)
@@ -125,7 +125,7 @@ def with_sides_alike(state: State, handle: Handle) -> State:
     outline, aims = face.outline[kept], targets[kept]
     other, other_aims = mirror(outline)[::-1], mirror(aims)[::-1]
     parts = (outline, face.outline[middle], other), (aims, targets[middle], other_aims)
-    if wanted > 0.0:  # the outline runs from the left temple to the right one
+    if wanted > 0.0:  # the outline starts at the left temple and ends at the right temple
         parts = (parts[0][::-1], parts[1][::-1])
     if 2 * kept.sum() + middle.sum() < FEWEST:
         return state
@@ -148,7 +148,7 @@ def _pair(point: Array) -> tuple[float, float]:
 
 
 def next_hint(state: State) -> str:
-    """Return what is to be marked next."""
+    """Return a hint for the next point to mark."""
     done = len(state.draft)
     if state.faces and not done:
         return tr("Press on the outline and drag to where it goes; drag any point to correct it")

@@ -1,4 +1,4 @@
-"""The recipe of the photo and of single faces: one field at a time, or whole from the clipboard."""
+"""Editing of recipes, for the photo and for single faces, with copy and paste."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _LONGEST_TEXT = 10_000
 
 
 class RecipeEditing(Feature):
-    """Edits the recipe of the chosen face, or the photo's when none is chosen."""
+    """Edits the recipe of the selected faces, or of the photo without a selection."""
 
     name = "recipe"
     chosen = Signal()
@@ -49,44 +49,19 @@ class RecipeEditing(Feature):
         self.chosen.connect(self._show)
         self.chosen.connect(self.window.canvas.redraw)
         self.live.drawn.connect(self._show_frame)
-        self.add_action(
-            "copy-settings",
-            tr("&Copy settings"),
-            "Ctrl+Shift+C",
-            tr("Copy the settings of the photo or of the selected face"),
-            self.copy,
-        )
-        self.add_action(
-            "paste-settings",
-            tr("&Paste settings"),
-            "Ctrl+Shift+V",
-            tr("Use the copied settings for this photo or the selected face"),
-            self.paste,
-            needs_photo=True,
-        )
-        self.add_action(
-            "follow-photo",
-            tr("&Use the photo's settings"),
-            "Ctrl+U",
-            tr("Forget the settings of this face's own"),
-            self.follow_photo,
-        )
-        self.add_action(
-            "more-settings",
-            tr("Mor&e settings"),
-            "Ctrl+Shift+M",
-            tr("Show or hide the settings under “More”"),
-            self.panel.toggle_more,
-        )
+        self.bind("copy-settings", self.copy)
+        self.bind("paste-settings", self.paste)
+        self.bind("follow-photo", self.follow_photo)
+        self.bind("more-settings", self.panel.toggle_more)
         self.enable_with_photo(self.panel.allow)
 
     def begin_with(self, recipe: Recipe) -> None:
-        """Let photos begin with a recipe from now on, and sliders go back to it."""
+        """Set the recipe for new photos and the default values of sliders."""
         self.document.first_recipe = recipe
         self.panel.show_first(recipe)
 
     def choose(self, face: int | None, also: Collection[int] = ()) -> None:
-        """Edit the settings of a face, and of others with it; None for the photo's."""
+        """Select a face for editing, with further faces; None selects the photo's settings."""
         others = frozenset(also) - {face}
         if (face, others) != (self.view.face, self.view.also):
             self.document.commit()
@@ -97,10 +72,10 @@ class RecipeEditing(Feature):
             self.chosen.emit()
 
     def set_field(self, field: str, value: object) -> None:
-        """Preview another value of a field of the recipe; the same one is no gesture."""
+        """Preview a new value of a field; an unchanged value starts no gesture."""
         now = getattr(self.document.state.recipe_of(self.view.face), field)
         if value == now and not self.document.in_gesture and not self.view.also:
-            # No step, but perhaps the answer to what was refused.
+            # No undo step, but clear a message about a refused value.
             self.window.bar.move_on()
             return
         state = self.document.state
@@ -112,7 +87,7 @@ class RecipeEditing(Feature):
         self.moved.emit()
 
     def follow_photo(self) -> None:
-        """Let the chosen face, or every one, go by the photo's recipe again."""
+        """Remove the separate recipes of the selected faces; without a selection, of all faces."""
         state, chosen = self.document.state, {self.view.face, *self.view.also}
         own = {i for i, face in enumerate(state.faces) if face.recipe and chosen & {None, i}}
         for index in own:
@@ -121,7 +96,7 @@ class RecipeEditing(Feature):
             self.document.step(state, tr("Use the photo's settings"))
 
     def use(self, recipe: Recipe, text: str) -> None:
-        """Take a whole recipe; a chosen face takes its own part of it. The same is no step."""
+        """Apply a full recipe to the photo or the selected faces; skip an unchanged recipe."""
         state, chosen = self.document.state, self.view.face
         now = state.recipe if chosen is None else state.faces[chosen].recipe
         if recipe == now and not self.view.also:
@@ -135,25 +110,25 @@ class RecipeEditing(Feature):
         self.document.step(state, text)
 
     def copy(self) -> None:
-        """Put the settings on the clipboard, as text that another Kogao or an editor can read."""
+        """Copy the settings to the clipboard as JSON text."""
         self.window.bar.clear()
         recipe = self.document.state.recipe_of(self.view.face)
         QGuiApplication.clipboard().setText(json.dumps(recipe.to_dict(), indent=1))
         self.did.emit(tr("Settings copied"))
 
     def paste(self) -> None:
-        """Take the settings that lie on the clipboard."""
+        """Apply the settings from the clipboard."""
         text = QGuiApplication.clipboard().text()
         try:
             recipe = Recipe.from_dict(json.loads(text[:_LONGEST_TEXT]))
-        # Whatever was copied last may lie there, brackets a thousand deep included.
+        # The clipboard may contain any text, such as deeply nested brackets.
         except (ValueError, TypeError, RecursionError):
             self.say(tr("The clipboard holds no settings; copy some first."))
             return
         self.use(recipe, tr("Paste settings"))
 
     def _take(self, face: int) -> None:
-        # Someone who edits face by face goes on with the face in hand.
+        # If single faces are being edited, select this face.
         if self.view.face is not None:
             self.choose(face)
 
@@ -166,7 +141,7 @@ class RecipeEditing(Feature):
 
     def _follow(self) -> None:
         chosen, state = self.view.face, self.document.state
-        # The other mode's faces are others, whatever their numbers.
+        # Face numbers differ between modes.
         gone = state.mode != self._mode or (chosen is not None and chosen >= len(state.faces))
         self._mode = state.mode
         if gone or any(face >= len(state.faces) for face in self.view.also):

@@ -1,4 +1,4 @@
-"""The fields of the recipe: their scales, their choices, what they do; and small controls of it."""
+"""Scales, choices and labels for the fields of the recipe, and small controls."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from PySide6.QtWidgets import (
 
 from kogao_core.base.language import Text
 from kogao_core.base.wording import columns
-from kogao_core.recipe.recipe import SETTINGS, SHAPE, ZONES
+from kogao_core.recipe.recipe import SETTINGS, SHAPE
 from kogao_core.recipe.settings import CENTERS, Alternative, cited
 from kogao_core.warp.lens import STRETCH_SEEN_PERCENT, stretch_percent
 
@@ -33,13 +33,13 @@ from ...widgets.typed import SliderScale
 
 _LEAST_PX: Final = 3 * GRID_PX
 _STEPS: Final = 100
-_LINE: Final = 40  # columns of text that fit beside the photo; tooltips say the rest
+_LINE: Final = 40  # maximum text columns of a label; longer texts go to the tooltip
 _PER_OCTAVE: Final = 50
 _THRESHOLD_STEPS_PER_PX: Final = 64
 
 
 def percent() -> SliderScale:
-    """Return the slider of the warp distance."""
+    """Return the scale of the warp distance."""
     return SliderScale(
         0,
         150,
@@ -52,7 +52,7 @@ def percent() -> SliderScale:
 
 
 def signed() -> SliderScale:
-    """Return the slider of what goes either way, 0 in its middle."""
+    """Return a scale for signed values, with 0 in the middle."""
     return SliderScale(
         -150,
         150,
@@ -64,8 +64,8 @@ def signed() -> SliderScale:
 
 
 def lattice() -> SliderScale:
-    """Return the slider of the lattice."""
-    # Twice as coarse is as far to the right as twice as fine is to the left.
+    """Return the scale of the lattice."""
+    # Logarithmic: factors 2 and 1/2 are equally far from the middle.
     return SliderScale(
         -2 * _PER_OCTAVE,
         2 * _PER_OCTAVE,
@@ -77,7 +77,7 @@ def lattice() -> SliderScale:
 
 
 def threshold() -> SliderScale:
-    """Return the slider of the threshold."""
+    """Return the scale of the threshold."""
     per_px = _THRESHOLD_STEPS_PER_PX
     return SliderScale(
         0, 2 * per_px, 8, lambda n: n / per_px, lambda v: round(v * per_px), _threshold_text
@@ -90,7 +90,7 @@ def _threshold_text(value: float) -> str:
 
 
 def scale(field: str) -> SliderScale:
-    """Return the slider of a number of the recipe: over all its range, unless it has its own."""
+    """Return the scale of a numeric field: a custom scale, else the field's full range."""
     if field in _SCALES:
         return _SCALES[field]()
     setting = SETTINGS[field]
@@ -108,12 +108,12 @@ def scale(field: str) -> SliderScale:
 
 
 def title(field: str, *, plain: bool = False) -> str:
-    """Return what a field is called, in everyday words or in the paper's."""
+    """Return the name of a field, in everyday words or in the paper's terms."""
     return translated(_PLAIN.get(field, SETTINGS[field].title) if plain else SETTINGS[field].title)
 
 
 def label(field: str) -> str:
-    """Return what a field is called, and a switch what it does where that fits; its mnemonic."""
+    """Return the label of a field with mnemonic; short switches include the explanation."""
     setting = SETTINGS[field]
     text = title(field)
     if setting.within is None and not setting.alternatives:
@@ -123,43 +123,36 @@ def label(field: str) -> str:
 
 
 def amount() -> tuple[str, str, SliderScale]:
-    """Return what the warp distance is called in everyday words, what it does, and its texts."""
+    """Return label, tooltip and scale of the warp distance in everyday words."""
     words = Text("How much smaller the face gets, in % of D, the face's radius")
     scale = replace(percent(), text=lambda v: tr("{v} %", v=_figure(v)))
     tip = translated(cited(words, SETTINGS["percent"].where))
-    return lettered(title("percent", plain=True), SETTINGS["head_follows"].letter), tip, scale
+    return lettered(title("percent", plain=True), "o"), tip, scale
 
 
 def falloff() -> tuple[str, str, SliderScale]:
-    """Return what the lattice is called in everyday words, what it does, and its texts."""
+    """Return label, tooltip and scale of the lattice in everyday words."""
     words = Text("How far the change spreads: left is local, right is soft (the lattice's R)")
     scale = replace(lattice(), text=lambda v: tr("{v:.2f} ×", v=v))  # noqa: RUF001
     tip = translated(cited(words, SETTINGS["lattice"].where))
     return lettered(title("lattice", plain=True), SETTINGS["lattice"].letter.lower()), tip, scale
 
 
-def follows(*, plain: bool) -> tuple[str, str, SliderScale]:
-    """Return what the slider below that is called, what it does, and its texts."""
-    # Beside everyday words it has the letter of the paper's.
-    letter = SETTINGS["percent" if plain else "head_follows"].letter.lower()
-    return lettered(title("head_follows"), letter), tip("head_follows"), scale("head_follows")
-
-
 def tip(field: str) -> str:
-    """Return what a field of the recipe does, and where the paper has it."""
+    """Return the explanation of a field, with the section of the paper."""
     setting = SETTINGS[field]
     return translated(cited(setting.help, setting.where))
 
 
 def change(field: str, before: object, after: object) -> str:
-    """Return how a field of the recipe has changed, in words: its values and their unit."""
+    """Return old and new value of a field with the unit."""
     unit = translated(SETTINGS[field].unit)
     values = {"before": _value(field, before), "after": _value(field, after)}
     return tr("{before} → {after} {unit}", unit=unit, **values).rstrip()
 
 
 def stated(field: str, value: object) -> str:
-    """Return a field of the recipe with its value and unit, as a caption tells it."""
+    """Return a field with value and unit, for captions."""
     unit = translated(SETTINGS[field].unit)
     return f"{title(field)} {_value(field, value)} {unit}".rstrip()
 
@@ -174,13 +167,13 @@ def _value(field: str, value: object) -> str:
 
 
 def _figure(value: float) -> str:
-    # Hundredths are the finest that is shown and typed; amounts read 4.0, not 4.
+    # At most two decimals are shown and typed. Whole amounts read 4.0, not 4.
     text = f"{value:.2f}"
     return text[:-1] if text.endswith("0") else text
 
 
 def options(field: str) -> list[tuple[str, str, str]]:
-    """Return the choices of a field: what they are called, where they are from, their values."""
+    """Return the choices of a field: (label, tooltip, value) each."""
     return [
         (
             tr("{title}: {help}", title=translated(one.title), help=translated(one.help)),
@@ -192,23 +185,21 @@ def options(field: str) -> list[tuple[str, str, str]]:
 
 
 def help_of(one: Alternative[str]) -> str:
-    """Return what one of the choices is, and where the paper has it."""
+    """Return the explanation of a choice, with the section of the paper."""
     return translated(cited(one.help, one.where))
 
 
-# What the paper's terms are to a retoucher.
+# Everyday words for the paper's terms.
 _PLAIN: Final = {
     "percent": Text("Amount"),
     "center": Text("Direction"),
     "lattice": Text("Falloff"),
 }
-# They have folds or a switch of their own, into which one letter leads each.
-FOLDED_PARTS: Final = ("zones", *ZONES, *SHAPE, "lens_amount")
 _SCALES: Final = {
     "percent": percent,
     "lattice": lattice,
     "threshold_px": threshold,
-    **dict.fromkeys(SHAPE, signed),
+    **dict.fromkeys((name for name in SHAPE if SETTINGS[name].unit and name != "even_out"), signed),
 }
 
 
@@ -232,14 +223,14 @@ class CenterChoice(QWidget):
             button.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
             button.setProperty("segment", "true")
             button.setProperty("snug", "true")
-            # As wide as it likes while there is room, narrower where there are many.
+            # Buttons shrink if many candidates need the space.
             button.setMinimumWidth(_LEAST_PX)
             button.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
             button.setAccessibleName(tr("Centre {n}", n=number))
             button.setToolTip(_center_tip(number))
             self.group.addButton(button, number)
             row.addWidget(button)
-        # A button as buddy would be pressed by the letter, which only leads here.
+        # The label's mnemonic only focuses this widget. A button as buddy would be pressed.
         self._name.setBuddy(self)
         self.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
         self.show_words(plain=False)
@@ -247,14 +238,14 @@ class CenterChoice(QWidget):
         self.group.idClicked.connect(self.chosen)
 
     def show_words(self, *, plain: bool) -> None:
-        """Name the candidates by where they lie, or by their numbers in the paper."""
+        """Label the candidates by position, or by number in the paper."""
         letter = SETTINGS["center"].letter.lower() if plain else SETTINGS["center"].letter
         self._name.setText(lettered(title("center", plain=plain), letter))
         for number, where in ((1, tr("Mouth")), (len(CENTERS), tr("Nose"))):
             self.group.button(number).setText(where if plain else str(number))
 
     def show_number(self, number: int) -> None:
-        """Show which candidate is chosen."""
+        """Check the button of the selected candidate."""
         self.group.button(number).setChecked(True)
         self.setFocusProxy(self.group.button(number))
 
@@ -268,7 +259,7 @@ def _center_tip(number: int) -> str:
 
 
 class LensChoice(QWidget):
-    """A switch, the focal length, and what they are about: how far the lens stretched whom."""
+    """A switch, the focal length, and a note on the stretch of the faces."""
 
     chosen = Signal(object)
 
@@ -276,7 +267,7 @@ class LensChoice(QWidget):
         super().__init__()
         low, high = SETTINGS["lens"].within or (0.0, 0.0)
         self.switch, self.note = QCheckBox(label("lens")), muted_label(wraps=True)
-        # Below the least there is what the photo tells.
+        # The minimum stands for the focal length in the photo's metadata.
         self.focal = WholeNumber(round(low) - 1, round(high), round(low) - 1)
         self.focal.setSuffix(tr(" mm"))
         self.focal.setKeyboardTracking(False)
@@ -291,9 +282,9 @@ class LensChoice(QWidget):
         column_of(self, row_of(self.switch, None, self.focal), self.note)
 
     def show_state(self, state: State, chosen: int | None) -> bool:
-        """Show what is chosen, and how far the lens stretched a face, or the one it did most.
+        """Show the setting, and the stretch of the selected or the most stretched face.
 
-        Result: whether that is worth a look.
+        Return whether the correction is on or the stretch is visible.
         """
         lens, optics = state.recipe.lens, state.optics
         known = "" if optics.focal_mm is None else f"{optics.focal_mm:.0f}"
@@ -312,7 +303,7 @@ class LensChoice(QWidget):
 
 
 def _stretched(count: int, focal_mm: float, percent: float) -> str:
-    """Return how far a lens stretched so many faces at most."""
+    """Return a text about the largest stretch of a number of faces."""
     said = {"mm": focal_mm, "percent": percent}
     if count == 1:
         return tr("{mm:.0f} mm: this face is {percent:.1f} % longer outwards", **said)
@@ -320,7 +311,7 @@ def _stretched(count: int, focal_mm: float, percent: float) -> str:
 
 
 class OwnerLine(QWidget):
-    """Says whose settings these are; the button leads back to the photo's."""
+    """Shows which faces the settings apply to, with a button to return to the photo's settings."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -333,13 +324,13 @@ class OwnerLine(QWidget):
         column_of(self, row)
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Nothing below may jump when the button comes and goes: keep its height, as dressed."""
+        """Reserve the height of the styled button, so that widgets below don't jump."""
         self.button.ensurePolished()
         self.setMinimumHeight(self.button.sizeHint().height())
         super().showEvent(event)
 
     def show_state(self, state: State, chosen: int | None, also: Collection[int]) -> None:
-        """Show whose settings are edited and which faces have their own."""
+        """Show the edited faces, or which faces have separate settings."""
         own = [index for index, face in enumerate(state.faces) if face.recipe is not None]
         if chosen is None:
             numbers = ", ".join(str(index + 1) for index in own)

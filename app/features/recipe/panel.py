@@ -1,4 +1,4 @@
-"""The recipe's sliders and choices, and what they amount to."""
+"""The panel with sliders and choices of the recipe, and readings of the result."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from functools import partial
 from typing import Final
 
 from PySide6.QtCore import QSignalBlocker, Qt
-from PySide6.QtWidgets import QCheckBox, QFormLayout, QLabel, QSizePolicy, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QCheckBox, QLabel, QSizePolicy, QVBoxLayout, QWidget
 
 from kogao_core.pipeline import Rendering
-from kogao_core.recipe.recipe import SETTINGS, SHAPE, ZONES, Recipe
+from kogao_core.recipe.recipe import SETTINGS, SHAPE, Recipe
 from kogao_core.recipe.settings import Setting
 from kogao_core.warp import fit
 
@@ -18,26 +18,21 @@ from ...document import DEFAULT, State
 from ...i18n import tr, translated
 from ...theme import GRID_PX
 from ...view_state import RenderedFrame
-from ...widgets.controls import ChoiceBox, Fold, WarningLabel, column_of, muted_label
+from ...widgets.controls import ChoiceBox, Fold, WarningLabel, column_of, muted_label, row_of
 from ...widgets.sliders import ValueSlider
 from . import fields
 from .fields import CenterChoice, LensChoice, OwnerLine
 from .gauge import NaturalnessGauge
 
 _NONE: Final = "–"  # noqa: RUF001
-_ALWAYS_SHOWN: Final = (
-    "percent",
-    "head_follows",
-    "center",
-    "lattice",
-    "lens",
-)  # the others fold away
+# Fields with a fixed position; all other fields are in the last fold.
+_PLACED: Final = frozenset({"percent", "scope", "center", "lattice", "lens", "lens_amount", *SHAPE})
 
 
 class RecipePanel(QWidget):
-    """Warp distance, centre, lattice; zones, and fit, threshold and the like, folded away.
+    """Warp distance, scope, lens and shape; centre, lattice, fit, threshold and more.
 
-    In plain words there is an amount and whether it looks natural; all else folds away.
+    In everyday words, only the amount and the naturalness gauge show; the rest is folded.
     """
 
     def __init__(
@@ -52,13 +47,16 @@ class RecipePanel(QWidget):
         self.sliders: dict[str, ValueSlider] = {}
         self.choices: dict[str, ChoiceBox] = {}
         self.switches: dict[str, QCheckBox] = {}
+        self.controls: dict[str, QWidget] = {}  # by field; enabled while the field has an effect
+        self._allowed, self._recipe = False, DEFAULT
         self.percent, self.lattice = self._slider("percent", 1), self._slider("lattice", 2)
-        self.follows = self._slider("head_follows", 0)
+        self.scope = self._choice("scope")
         self.lens = LensChoice()
         self.lens.chosen.connect(lambda lens: self._choose("lens", lens))
         self.lens_amount = self._slider("lens_amount")
         self.centre = CenterChoice()
         self.centre.chosen.connect(lambda number: self._choose("center", number))
+        self.controls |= {"lens": self.lens, "center": self.centre}
         self.one_to_one, self.residual = WarningLabel(wraps=True), muted_label(wraps=True)
         self.edge_note = muted_label(wraps=True)
         self._readings = "", ""
@@ -66,13 +64,10 @@ class RecipePanel(QWidget):
         self._lens_counts = False
         for label in (self.one_to_one, self.residual):
             label.setToolTip(tr("≈: until the picture is there in full"))
-        shape, zones, details = self._shape(), self._zones(), self._details()
+        shape = QWidget()
+        column_of(shape, *map(self._slider, SHAPE))
         self.shape = Fold(tr("Face shape"), shape, "shape")
-        self.zones = Fold(tr("Shares of the chan&ge…"), zones, "zones")
-        self.fold = Fold(tr("Fit, qualit&y…"), details, "fit")
-        # Folds open and close without a photo, too.
-        basic = self.percent, self.follows, self.lens, self.lens_amount, self.centre, self.lattice
-        self._settings = (*basic, shape, zones, details)
+        self.fold = Fold(tr("Fit, qualit&y…"), self._details(), "fit")
         self.plain = False
         self._fine = QWidget()
         self.more = Fold(tr("More"), self._fine, "more")
@@ -89,7 +84,7 @@ class RecipePanel(QWidget):
             self.owner,
             self.percent,
             readings,
-            self.follows,
+            self.scope,
             self.lens,
             self.lens_amount,
             self.edge_note,
@@ -97,32 +92,34 @@ class RecipePanel(QWidget):
             self.more,
             spacing=3 * GRID_PX,
         )
-        fine = self.zones, self.centre, self.lattice, self.fold
+        fine = self.centre, self.lattice, self.fold
         column_of(self._fine, *fine, spacing=3 * GRID_PX)
         self.show_words(plain=False)
         self.show_first(DEFAULT)
 
     def show_first(self, recipe: Recipe) -> None:
-        """Let sliders go back to the values of a recipe."""
+        """Set the default values of the sliders from a recipe."""
         self._first = recipe
         for field, slider in self.sliders.items():
             slider.show_first(getattr(recipe, field))
 
     def allow(self, allowed: bool) -> None:
-        """Let settings be changed, or not: while there is no photo they are nobody's."""
-        for widget in self._settings:
-            widget.setEnabled(allowed)
+        """Enable the controls of fields with an effect, or disable all without a photo."""
+        self._allowed = allowed
+        self._enable()
+
+    def _enable(self) -> None:
+        for field, control in self.controls.items():
+            control.setEnabled(self._allowed and SETTINGS[field].counts(self._recipe))
 
     def show_words(self, *, plain: bool) -> None:
-        """Speak in everyday words, or in the paper's terms and figures."""
+        """Label the controls in everyday words, or in the paper's terms and units."""
         self.plain = plain
         exact = fields.label("percent"), fields.tip("percent"), fields.scale("percent")
         self.percent.rename(*(fields.amount() if plain else exact))
-        self.follows.rename(*fields.follows(plain=plain))
         exact = fields.label("lattice"), fields.tip("lattice"), fields.scale("lattice")
         self.lattice.rename(*(fields.falloff() if plain else exact))
         self.centre.show_words(plain=plain)
-        self.gauge.show_words(plain=plain)
         self.more.flatten(not plain)
         self._show_lens()
         for reading in (self.percent.note, self.lattice.note, self.residual):
@@ -130,18 +127,18 @@ class RecipePanel(QWidget):
         self.clear_readings()
 
     def toggle_more(self) -> None:
-        """Open what folds away and lead the keys there, or fold it away again."""
+        """Unfold the advanced settings and focus the first, or fold the settings again."""
         title = self.more.button
         if not title.isHidden():
             title.toggle()
         shown = title.isHidden() or title.isChecked()
-        first = self.centre.group.checkedButton() if shown else None
-        (first or self.percent.slider).setFocus()
+        first = self.centre.group.checkedButton() if self.centre.isEnabled() else None
+        ((first or self.lattice.slider) if shown else self.percent.slider).setFocus()
 
     def show_state(
         self, state: State, chosen: int | None = None, also: Collection[int] = ()
     ) -> None:
-        """Show the recipe of the chosen face, or the photo's and what it means for the first."""
+        """Show the recipe of the selected face, or of the photo."""
         recipe = state.recipe_of(chosen)
         self._on = [index for index in range(len(state.faces)) if index not in state.off]
         self.owner.show_state(state, chosen, also)
@@ -158,12 +155,12 @@ class RecipePanel(QWidget):
         for field, switch in self.switches.items():
             with QSignalBlocker(switch):
                 switch.setChecked(getattr(recipe, field))
-        for field in ZONES:
-            self.sliders[field].setEnabled(recipe.zones)
+        self._recipe = recipe
+        self._enable()
         self._show_distances(state, chosen)
 
     def show_frame(self, frame: RenderedFrame) -> None:
-        """Take whether the warp folds, how far faces came, and how far landmarks are off."""
+        """Read folds, shares and residuals from a frame."""
         if not frame.rendering.pairs:
             self.clear_readings()
             return
@@ -182,13 +179,13 @@ class RecipePanel(QWidget):
         self._readings = verdict, residual
 
     def mark_readings(self, *, final: bool) -> None:
-        """Show the readings as exact, or as about right while the picture is on its way."""
+        """Show the readings as exact, or as approximate until the final frame."""
         for label, text in zip((self.one_to_one, self.residual), self._readings, strict=True):
             label.setText(text if final or not text else f"≈ {text}")
         self.one_to_one.setVisible(bool(self._readings[0]) or not self.plain)
 
     def clear_readings(self) -> None:
-        """Show none: there is no picture to read them from."""
+        """Clear the readings: no frame is shown."""
         self._readings = "", ""
         self._note_edge("")
         self.mark_readings(final=True)
@@ -201,7 +198,7 @@ class RecipePanel(QWidget):
         self.edge_note.setVisible(bool(note))
 
     def abort(self) -> None:
-        """Let go of every slider, as Escape does."""
+        """End the drags of all sliders, as Escape does."""
         for slider in self.sliders.values():
             slider.slider.abort()
 
@@ -233,11 +230,11 @@ class RecipePanel(QWidget):
         slider.rested.connect(self._commit)
         slider.refused.connect(self._refuse)
         slider.reset.connect(lambda: self._choose(field, getattr(self._first, field)))
-        self.sliders[field] = slider
+        self.sliders[field] = self.controls[field] = slider
         return slider
 
-    def _choice(self, field: str) -> ChoiceBox:
-        box = ChoiceBox()
+    def _choice(self, field: str) -> QWidget:
+        box, label = ChoiceBox(), QLabel(fields.label(field))
         box.setAccessibleName(translated(SETTINGS[field].title))
         box.setToolTip(fields.tip(field))
         box.setSizeAdjustPolicy(ChoiceBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
@@ -246,68 +243,50 @@ class RecipePanel(QWidget):
             box.addItem(text, value)
             box.setItemData(place, tip, Qt.ItemDataRole.ToolTipRole)
         box.currentIndexChanged.connect(lambda: self._choose(field, box.currentData()))
-        self.choices[field] = box
-        return box
+        label.setBuddy(box)
+        label.setToolTip(box.toolTip())
+        row = QWidget()
+        column_of(row, row_of(label, box))
+        self.choices[field], self.controls[field] = box, row
+        return row
 
-    def _switch(self, field: str, text: str = "") -> QCheckBox:
-        switch = QCheckBox(text or fields.label(field))
+    def _switch(self, field: str) -> QCheckBox:
+        switch = QCheckBox(fields.label(field))
         switch.setToolTip(fields.tip(field))
         switch.toggled.connect(lambda on: self._choose(field, on))
-        self.switches[field] = switch
+        self.switches[field] = self.controls[field] = switch
         return switch
 
     def _choose(self, field: str, value: object) -> None:
         self._edit(field, value)
         self._commit()
 
-    def _shape(self) -> QWidget:
-        shape = QWidget()
-        column_of(shape, *map(self._slider, SHAPE))
-        return shape
-
-    def _zones(self) -> QWidget:
-        zones = QWidget()
-        switch = self._switch("zones", translated(SETTINGS["zones"].title))
-        column_of(zones, switch, *map(self._slider, ZONES))
-        return zones
-
     def _details(self) -> QWidget:
         details = QWidget()
-        form = QFormLayout()
-        form.setSpacing(2 * GRID_PX)
-        shown_elsewhere = (*_ALWAYS_SHOWN, *fields.FOLDED_PARTS)
-        folded = [one for one in SETTINGS.values() if one.name not in shown_elsewhere]
-        for setting in (one for one in folded if not one.per_photo):
-            self._add(setting, form)
-        form.addRow(muted_label(tr("These hold for the whole photo:")))
-        for setting in (one for one in folded if one.per_photo):
-            self._add(setting, form)
-        column_of(details, form)
+        rest = [setting for name, setting in SETTINGS.items() if name not in _PLACED]
+        own = [self._control(setting) for setting in rest if not setting.per_photo]
+        note = muted_label(tr("These hold for the whole photo:"))
+        shared = [self._control(setting) for setting in rest if setting.per_photo]
+        column_of(details, *own, note, *shared, spacing=2 * GRID_PX)
         return details
 
-    def _add(self, setting: Setting, form: QFormLayout) -> None:
-        """Add the control of a field: a slider, a box or a switch, as its kind is."""
+    def _control(self, setting: Setting) -> QWidget:
+        """Return the control for a field: slider, combo box or switch."""
         if setting.within is not None:
-            form.addRow(self._slider(setting.name))
-        elif setting.alternatives:
-            box, label = self._choice(setting.name), QLabel(fields.label(setting.name))
-            label.setBuddy(box)
-            label.setToolTip(box.toolTip())
-            form.addRow(label, box)
-        else:
-            form.addRow(self._switch(setting.name))
+            return self._slider(setting.name)
+        return (self._choice if setting.alternatives else self._switch)(setting.name)
 
 
 def _range(percents: Sequence[float]) -> str:
-    """Return the smallest and the largest, or the one that they are."""
+    """Return the range of the values as text; a single number if all are equal."""
     low, high = f"{min(percents):.2f}", f"{max(percents):.2f}"
     return low if low == high else f"{low}\N{EN DASH}{high}"
 
 
 def _warning(rendering: Rendering, on: Sequence[int]) -> tuple[str, bool]:
-    """Return in everyday words what isn't as asked for, if anything, and whether all is.
+    """Return a warning in everyday words (empty if fine), and whether the result is as requested.
 
-    `on` are the faces that the rendering is of.
+    `on` contains the indices of the rendered faces.
     """
     if _verdict(rendering)[1]:
         return "", True
@@ -317,17 +296,22 @@ def _warning(rendering: Rendering, on: Sequence[int]) -> tuple[str, bool]:
     held = [str(on[k] + 1) for k, share in enumerate(rendering.shares) if share < 1.0]
     if kept < 1.0 and len(rendering.shares) > 1:
         return tr(
-            "⚠ Held back: {faces}, down to {percent:.0f} %; more would fold the picture.",
+            "⚠ Reduced in places: {faces}, down to {percent:.0f} %; more would squeeze the "
+            "picture.",
             faces=tr("faces {numbers}", numbers=", ".join(held)),
             percent=100 * kept,
         ), False
     if kept < 1.0:
-        return tr("⚠ Held back to {n:.0f} %: more would fold the picture.", n=100 * kept), False
+        return tr(
+            "⚠ Reduced to {n:.0f} % near point {point}: more would squeeze the picture.",
+            n=100 * kept,
+            point=rendering.limited_points[0],
+        ), False
     return tr("⚠ The picture may fold in small places; choose a smaller amount."), False
 
 
 def _verdict(rendering: Rendering) -> tuple[str, bool]:
-    """Return whether the warp is one-to-one, in words, and whether all is as asked for."""
+    """Return whether the warp is one-to-one, as text, and whether the result is as requested."""
     check, kept = rendering.one_to_one, min(rendering.shares)
     det = check.min_det
     if check.folds:
@@ -339,7 +323,15 @@ def _verdict(rendering: Rendering) -> tuple[str, bool]:
         return tr("⚠ small folds possible\nsampled J ≥ {det:.2f}", det=det), False
     held = []
     if kept < 1.0:
-        held.append(tr("⚠ held back to {n:.0f} %, sampled J ≥ {det:.2f}", n=100 * kept, det=det))
+        point = rendering.limited_points[rendering.shares.index(kept)]
+        held.append(
+            tr(
+                "⚠ reduced to {n:.0f} % near point {point}, sampled J ≥ {det:.2f}",
+                n=100 * kept,
+                point=point,
+                det=det,
+            )
+        )
     if rendering.threshold_px < rendering.recipe.threshold_px:
         held.append(tr("⚠ threshold not used: its edge could have folded"))
     if held:

@@ -1,4 +1,4 @@
-"""Fills the film strip in a worker, and keeps it up with its folder."""
+"""The film strip feature: lists a folder, loads thumbnails in workers, and rates photos."""
 
 from __future__ import annotations
 
@@ -13,7 +13,6 @@ from typing import Final
 
 from PySide6.QtCore import QFileSystemWatcher, QLockFile, QTimer
 from PySide6.QtGui import QAction, QImage
-from PySide6.QtWidgets import QMenu
 
 from kogao_core.base import strict
 from kogao_core.base.atomic import put
@@ -23,6 +22,7 @@ from kogao_core.photo import READABLE
 from kogao_core.photo.metadata.glance import MOST_STARS, REJECTED, rate
 from kogao_core.projects.results import Results
 
+from ...actions import Item
 from ...i18n import reason, tr, tr_count
 from ...widgets.controls import ChoiceBox
 from ...widgets.dialogs import ask_path
@@ -32,35 +32,35 @@ from ..feature import Context, Feature
 from ..files import Files
 from ..projects import Projects
 from ..recovery import locked, modified
-from .facts import THUMBNAIL_PX, Facts, Mark, facts_of, thumbnail
+from .facts import Facts, Mark, facts_of, thumbnail
 from .film import StripPanel, labels
 
 _MOST: Final = 2000
 _SETTLE_MS: Final = 300
-_AT_ONCE: Final = 16  # photos that are looked at before the strip shows what they are
-_LEFT: Final = ".strip"  # ends the file of what was on the strip, beside what is recovered
+_AT_ONCE: Final = 16  # photos to read before the strip shows marks and stars
+_LEFT: Final = ".strip"  # suffix of the file with the strip's content, in the recovery folder
 _LONGEST: Final = 4096
 _MOST_BYTES: Final = _MOST * _LONGEST
 _LABEL_KEYS: Final = ("6", "7", "8", "9", "L")
 
 
 class Strip(Feature):
-    """Lists photos, tells what each is, rates them, and leads from one to the next."""
+    """Lists photos with edits and stars, rates photos, and opens the next photo."""
 
     name = "strip"
-    # Whether it is there again after a crash, and stars are written beside its photos; not beside
-    # another program's.
+    # Whether to restore the strip after a crash and to write ratings next to photos. A screenshot
+    # does neither.
     keeps = True
 
     def __init__(self, context: Context, files: Files, projects: Projects, faces: Faces) -> None:
         super().__init__(context)
         self._files = files
         self._places: list[Path] = []
-        self._paths: list[Path] | None = None  # none listed yet
+        self._paths: list[Path] | None = None  # no photos listed yet
         self._wanted: Path | None = None
         self._first: Path | None = None
         self._listing = self.lane(self._fill, self._not_listed)
-        # A photo without a thumbnail keeps its blank place, whatever the reason.
+        # A photo without a thumbnail keeps a blank icon.
         self._drawing = self.lane(self._show, lambda _: QTimer.singleShot(0, self._draw))
         self._looking = self.lane(self._show_facts, lambda _: QTimer.singleShot(0, self._look))
         self._rating = self.lane(self._rated, self._not_rated)
@@ -80,6 +80,7 @@ class Strip(Feature):
         self.film = self.panel.film
         self.dock = Dock(tr("Film strip"), scrolls=True)
         self.film.wanted.connect(self.open)
+        self.film.resized.connect(self.draw_again)
         self.window.dropped.connect(self.show_places)
         self.document.opened.connect(self._follow)
         files.began.connect(self._pass_over)
@@ -91,86 +92,55 @@ class Strip(Feature):
         self._enable(False)
 
     def _add_actions(self) -> None:
-        self.add_action(
-            "folder",
-            tr("Open a &folder…"),
-            "Ctrl+Shift+O",
-            tr("Photos as a film strip"),
-            self._ask_folder,
-        )
-        self.add_action(
-            "next-photo",
-            tr("&Next photo"),
-            "Ctrl+Right",
-            tr("Next on the film strip"),
-            lambda: self.film.step(1),
-        )
-        self.add_action(
-            "previous-photo",
-            tr("Pre&vious photo"),
-            "Ctrl+Left",
-            tr("Previous on the film strip"),
-            lambda: self.film.step(-1),
-        )
-        self.add_action(
-            "strip-shown",
-            tr("Photos sho&wn on the film strip"),
-            "Ctrl+Shift+F",
-            tr("By stars, label, or what was done to them"),
-            lambda: _open(self.panel.choice),
-        )
-        self.add_action(
-            "strip-order",
-            tr("Orde&r of the film strip"),
-            "Ctrl+Shift+D",
-            tr("By name, or by stars"),
-            lambda: _open(self.panel.order),
-        )
-        menu = self.window.menus["stars"] = QMenu(tr("&Stars and labels"), self.window)
-        beside = tr("For the photos chosen on the film strip; written beside them, as .xmp")
+        self.folder = self.bind("folder", self._ask_folder)
+        self.bind("next-photo", lambda: self.film.step(1))
+        self.bind("previous-photo", lambda: self.film.step(-1))
+        self.bind("strip-shown", lambda: _open(self.panel.choice))
+        self.bind("strip-order", lambda: _open(self.panel.order))
+        ratings = self.ratings = list[QAction]()
+        beside = tr("For the selected photos; saved next to them as .xmp")
         for stars in range(MOST_STARS + 1):
             text = tr_count(stars, "&{n} star", "&{n} stars") if stars else tr("N&o stars")
             act = partial(self._rate, stars=stars)
-            menu.addAction(
-                self.add_action(f"stars-{stars}", text, f"Ctrl+Shift+{stars}", beside, act)
+            ratings.append(
+                self.bind(Item(f"stars-{stars}", text, f"Ctrl+Shift+{stars}", beside), act)
             )
         reject = partial(self._rate, stars=REJECTED)
-        menu.addAction(
-            self.add_action("stars-reject", tr("&Reject"), "Ctrl+Shift+X", beside, reject)
-        )
-        menu.addSeparator()
+        ratings.append(self.bind(Item("stars-reject", "&Reject", "Ctrl+Shift+X", beside), reject))
         for (label, name), key in zip(labels().items(), _LABEL_KEYS, strict=True):
             text, act = tr("Label: {name}", name=name), partial(self._rate, label=label)
-            menu.addAction(
-                self.add_action(f"label-{label.lower()}", text, f"Ctrl+Shift+{key}", beside, act)
+            ratings.append(
+                self.bind(Item(f"label-{label.lower()}", text, f"Ctrl+Shift+{key}", beside), act)
             )
         end = QAction(self.film)
         end.setSeparator(True)
-        self.film.addActions([*menu.actions(), end])
+        self.film.addActions([*ratings, end])
+        self.film.rated.connect(lambda stars: self._rate(stars=stars))
+        self.film.wants_pick.connect(self.pick)
 
     def _enable(self, filled: bool) -> None:
         for name in ("next-photo", "previous-photo", "strip-shown", "strip-order"):
             self.actions[name].setEnabled(filled)
-        for action in self.window.menus["stars"].actions():
+        for action in self.ratings:
             action.setEnabled(filled and self.keeps)
 
     @property
     def busy(self) -> bool:
-        """True while there is something to list, look at, draw or write."""
+        """True while a folder, facts, thumbnails or ratings are in work."""
         return super().busy or bool(self._to_look or self._undrawn or self._to_rate)
 
     def stop(self) -> None:
-        """Start nothing more."""
+        """Discard waiting jobs."""
         super().stop()
         self._again.stop()
         self._to_look, self._undrawn = [], {}
 
     def finish(self) -> None:
-        """Write the stars that still wait; the strip needn't come back."""
+        """Write waiting ratings, and delete the file for crash recovery."""
         for path, stars, label in self._to_rate:
             with suppress(OSError, ValueError):
                 rate(path, stars, label)
-        with suppress(OSError):  # out of reach by now
+        with suppress(OSError):  # the folder is not accessible
             self._file.unlink(missing_ok=True)
         if self._lock is not None:
             self._lock.unlock()
@@ -182,16 +152,16 @@ class Strip(Feature):
         )
 
     def show_places(self, places: list[Path]) -> None:
-        """Open one photo at once; of several or a folder make a film strip, and open the first."""
+        """Open a single photo; show several photos or a folder as a film strip."""
         if not places:
-            self.say(tr("That is no file of this computer; save it here, then open it."))
+            self.say(tr("This isn't a file on this computer. Save it here first."))
         elif len(places) == 1 and not os.path.isdir(places[0]):
             self._files.open(places[0])
         else:
             self.show(places)
 
     def open(self, path: Path) -> None:
-        """Open another photo; until it is open, and should the user keep this, this is marked."""
+        """Open another photo. The strip marks the open photo until then, or after a cancel."""
         self.film.mark(self.document.path)
         if path == self.document.path:
             self._wanted = None
@@ -206,39 +176,42 @@ class Strip(Feature):
         self._note_place()
 
     def _pass_over(self) -> None:
-        """Go on along the strip from a photo that is being opened, or couldn't be."""
+        """Continue along the strip from a photo that is opening or failed to open."""
         self.film.pass_over(self._wanted)
 
-    # -- what is on it ---------------------------------------------------------------------------
+    # -- content ---------------------------------------------------------------------------------
 
     def show(self, places: Sequence[Path], first: Path | None = None) -> None:
-        """Show these photos, and those in these folders; open one of them."""
-        # Photos that are open are known by their whole names.
+        """Show these photos and the photos in these folders; open one photo."""
+        # Open photos are identified by absolute paths.
         places = [place.absolute() for place in places]
-        if self._watcher.directories():
-            self._watcher.removePaths(self._watcher.directories())
-        for folder in (place for place in places if os.path.isdir(place)):
-            self._watcher.addPath(str(folder))
-        self._places, self._paths, self._first = places, None, first
-        self.panel.show_all()
-        self._list_again()
+        self._list(places, first)
 
     def chosen(self) -> list[Path]:
-        """Return the photos that are chosen on the strip, results left out."""
+        """Return the selected photos, without results."""
         return self.film.listed(chosen=True)
 
     def photos(self) -> list[Path]:
-        """Return the photos that the strip shows, results left out."""
+        """Return the visible photos, without results."""
         return self.film.listed()
 
     def _list_again(self) -> None:
-        places, results, first = self._places, self.storage.results, self._first
-        self._listing.submit(lambda: _with_first(photos_in(places), results, first))
+        self._list(self._places, self._first)
 
-    def _fill(self, listed: tuple[list[Path], Path | None]) -> None:
-        paths, self._first = listed
-        if paths == self._paths:
+    def _list(self, places: list[Path], first: Path | None) -> None:
+        results = self.storage.results
+        self._listing.submit(lambda: (places, *_with_first(photos_in(places), results, first)))
+
+    def _fill(self, listed: tuple[list[Path], list[Path], Path | None]) -> None:
+        places, paths, first = listed
+        if places is not self._places:
+            if self._paths and not paths:
+                self.say(tr("No photos in that folder."))
+                return
+            self._take(places)
+        elif paths == self._paths:
             return
+        self._first = first
         self._paths = paths
         self.window.bar.refresh()
         self.film.show_paths(paths)
@@ -248,11 +221,19 @@ class Strip(Feature):
         self._draw()
         self._note_place()
 
+    def _take(self, places: list[Path]) -> None:
+        if self._watcher.directories():
+            self._watcher.removePaths(self._watcher.directories())
+        for folder in (place for place in places if os.path.isdir(place)):
+            self._watcher.addPath(str(folder))
+        self._places = places
+        self.panel.show_all()
+
     def _show_strip(self, paths: list[Path]) -> None:
         self.window.docks.offer("strip", bool(paths))
         self._enable(bool(paths))
         if not paths:
-            self.say(tr("There is no photo in that folder; choose another one."))
+            self.say(tr("No photos in that folder."))
             return
         self._name_left_out(paths)
         self.window.docks.show("strip")
@@ -262,11 +243,11 @@ class Strip(Feature):
         self.film.mark(self.document.path)
 
     def _name_left_out(self, paths: list[Path]) -> None:
-        """Say which of the named files are no photos, until the next photo is opened."""
+        """Show which of the named files are no photos, until the next photo is opened."""
         places, first = self._places, (None, self.document.path, self._first)
         left_out = [one.name for one in places if one not in paths and not os.path.isdir(one)]
         if left_out:
-            text = tr("Not on the film strip, since no photo: {names}.", names=", ".join(left_out))
+            text = tr("Not photos, so not on the film strip: {names}.", names=", ".join(left_out))
             self.say(text, applies=lambda: self._places is places and self.document.path in first)
 
     def _not_listed(self, problem: Exception) -> None:
@@ -274,10 +255,10 @@ class Strip(Feature):
         path = self.document.path
         self.say(text, applies=lambda: self._paths is None and self.document.path == path)
 
-    # -- what is told of each --------------------------------------------------------------------
+    # -- marks and thumbnails --------------------------------------------------------------------
 
     def look_again(self, path: Path, told: Mark = "") -> None:
-        """Look again what was done to a photo, and draw it; `told` is what no file says."""
+        """Read the facts of a photo again and redraw; `told` is a mark that no file records."""
         if path in self.film:
             self._told[path] = told
             self._undrawn[path] = None
@@ -302,7 +283,7 @@ class Strip(Feature):
             self.film.show_facts(path, facts)
         if not self._to_look:
             self.panel.sort()
-        # The lane counts as busy until this is over.
+        # Deferred: the lane is busy until this slot returns.
         QTimer.singleShot(0, self._look)
 
     def _note_unreadable(self) -> None:
@@ -317,7 +298,7 @@ class Strip(Feature):
             self.look_again(path, "doubtful" if doubts else "")
 
     def draw_again(self) -> None:
-        """Draw every photo again: the screen shows other colours."""
+        """Redraw all thumbnails, after a change of size or of the screen's colours."""
         self._undrawn = dict.fromkeys(self._paths or [])
         self._draw()
 
@@ -325,9 +306,13 @@ class Strip(Feature):
         path = None if self._drawing.busy else self.film.next_of(self._undrawn)
         if path is not None:
             del self._undrawn[path]
-            side_px = round(THUMBNAIL_PX * self.film.devicePixelRatioF())
-            edits = self.storage.edits
+            side_px, edits = self.side_px, self.storage.edits
             self._drawing.submit(lambda: (path, thumbnail(path, side_px, edits)))
+
+    @property
+    def side_px(self) -> int:
+        """Side of a thumbnail in pixels of the screen."""
+        return round(self.film.iconSize().width() * self.film.devicePixelRatioF())
 
     def _show(self, drawn: tuple[Path, QImage]) -> None:
         self.film.show_thumbnail(*drawn)
@@ -336,12 +321,18 @@ class Strip(Feature):
     # -- stars and labels ------------------------------------------------------------------------
 
     def _rate(self, stars: int | None = None, label: str | None = None) -> None:
-        """Give the chosen photos stars or a label; one that all of them have is taken away."""
+        """Set stars or a label for the selected photos; remove a label that all have."""
         path = self.document.path
         photos = self.film.picked() or ([path] if path and path in self.film else [])
         if label and all(self.film.facts(path).rated.label == label for path in photos):
             label = ""
         self._to_rate += [(path, stars, label) for path in photos]
+        self._write_next()
+
+    def pick(self) -> None:
+        """Give selected photos without stars one star."""
+        facts = self.film.facts
+        self._to_rate += [(it, 1, None) for it in self.film.picked() if facts(it).rated.stars < 1]
         self._write_next()
 
     def _write_next(self) -> None:
@@ -365,7 +356,7 @@ class Strip(Feature):
     # -- after a crash ---------------------------------------------------------------------------
 
     def _note_place(self) -> None:
-        """Note what is on the strip, and which photo is open: a crash leaves that behind."""
+        """Store the strip's content and the open photo, for recovery after a crash."""
         path = self.document.path
         if self.keeps and self._paths and path is not None:
             left = {"places": [str(place) for place in self._places], "photo": str(path)}
@@ -375,10 +366,10 @@ class Strip(Feature):
         self._file.parent.mkdir(parents=True, exist_ok=True)
         if self._lock is None:
             self._lock = locked(self._file)
-        put(text.encode(), self._file)
+        put(text.encode(), self._file, private=True)
 
     def resume(self) -> None:
-        """Show the strip that a crash has left, if there is one."""
+        """Restore the strip after a crash, if a recovery file exists."""
         folder = self.storage.recovery
         self._resuming.submit(lambda: _left_in(folder))
 
@@ -393,9 +384,10 @@ def _open(box: ChoiceBox) -> None:
 
 
 def _left_in(folder: Path) -> tuple[list[Path], Path] | None:
-    """Return the places and the photo of the newest strip that no running program holds.
+    """Return the places and the photo of the newest recovery file without a running program.
 
-    It is noted again once the photo is open: one that ends the program does so once.
+    The files are deleted. The strip is stored again after the photo opens, so a photo that
+    crashes the program does so only once.
     """
     found = None
     for file in sorted(folder.glob(f"*{_LEFT}"), key=modified, reverse=True):
@@ -418,7 +410,7 @@ def _read(file: Path) -> tuple[list[Path], Path]:
 def _with_first(
     paths: list[Path], results: Results, first: Path | None
 ) -> tuple[list[Path], Path | None]:
-    """Return photos, and which to open: the one that is wanted, or the first that is no result."""
+    """Return the photos and the photo to open: `first`, or the first photo that is no result."""
     if first in paths:
         return paths, first
     photos = (path for path in paths if results.origin(path) is None)
@@ -426,12 +418,12 @@ def _with_first(
 
 
 def photos_in(places: Sequence[Path]) -> list[Path]:
-    """Return the photos among `places` and in the folders among them, in order of their names."""
+    """Return the photos among `places` and inside folders, sorted by name within a folder."""
     found: list[Path] = []
     for place in places:
         try:
             inside = sorted(place.iterdir()) if place.is_dir() else [place]
-        except OSError:  # a folder that can't be read has nothing to show
+        except OSError:  # skip unreadable folders
             continue
         found += [path for path in inside if path.suffix.lower() in READABLE and path.is_file()]
     return list(dict.fromkeys(found))[:_MOST]

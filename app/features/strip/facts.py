@@ -1,7 +1,8 @@
-"""What the film strip shows of a photo, read by a worker: what was done to it, stars, a picture."""
+"""Edits, stars and thumbnail of a photo on the film strip, read by a worker."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,7 +15,7 @@ from PySide6.QtGui import QColorSpace, QImage, QImageReader
 from kogao_core.base.display import Rgb8, preview
 from kogao_core.base.geometry import Box
 from kogao_core.base.strict import BadFile
-from kogao_core.faces.doubt import doubtful
+from kogao_core.faces.doubt import doubtful, verdicts
 from kogao_core.photo import READABLE, UnreadablePhoto, read
 from kogao_core.photo.metadata.glance import UNRATED, Rated, rating_of
 from kogao_core.pipeline import render
@@ -22,65 +23,120 @@ from kogao_core.projects import sidecar
 from kogao_core.projects.project import Project, load, sha256_of
 from kogao_core.projects.results import Results
 
+from ...i18n import tr, translated
 from ...render.colour import on_screen
 from ...render.pictures import qt_image
 
 THUMBNAIL_PX: Final = 72
+LARGEST_PX: Final = 200
 _RAW: Final = "RAW"  # takes seconds to develop
-_FINER: Final = 3  # how much larger than it is shown an edited photo is warped
+_LIMITED: Final = 0.995  # a face below this share of its displacement was limited
 Mark = Literal["", "edited", "saved", "doubtful", "result", "failed"]
 
 
 @dataclass(frozen=True, slots=True)
 class Facts:
-    """What there is to tell of a photo."""
+    """Mark and rating of a photo."""
 
     mark: Mark = ""
     rated: Rated = UNRATED
 
 
 def facts_of(path: Path, results: Results, edits: Path) -> Facts:
-    """Return what was done to a photo, and its stars."""
+    """Return the mark and the rating of a photo."""
     rating = UNRATED
-    with suppress(OSError):  # whoever opens it finds a sentence
+    with suppress(OSError):  # opening the photo shows the reason
         rating = rating_of(path)
     return Facts(_mark_of(path, results, edits), rating)
 
 
 def _mark_of(path: Path, results: Results, edits: Path) -> Mark:
-    """Return whether a photo is edited, a copy of that is there, and whether to look at it."""
+    """Return the mark: result, edited, saved or doubtful; empty without edits."""
     if results.origin(path) is not None:
         return "result"
-    file, made = sidecar.kept(path, edits), results.of(path)
+    file, saved = sidecar.kept(path, edits), results.edits_of(path)
     if file is None:
-        return "saved" if made else ""
-    digest = sha256_of(file)
-    if any(one.edit == digest for one in made):
+        return "saved" if saved else ""
+    if sha256_of(file) in saved:
         return "saved"
     return "doubtful" if _has_doubts(file) else "edited"
 
 
 def _has_doubts(file: Path) -> bool:
-    """Tell whether a project leaves faces alone that were doubted."""
+    """Return whether a project switches off faces with doubtful landmarks."""
     try:
         project = load(file)
-    except BadFile:  # it is said when the photo is opened
+    except BadFile:  # opening the photo shows the reason
         return False
     size, sheet = project.original, project.automatic
     doubted = doubtful(sheet.faces, Box(0, 0, size.width, size.height))
     return project.mode == "automatic" and bool(sheet.off & doubted)
 
 
-def thumbnail(path: Path, side_px: int = 2 * THUMBNAIL_PX, edits: Path | None = None) -> QImage:
-    """Return a small upright picture of a photo, with its edits; null of raw and damaged files."""
+@dataclass(frozen=True, eq=False)
+class Preview:
+    """A thumbnail with edits, and a warning; empty without problems."""
+
+    picture: QImage
+    warning: str
+
+
+@dataclass(frozen=True, eq=False)
+class Sample:
+    """A photo reduced for thumbnails, and its project."""
+
+    picture: QImage
+    pixels: Rgb8
+    project: Project
+    side_px: int
+
+    @staticmethod
+    def of(path: Path, side_px: int, project: Project) -> Sample:
+        """Read a photo for previews of this size. Raises BadFile."""
+        picture = _read(path, max(LARGEST_PX, side_px))
+        if picture.isNull():
+            raise BadFile(path.name)
+        kinds = QImage.Format
+        kind = kinds.Format_RGBA8888 if picture.hasAlphaChannel() else kinds.Format_RGB888
+        return Sample(picture, _pixels(picture.convertToFormat(kind)), project, side_px)
+
+    def drawn(self, project: Project) -> Preview:
+        """Return the thumbnail with a project. Raises BadFile."""
+        done = sidecar.apply(project, self.pixels)
+        rendering = render(
+            *(self.pixels, done.faces, done.recipe),
+            protection=done.protection,
+            brushwork=done.brushwork,
+        )
+        # QImage doesn't copy the array.
+        made = qt_image(np.ascontiguousarray(rendering.pixels)).copy()
+        made.setColorSpace(self.picture.colorSpace())
+        return Preview(_reduced(made, self.side_px), _warning(project, rendering.shares))
+
+
+def _warning(project: Project, shares: Sequence[float]) -> str:
+    """Return the reasons to check a result, one per line."""
+    size, sheet = project.original, sidecar.sheet_of(project)
+    judged = verdicts(sheet.faces, Box(0, 0, size.width, size.height))
+    why = [translated(verdict.told(n)) for n, verdict in enumerate(judged, 1)]
+    if min(shares, default=1.0) < _LIMITED:
+        why.append(tr("limited to {n:.0f} % to avoid folding", n=100 * min(shares)))
+    return "\n".join(filter(None, why))
+
+
+def thumbnail(path: Path, side_px: int = THUMBNAIL_PX, edits: Path | None = None) -> QImage:
+    """Return a small upright picture of a photo with its edits; null for raw and damaged files."""
     file = None if edits is None else sidecar.kept(path, edits)
-    picture = _read(path, side_px if file is None else _FINER * side_px)
-    if file is not None and not picture.isNull():
-        picture = _edited(picture, file)
-        keep = Qt.AspectRatioMode.KeepAspectRatio
-        smooth = Qt.TransformationMode.SmoothTransformation
-        picture = picture.scaled(side_px, side_px, keep, smooth)
-    return on_screen(picture)
+    if file is not None:
+        with suppress(BadFile):  # the reason is shown when the photo is opened
+            project = load(file)
+            return Sample.of(path, side_px, project).drawn(project).picture
+    return on_screen(_read(path, side_px))
+
+
+def _reduced(picture: QImage, side_px: int) -> QImage:
+    keep, smooth = Qt.AspectRatioMode.KeepAspectRatio, Qt.TransformationMode.SmoothTransformation
+    return on_screen(picture.scaled(side_px, side_px, keep, smooth))
 
 
 def _read(path: Path, side_px: int) -> QImage:
@@ -97,7 +153,7 @@ def _read(path: Path, side_px: int) -> QImage:
 
 
 def _decoded(path: Path, side_px: int) -> QImage:
-    """Return a small picture of what the core reads and Qt doesn't, such as HEIC."""
+    """Return a thumbnail of a format that the core reads and Qt doesn't, such as HEIC."""
     try:
         photo = read(path, bits=8)
     except UnreadablePhoto:
@@ -108,33 +164,9 @@ def _decoded(path: Path, side_px: int) -> QImage:
     return picture
 
 
-def _edited(picture: QImage, file: Path) -> QImage:
-    """Return a picture as a project makes it; as it is where the project can't be used."""
-    try:
-        return _rendered(picture, load(file))
-    except BadFile:  # it is said when the photo is opened
-        return picture
-
-
-def _rendered(picture: QImage, project: Project) -> QImage:
-    kinds = QImage.Format
-    kind = kinds.Format_RGBA8888 if picture.hasAlphaChannel() else kinds.Format_RGB888
-    pixels = _pixels(picture.convertToFormat(kind))
-    done = sidecar.apply(project, pixels)
-    rendering = render(
-        *(pixels, done.faces, done.recipe),
-        protection=done.protection,
-        brushwork=done.brushwork,
-    )
-    # Qt's view of an array doesn't own it.
-    made = qt_image(np.ascontiguousarray(rendering.pixels)).copy()
-    made.setColorSpace(picture.colorSpace())
-    return made
-
-
 def _pixels(picture: QImage) -> Rgb8:
     """Return the pixels of a picture of 8-bit channels, (H, W, 3) or (H, W, 4)."""
     rows = np.frombuffer(picture.constBits(), np.uint8).reshape(picture.height(), -1)
     channels = 4 if picture.hasAlphaChannel() else 3
     plain = rows[:, : channels * picture.width()].reshape(picture.height(), -1, channels)
-    return plain.copy()  # what it views goes with the picture
+    return plain.copy()  # copy: the view refers to the image's memory

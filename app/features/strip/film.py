@@ -1,4 +1,4 @@
-"""The film strip as it is seen: photos in a row, what is told of each, and which are shown."""
+"""The film strip: a row of thumbnails with marks, a filter, an order and the sync button."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Final
 
 from PySide6.QtCore import (
+    QEvent,
     QModelIndex,
     QPersistentModelIndex,
     QPoint,
@@ -16,38 +17,79 @@ from PySide6.QtCore import (
     Qt,
     Signal,
 )
-from PySide6.QtGui import QColor, QIcon, QImage, QPainter, QPalette, QPixmap
+from PySide6.QtGui import (
+    QAction,
+    QColor,
+    QIcon,
+    QImage,
+    QKeyEvent,
+    QKeySequence,
+    QPainter,
+    QPalette,
+    QPen,
+    QPixmap,
+    QResizeEvent,
+)
 from PySide6.QtWidgets import (
     QApplication,
     QGridLayout,
     QListView,
     QListWidget,
     QListWidgetItem,
+    QMenu,
     QPushButton,
+    QSizePolicy,
     QStyledItemDelegate,
     QStyleOptionViewItem,
+    QToolButton,
     QWidget,
 )
 
 from kogao_core.photo.metadata.glance import LABELS, MOST_STARS, REJECTED
 
-from ...i18n import tr
+from ...i18n import tr, tr_count
 from ...render.pictures import untinted
 from ...theme import GRID_PX, OKABE_ITO
 from ...widgets.controls import ChoiceBox, Elided, column_of, named, row_of
-from .facts import THUMBNAIL_PX, Facts, Mark
+from .facts import LARGEST_PX, THUMBNAIL_PX, Facts, Mark
 
 _PATH: Final = Qt.ItemDataRole.UserRole
 _FACTS: Final = Qt.ItemDataRole.UserRole + 1
+_WARNING: Final = Qt.ItemDataRole.UserRole + 2
 _LABEL_PX: Final = 10
 _CONTROLS_PX: Final = 208
+_BELOW_PX: Final = 52  # height of name, frame and scroll bar
+_NAME: Final = "IMG_0000_00.jpg"  # a name of this length isn't elided
+_RING_PX: Final = 3
 _STAR: Final = "★"
 _REJECTED: Final = "✕"
 _COLOURS: Final = {
     label: QColor(OKABE_ITO[name])
     for label, name in zip(LABELS, ("vermilion", "yellow", "green", "blue", "purple"), strict=True)
 }
+# Drawn in a corner of the thumbnail; the tooltip has the words.
+_SIGNS: Final[dict[Mark, str]] = {
+    "edited": "●",
+    "saved": "✓",
+    "doubtful": "?",
+    "result": "R",
+    "failed": "!",
+}
 Test = Callable[[Facts], bool]
+
+
+_PICK: Final = -2
+_KEYS: Final = {
+    **{Qt.Key(Qt.Key.Key_0 + stars): stars for stars in range(MOST_STARS + 1)},
+    Qt.Key.Key_X: REJECTED,
+    Qt.Key.Key_P: _PICK,
+}
+
+
+def _rating(event: QKeyEvent) -> int | None:
+    """Return the rating for a key without modifiers; None for other keys."""
+    modifiers = event.modifiers() & ~Qt.KeyboardModifier.KeypadModifier
+    return _KEYS.get(Qt.Key(event.key())) if not modifiers else None
 
 
 class FilmStrip(QListWidget):
@@ -55,6 +97,9 @@ class FilmStrip(QListWidget):
 
     wanted = Signal(object)
     counted = Signal()
+    resized = Signal()
+    rated = Signal(int)
+    wants_pick = Signal()
 
     def __init__(self) -> None:
         super().__init__()
@@ -65,26 +110,60 @@ class FilmStrip(QListWidget):
         self.setWrapping(False)
         self.setMovement(QListView.Movement.Static)
         self.setUniformItemSizes(True)
-        self.setIconSize(QSize(THUMBNAIL_PX, THUMBNAIL_PX))
-        self.setGridSize(QSize(THUMBNAIL_PX + 24, THUMBNAIL_PX + 32))
-        self.setTextElideMode(Qt.TextElideMode.ElideMiddle)
-        self.setMinimumHeight(THUMBNAIL_PX + 52)
+        self._fit_height(THUMBNAIL_PX)
+        self.setTextElideMode(Qt.TextElideMode.ElideLeft)  # the last digits tell photos apart
+        self.setMinimumHeight(THUMBNAIL_PX + _BELOW_PX)
         self.setSelectionMode(QListView.SelectionMode.ExtendedSelection)
         self.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
         self.setItemDelegate(_Marked(self))
         self._passed: Path | None = None
+        self._opened: Path | None = None
         self._items: dict[Path, QListWidgetItem] = {}
         self._shows: Test = lambda _: True
-        self.hidden = 0  # photos that aren't shown
+        self.hidden = 0  # number of photos hidden by the filter
         self.itemClicked.connect(self._tell)
         self.itemActivated.connect(self._tell)
 
+    def event(self, event: QEvent) -> bool:
+        """Handle Ctrl+A and the rating keys before the window's shortcuts."""
+        override = event.type() == QEvent.Type.ShortcutOverride
+        if override and isinstance(event, QKeyEvent):
+            select_all = event.matches(QKeySequence.StandardKey.SelectAll)
+            if select_all or _rating(event) is not None:
+                event.accept()
+                return True
+        return super().event(event)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Rate the selected photos: 0 to 5 stars, X rejects, P picks."""
+        stars = _rating(event)
+        if stars is None:
+            super().keyPressEvent(event)
+        elif stars == _PICK:
+            self.wants_pick.emit()
+        else:
+            self.rated.emit(stars)
+
     def sizeHint(self) -> QSize:
-        """Return room for one row: what lies below it is the photo's."""
+        """Return the size of a single row, so that the photo gets the remaining height."""
         return QSize(super().sizeHint().width(), self.minimumHeight())
 
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Scale the thumbnails to the height of the strip."""
+        super().resizeEvent(event)
+        side = min(max(event.size().height() - _BELOW_PX + 4, THUMBNAIL_PX), LARGEST_PX)
+        if side != self.iconSize().width():
+            self._fit_height(side)
+            self.resized.emit()
+
+    def _fit_height(self, side_px: int) -> None:
+        name_px = self.fontMetrics().horizontalAdvance(_NAME)
+        self.setIconSize(QSize(side_px, side_px))
+        self.setGridSize(QSize(max(side_px, name_px) + 24, side_px + 32))
+        self.scheduleDelayedItemsLayout()
+
     def show_paths(self, paths: Sequence[Path]) -> None:
-        """Show these photos; their thumbnails come later."""
+        """Show these photos; thumbnails load later."""
         self.clear()
         self._passed, self._items, self.hidden = None, {}, 0
         picture = QPixmap(THUMBNAIL_PX, THUMBNAIL_PX)
@@ -102,30 +181,41 @@ class FilmStrip(QListWidget):
         item = self._items.get(path)
         if item is not None and not image.isNull():
             item.setIcon(untinted(QPixmap.fromImage(image)))
+            self.show_warning(path, "")
+
+    def show_warning(self, path: Path, why: str) -> None:
+        """Draw a ring around a thumbnail that should be checked; remove the ring if `why` is ""."""
+        item = self._items[path]
+        if item.data(_WARNING) != why:
+            item.setData(_WARNING, why)
+            self._describe(item)
 
     def show_facts(self, path: Path, facts: Facts) -> None:
-        """Show what was done to a photo, and its stars."""
+        """Show the mark and the rating of a photo."""
         item = self._items.get(path)
         if item is None or item.data(_FACTS) == facts:
             return
         item.setData(_FACTS, facts)
-        words = ", ".join(_words(facts))
-        item.setToolTip(f"{path}\n{words}" if words else str(path))
-        name = f"{path.name}, {words}" if words else ""
-        item.setData(Qt.ItemDataRole.AccessibleTextRole, name or None)
+        self._describe(item)
         if self._hide(item):
             self.counted.emit()
 
+    def _describe(self, item: QListWidgetItem) -> None:
+        words = [*_words(_facts(item)), *filter(None, [item.data(_WARNING)])]
+        item.setToolTip("\n".join([item.data(_PATH), *words]))
+        name = ", ".join([item.text(), *words]) if words else None
+        item.setData(Qt.ItemDataRole.AccessibleTextRole, name)
+
     def __contains__(self, path: object) -> bool:
-        """Tell whether a photo is on it, shown or not."""
+        """Return whether a photo is on the strip, also if hidden."""
         return path in self._items
 
     def facts(self, path: Path) -> Facts:
-        """Return what is shown of a photo."""
+        """Return the displayed facts of a photo."""
         return _facts(self._items[path])
 
     def show_only(self, shows: Test) -> None:
-        """Show the photos that pass a test, and no others."""
+        """Show only the photos that pass a test."""
         self._shows = shows
         for item in self._items.values():
             self._hide(item)
@@ -133,7 +223,7 @@ class FilmStrip(QListWidget):
         self._keep_in_sight()
 
     def sort(self, *, by_stars: bool) -> None:
-        """Put the photos into the order of their names, or those with most stars first."""
+        """Sort by name, or by stars with most stars first."""
         items = list(self._items.values())
         if by_stars:
             items.sort(key=lambda item: -_facts(item).rated.stars)
@@ -154,7 +244,7 @@ class FilmStrip(QListWidget):
         self._keep_in_sight()
 
     def next_of(self, paths: Collection[Path]) -> Path | None:
-        """Return one of these photos, one that is in sight if there is any."""
+        """Return one of these photos, preferably a visible one; None for no photos."""
         step, middle = self.gridSize().width(), self.viewport().height() // 2
         for x in range(step // 2, self.viewport().width() + step, step):
             item = self.itemAt(QPoint(x, middle))
@@ -163,23 +253,23 @@ class FilmStrip(QListWidget):
         return next(iter(paths), None)
 
     def mark(self, path: Path | None) -> None:
-        """Select the photo that is open."""
-        self._passed = None
+        """Select the open photo."""
+        self._passed, self._opened = None, path
         with QSignalBlocker(self):
             row = self._row_of(path)
             self.setCurrentRow(-1 if row is None else row)
 
     def pass_over(self, path: Path | None) -> None:
-        """Let the next step begin at a photo that isn't open."""
+        """Start the next step at a photo that isn't open."""
         self._passed = path
 
     def path(self, row: int) -> Path:
-        """Return which photo stands in a row."""
+        """Return the photo of a row."""
         return Path(self.item(row).data(_PATH))
 
     def step(self, by: int) -> None:
-        """Ask for the next or an earlier photo among those that are shown; results are none."""
-        row = self._row_of(self._passed)
+        """Request the next or previous visible photo, counted from the open one; skip results."""
+        row = self._row_of(self._passed or self._opened)
         row = (self.currentRow() if row is None else row) + by
         while 0 <= row < self.count() and not self._is_stop(row):
             row += by
@@ -187,12 +277,12 @@ class FilmStrip(QListWidget):
             self.wanted.emit(self.path(row))
 
     def listed(self, *, chosen: bool = False) -> list[Path]:
-        """Return the photos that are shown, or chosen, in their order; no results."""
+        """Return the visible or the selected photos in order, without results."""
         stops = (row for row in range(self.count()) if self._is_stop(row))
         return [self.path(row) for row in stops if self.item(row).isSelected() or not chosen]
 
     def picked(self) -> list[Path]:
-        """Return all that is chosen, results among it."""
+        """Return the selected items, including results."""
         return [Path(item.data(_PATH)) for item in self.selectedItems() if not item.isHidden()]
 
     def _is_stop(self, row: int) -> bool:
@@ -200,7 +290,7 @@ class FilmStrip(QListWidget):
         return not item.isHidden() and _facts(item).mark != "result"
 
     def _hide(self, item: QListWidgetItem) -> bool:
-        """Show a photo or not; return whether that is new."""
+        """Apply the filter to a photo; return whether the visibility changed."""
         hidden = not self._shows(_facts(item))
         if hidden == item.isHidden():
             return False
@@ -219,12 +309,12 @@ class FilmStrip(QListWidget):
     def _tell(self, item: QListWidgetItem) -> None:
         held = QApplication.keyboardModifiers()
         if held & (Qt.KeyboardModifier.ShiftModifier | Qt.KeyboardModifier.ControlModifier):
-            return  # it is being chosen
+            return  # the click extends the selection
         self.wanted.emit(self.path(self.row(item)))
 
 
 class StripPanel(QWidget):
-    """The film strip, and beside it what it shows, in which order, and what is under way."""
+    """The film strip with filter, order and progress."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -239,31 +329,47 @@ class StripPanel(QWidget):
         )
         self.line, self.halt = Elided(), QPushButton(tr("Stop"))
         self.halt.setToolTip(tr("After the photos in hand"))
-        self._running = ""
+        self._running, self._selected = "", 0
         self._stop: Callable[[], object] = lambda: None
         self.halt.clicked.connect(lambda: self._stop())
         self.film.counted.connect(self._count)
         controls, rows = QWidget(), QGridLayout()
         controls.setFixedWidth(_CONTROLS_PX)
-        for row, (title, box) in enumerate(((tr("Order"), self.order), (tr("Shown"), self.choice))):
+        for row, (title, box) in enumerate(((tr("Sort"), self.order), (tr("Filter"), self.choice))):
             rows.addWidget(named(title, box), row, 0)
             rows.addWidget(box, row, 1)
         rows.setColumnStretch(1, 1)
-        below = row_of(self.line, self.halt)
+        self.sync = QToolButton()
+        self.sync.setPopupMode(QToolButton.ToolButtonPopupMode.MenuButtonPopup)
+        self.sync.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+        self.sync.hide()
+        below = row_of(self.sync, self.line, self.halt)
         column_of(controls, rows, below, None, margin=GRID_PX, spacing=GRID_PX)
         column_of(self, row_of(controls, self.film, spacing=GRID_PX))
         self.show_running("")
 
+    def offer_sync(self, action: QAction, groups: QMenu) -> None:
+        """Add the button that syncs settings, with a menu of groups of settings."""
+        self.sync.clicked.connect(action.trigger)
+        self.sync.setMenu(groups)
+        self.sync.setToolTip(action.toolTip())
+
+    def show_selected(self, count: int) -> None:
+        """Show the sync button while photos are selected."""
+        self.sync.setText(tr_count(count, "Apply to {n} photo", "Apply to {n} photos"))
+        self._selected = count
+        self._count()
+
     def show_all(self) -> None:
-        """Show every photo, whatever was chosen before."""
+        """Clear the filter."""
         self.choice.setCurrentIndex(0)
 
     def sort(self) -> None:
-        """Put the photos into the chosen order, by the stars they have now."""
+        """Sort by the selected order, with the current stars."""
         self.film.sort(by_stars=self.order.currentIndex() == 1)
 
     def show_running(self, text: str, stop: Callable[[], object] = lambda: None) -> None:
-        """Show what is under way with photos of the strip, and stop it there; "" for nothing."""
+        """Show the progress of a job and a stop button; "" hides both."""
         self._stop = stop
         self._running = text
         self.halt.setVisible(bool(text))
@@ -273,10 +379,23 @@ class StripPanel(QWidget):
         total, hidden = self.film.count(), self.film.hidden
         some = tr("{n} of {total} shown", n=total - hidden, total=total) if hidden else ""
         self.line.setText(self._running or some)
+        self.sync.setVisible(bool(self._selected) and not self._running)
+        self.line.setHidden(self.sync.isVisibleTo(self))
 
 
 class _Marked(QStyledItemDelegate):
-    """Draws what was done to a photo, and its stars, over its thumbnail."""
+    """Draws the marks of a photo over its thumbnail: edits, stars, label, warning."""
+
+    def sizeHint(
+        self,
+        option: QStyleOptionViewItem,
+        index: QModelIndex | QPersistentModelIndex,
+    ) -> QSize:
+        """Return the size of a grid cell, so that the name has the whole width."""
+        view = option.widget
+        if isinstance(view, QListView):
+            return view.gridSize()
+        return super().sizeHint(option, index)
 
     def paint(
         self,
@@ -284,24 +403,29 @@ class _Marked(QStyledItemDelegate):
         option: QStyleOptionViewItem,
         index: QModelIndex | QPersistentModelIndex,
     ) -> None:
-        """Draw a thumbnail, and what there is to tell."""
+        """Draw a thumbnail with marks."""
         super().paint(painter, option, index)
+        if index.data(_WARNING):
+            painter.setPen(QPen(QColor(OKABE_ITO["vermilion"]), _RING_PX))
+            ring = option.rect.adjusted(_RING_PX, 1, -_RING_PX, 0)
+            ring.setHeight(option.decorationSize.height() + _RING_PX)
+            painter.drawRoundedRect(ring, 2 * _RING_PX, 2 * _RING_PX)
         facts = index.data(_FACTS)
         if not isinstance(facts, Facts):
             return
         painter.save()
         painter.setPen(option.palette.color(QPalette.ColorRole.ToolTipText))
         area = option.rect.adjusted(GRID_PX, GRID_PX, -GRID_PX, -GRID_PX)
+        low = option.rect.top() + option.decorationSize.height() + GRID_PX
         if facts.mark:
-            words = _marks()[facts.mark]
-            space = _ground(painter, words)
-            space.moveTopRight(area.topRight())
-            _write(painter, option, space, words)
+            space = _ground(painter, _SIGNS[facts.mark])
+            space.moveBottomRight(QPoint(area.right(), low))
+            _write(painter, option, space, _SIGNS[facts.mark])
         stars = facts.rated.stars
         if stars:
             words = _REJECTED if stars == REJECTED else _STAR * stars
             space = _ground(painter, words)
-            space.moveBottomLeft(QPoint(area.left(), option.rect.top() + THUMBNAIL_PX + GRID_PX))
+            space.moveBottomLeft(QPoint(area.left(), low))
             _write(painter, option, space, words)
         if facts.rated.label:
             square = QRect(area.topLeft(), QSize(_LABEL_PX, _LABEL_PX))
@@ -325,7 +449,7 @@ def _facts(item: QListWidgetItem) -> Facts:
 
 
 def _words(facts: Facts) -> list[str]:
-    """Return what there is to tell of a photo, in words."""
+    """Return mark, rating and label of a photo as words."""
     stars, label = facts.rated.stars, facts.rated.label
     rated = tr("rejected") if stars == REJECTED else _STAR * stars
     return [
@@ -344,13 +468,13 @@ def _marks() -> dict[Mark, str]:
 
 
 def labels() -> dict[str, str]:
-    """Return what the labels are called."""
+    """Return the visible names of the labels."""
     words = (tr("red"), tr("yellow"), tr("green"), tr("blue"), tr("purple"))
     return dict(zip(LABELS, words, strict=True))
 
 
 def _choices() -> dict[str, Test]:
-    """Return which photos there are to choose, by their names."""
+    """Return the filters by visible name."""
 
     def at_least(stars: int) -> Test:
         return lambda facts: facts.rated.stars >= stars

@@ -1,4 +1,4 @@
-"""Where faces come from: networks, the paper's AAM, a user's model, or a mean face set by hand."""
+"""Landmark sources: networks, the paper's AAM, and a mean face to place by hand."""
 
 from kogao_core.faces.landmarks.locked import ModelRefused
 from kogao_core.faces.landmarks.mesh import MeshSource

@@ -1,4 +1,4 @@
-"""BlazeFace's "back" network: where faces are, at any size, number and angle."""
+"""BlazeFace's "back" network: detects faces of any size, number and angle."""
 
 from __future__ import annotations
 
@@ -12,46 +12,46 @@ import numpy as np
 
 from kogao_core.base.geometry import Affine, Array, degrees_of
 from kogao_core.base.threads import Spares
-from kogao_core.faces.landmarks.pixels import Pyramid, planes, sharpened
+from kogao_core.faces.landmarks.pixels import Pyramid, planes, read_network, sharpened
 
 INPUT_PX: Final = 256
-SAME_FACE_IOU: Final = 0.3
-# Widths of view, in sides of the face, that tell faces from the rest best: in the wide one upright
-# faces score 0.90 to 0.97, those upside down and false ones less; the close one weeds out others.
+SAME_FACE_IOU: Final = 0.3  # boxes with a larger overlap (intersection over union) are one face
+# Width of the wide and the close view, in sides of the face. In the wide view upright faces score
+# 0.90 to 0.97, upside-down and false faces less. The close view rejects other false faces.
 WIDE: Final = 4.0
 CLOSE: Final = 1.5
-SURE: Final = 0.9
-ON_ITS_HEAD: Final = 120.0  # degrees
-# A proposal seen at about the wide width and nearly upright needs no second look of that kind.
+SURE: Final = 0.9  # a higher probability needs no further view
+ON_ITS_HEAD: Final = 120.0  # degrees of roll; a face with more is upside down
+# Widths of view, in sides of the face, within which a nearly upright proposal needs no wide view.
 _ABOUT_WIDE: Final = (2.0, 6.0)
-_ABOUT_UPRIGHT: Final = 15.0
-_LEAST_CLOSER: Final = 0.1
-# A view whose levels spread less is empty. A face of 2 % of it on a bare wall still spreads by 1.
+_ABOUT_UPRIGHT: Final = 15.0  # degrees; largest roll of such a proposal in the view
+_LEAST_CLOSER: Final = 0.1  # least probability in a closer view
+# A view with a smaller spread of levels is empty. A face of 2 % of a bare wall still spreads by 1.
 _FLAT: Final = 1.0
 _GRIDS: Final = ((16, 2), (8, 6))  # cells per side, anchors per cell
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Detection:
-    """One face box, turned with the face."""
+    """A face's box, rotated with the face."""
 
     center_px: Array  # (2,): middle of the box
     side_px: float  # longer side of the box
     degrees: float  # roll of the line between the eyes, from +x towards +y
     score: float  # the network's probability, 0 to 1
-    # (6, 2): left and right eye, tip of the nose, middle of the mouth, left and right ear; absent
-    # in a box that the network didn't draw.
+    # (6, 2): left and right eye, tip of the nose, middle of the mouth, left and right ear; None for
+    # a box that does not come from the network.
     keypoints_px: Array | None = None
-    # Whether the view it was seen in shows it upright and about `WIDE` sides wide.
+    # True if the view shows the face upright and about `WIDE` sides wide.
     seen_wide: bool = False
 
     def is_like(self, other: Detection) -> bool:
-        """Tell whether two boxes frame one face: near in place and alike in size."""
+        """Return True if two boxes frame the same face: similar in position and size."""
         apart = float(np.linalg.norm(self.center_px - other.center_px))
         return apart < 0.5 * other.side_px and 0.5 < self.side_px / other.side_px < 2.0
 
     def overlaps(self, other: Detection) -> bool:
-        """Tell whether two boxes can't be two faces: much in common, or one inside the other."""
+        """Return True if two boxes can't be two faces: large overlap, or one inside the other."""
         reach = (self.side_px + other.side_px) / 2.0 - np.abs(self.center_px - other.center_px)
         common = float(np.clip(reach, 0.0, min(self.side_px, other.side_px)).prod())
         small, large = sorted((self.side_px**2, other.side_px**2))
@@ -60,19 +60,19 @@ class Detection:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Look:
-    """What one view shows."""
+    """Detections in one view."""
 
-    boxes: list[Detection]  # the faces in it, best first, none twice
-    most: float  # the highest probability anywhere in it, be it a face's or not
+    boxes: list[Detection]  # the faces, best first, without duplicates
+    most: float  # the highest probability of any anchor, with or without a face
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Square:
-    """A square of the image that the network looks at."""
+    """A square of the image: one input of the network."""
 
-    center_px: Array  # (2,): its middle in the image
-    side_px: float  # its side
-    degrees: float = 0.0  # its turn, from +x towards +y
+    center_px: Array  # (2,): centre, px of the image
+    side_px: float  # side, px of the image
+    degrees: float = 0.0  # rotation, from +x towards +y
 
     @property
     def to_image(self) -> Affine:
@@ -84,14 +84,14 @@ class Square:
 
 
 class BlazeFace:
-    """The detector network; threads may share it."""
+    """The detector network. Thread-safe."""
 
     def __init__(self, weights: Path) -> None:
-        self._nets = Spares(lambda: cv2.dnn.readNetFromTFLite(str(weights)))
+        self._nets = Spares(lambda: read_network(weights))
         self._anchors = _anchors()
 
     def look(self, image: Pyramid, view: Square, least_score: float, *, soft: bool = False) -> Look:
-        """Return what is in one view, and likely enough to be a face; `soft` ones are sharpened."""
+        """Return the likely faces in one view; `soft` sharpens soft pictures first."""
         sampled = image.sample(view.to_image, INPUT_PX)
         sampled = sharpened(sampled) if soft else sampled
         spread = cv2.meanStdDev(np.ascontiguousarray(sampled[::2, ::2]))[1]
@@ -102,7 +102,7 @@ class BlazeFace:
             regressors, logits = net.forward(["regressors", "classificators"])
         scores = 1.0 / (1.0 + np.exp(-np.clip(logits.reshape(-1), -80.0, 80.0)))
         likely = scores > least_score
-        # 16 numbers per anchor: centre, size, then six points of which the eyes come first.
+        # 16 numbers per anchor: centre, size, then six points; the eyes come first.
         values = regressors.reshape(-1, 16)[likely].astype(np.float64)
         values[:, [0, 1]] += self._anchors[likely]
         values[:, 4:] += np.tile(self._anchors[likely], 6)
@@ -112,10 +112,10 @@ class BlazeFace:
     def look_closer(
         self, image: Pyramid, box: Detection
     ) -> tuple[list[Detection], list[Detection] | None]:
-        """Return a proposal seen again at a better size, turned upright, and what is beside it.
+        """Detect a proposal again at a better size and upright, and list the boxes beside it.
 
-        The likeliest comes first; behind it what is less likely and turned otherwise. No box if it
-        is gone; None beside one that needs no second look.
+        The likeliest box comes first, then less likely boxes with other rotations. No boxes: the
+        proposal was not confirmed. None instead of boxes beside it: no second look was needed.
         """
         if box.seen_wide and box.score > SURE:
             return [box], None
@@ -125,13 +125,13 @@ class BlazeFace:
         beside = [one for one in boxes if one is not seen]
         if seen is not None and seen.score > SURE:
             return [seen], beside
-        # Heads are also found lying or upside down, but less surely, and with eyes where none are.
+        # Lying and upside-down heads are also detected, but with lower scores and misplaced eyes.
         turned = (replace(box, degrees=box.degrees + turn) for turn in (90.0, 180.0, 270.0))
         found = filter(None, [seen, *(self._best(image, one, WIDE) for one in turned)])
         return sorted(found, key=lambda one: -one.score), beside
 
     def sight(self, image: Pyramid, box: Detection, sides: float, *, soft: bool = False) -> float:
-        """Return the probability that a box holds an upright face, in a view `sides` as wide."""
+        """Return the probability that a box contains an upright face, in a view of `sides`."""
         seen = self._best(image, box, sides, soft=soft)
         return 0.0 if seen is None else seen.score
 
@@ -143,7 +143,7 @@ class BlazeFace:
 
 
 def are_opposite(one: Detection, other: Detection) -> bool:
-    """Tell whether one of two boxes stands on its head, as the other sees it."""
+    """Return True if one box is upside down relative to the other."""
     return abs((one.degrees - other.degrees + 180.0) % 360.0 - 180.0) > ON_ITS_HEAD
 
 
@@ -161,7 +161,7 @@ def _anchors() -> Array:
 
 
 def _blended(values: Array, scores: Array) -> Iterator[tuple[Array, float]]:
-    # The anchors of one face vote, weighted by score: steadier than the best (BlazeFace, 3.4).
+    # Average the anchors of one face, weighted by score: steadier than the best (BlazeFace, 3.4).
     low, high = values[:, :2] - values[:, 2:4] / 2.0, values[:, :2] + values[:, 2:4] / 2.0
     open_ = np.ones(len(scores), bool)
     for best in np.argsort(-scores):
@@ -181,7 +181,7 @@ def _iou(low: Array, high: Array, one: int) -> Array:
 
 
 def _detection(row: Array, view: Square, score: float) -> Detection:
-    # The network counts from the edge of its first pixel; we count from its centre.
+    # The network's coordinates start at the edge of the first pixel; ours start at its centre.
     to_image = view.to_image
     center, *keypoints = to_image(row[[0, 1, *range(4, 16)]].reshape(7, 2) - 0.5)
     across = keypoints[1] - keypoints[0]

@@ -1,7 +1,7 @@
-"""Finer outlines: where the visible edge of the face runs near the mesh's silhouette.
+"""Refine outlines: find the visible edge of the face near the mesh's silhouette.
 
-A face is cut into strips, what it looks like across its outline, unrolled; a very small
-convolutional network has an opinion of every step across; these become one smooth line.
+The picture across the outline is unrolled into a strip. A very small convolutional network scores
+each step across the outline; a chain model turns the scores into one smooth line.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ from kogao_core.faces.landmarks.pixels import Pyramid, sharpened
 Floats = npt.NDArray[np.float32]
 Layer = tuple[int, int, int, int, int]
 
-OUTPUTS: Final = 2  # how likely the edge is here; how likely it can't be seen at all
-# Per layer: channels in and out, reach along the outline, taps across it and their distance.
-# All is symmetric along the outline, so a mirrored face gets the mirrored answer.
+OUTPUTS: Final = 2  # log-odds: the edge is here; the edge is hidden
+# Per layer: channels in and out, reach along the outline, number of taps across and their distance.
+# All layers are symmetric along the outline, so a mirrored face gets the mirrored result.
 LAYERS: Final[tuple[Layer, ...]] = (
     (5, 12, 1, 5, 1),
     (12, 12, 2, 5, 2),
@@ -36,34 +36,33 @@ LAYERS: Final[tuple[Layer, ...]] = (
     (12, 12, 1, 3, 1),
     (12, OUTPUTS, 1, 1, 1),
 )
-LAST: Final = len(LAYERS) - 1  # its output stays as it is, the others' is cut off at zero
+LAST: Final = len(LAYERS) - 1  # this layer has no rectifier
 ALONG: Final = 41
 ACROSS: Final = np.arange(-24.0, 51.0)  # steps from inside to outside
-MOVES: Final = np.arange(-14, 41)  # the part of them where the edge may be: beards are long
+MOVES: Final = np.arange(-14, 41)  # steps where the edge may be; large values allow long beards
 UNIT: Final = 100  # steps per outer inter-ocular distance
-# Where a beard seldom grows, so that one stands out against it: the lines from the chin (0) to the
-# ends (1), and how far inside.
+# Region with few beard hairs, the reference for skin: lines from the chin (0) to the ends (1), and
+# the range of steps inside the outline.
 _CHEEKS: Final = (0.35, 0.8)
 _DEEP: Final = -6
-_SIDE: Final = 384  # of the picture that strips are cut from, steps
+_SIDE: Final = 384  # side of the crop, steps
 MODEL: Final = "models/edges.npz"
 _DAMAGED_ARCHIVE: Final = (zipfile.BadZipFile, zlib.error, struct.error, RuntimeError)
 
-# Steps, each 1 % of the outer inter-ocular distance: how far inside the silhouette an edge that is
-# seen lies at the chin, and outside of it, where beards hang over; how far either way on the
-# cheeks; how far one that isn't seen; how much the distance changes from line to line; and what
-# counts as the same place. Of a chin, what is seen farther out than twice the first is the edge of
-# something else.
+# One step is 1 % of the outer inter-ocular distance. Larger deviations permit larger moves of the
+# silhouette. Deviation of a visible edge inside the silhouette at the chin, in steps. Without
+# beards, an edge farther than twice this value is not the chin's edge.
 _INWARDS: Final = 2.5
+# Deviation outside the silhouette at the chin, in steps: beards extend far below the chin.
 _OUTWARDS: Final = 20.0
-_ON_CHEEKS: Final = 5.0
-_GUESSED: Final = 10.0
-_CHANGE: Final = 1.5
-_SAME: Final = 3.0
-# Neighbouring lines are seen together, so each counts as so much of evidence of its own.
+_ON_CHEEKS: Final = 5.0  # deviation in both directions on the cheeks, in steps
+_GUESSED: Final = 10.0  # deviation of a hidden edge in both directions, in steps
+_CHANGE: Final = 1.5  # deviation between neighbouring lines, in steps; smaller: a smoother outline
+_SAME: Final = 3.0  # scores within this many steps of the result count for the confidence
+# Exponent of each line's evidence: neighbouring lines see overlapping pixels.
 _OWN_SHARE: Final = 0.5
 _NEIGHBOURS: Final = np.array([0.1, 0.2, 0.4, 0.2, 0.1])
-# 0 where lines belong to the chin, 1 where to a cheek.
+# 0 for lines at the chin, 1 for lines at a cheek.
 _CHEEK: Final = np.clip(2.0 * np.abs(np.linspace(-1.0, 1.0, ALONG)) - 0.5, 0.0, 1.0)[:, None]
 _AT_CHIN: Final = np.where(MOVES > 0, _OUTWARDS, _INWARDS)
 _SEEN: Final = np.exp(-0.5 * (MOVES / (_AT_CHIN + _CHEEK * (_ON_CHEEKS - _AT_CHIN))) ** 2)
@@ -89,10 +88,10 @@ def forward(parameters: list[Floats], strips: Floats) -> Floats:
 
 
 def through(parameters: list[Floats], index: int, here: Floats) -> tuple[Floats, Floats]:
-    """Return what one layer gathers from its input (B, C, along, across), and its output.
+    """Return the columns that one layer gathers from its input (B, C, along, across), and output.
 
-    `columns` (B, 2 C taps, along * across): each place's taps across and the sums of its
-    neighbours' along; `output` (B, outputs, along, across).
+    `columns` (B, 2 C taps, along * across): the taps across at each position, and the sums of the
+    neighbours along the outline; `output` (B, outputs, along, across).
     """
     columns = _columns(here, LAYERS[index])
     output = np.matmul(parameters[2 * index], columns) + parameters[2 * index + 1]
@@ -110,12 +109,12 @@ def _columns(here: Floats, layer: Layer) -> Floats:
 
 
 def neighbours(here: Floats, reach: int) -> Floats:
-    """Return the sums of the places `reach` before and after each along the outline (axis 2)."""
+    """Return the sums of the positions `reach` before and after each along the outline (axis 2)."""
     return shifted(here, reach, axis=2) + shifted(here, -reach, axis=2)
 
 
 def shifted(here: Floats, by: int, axis: int) -> Floats:
-    """Return `here` read `by` places further on; zero where there is nothing."""
+    """Return `here` shifted by `by` positions along `axis`, padded with zeros."""
     if by == 0:
         return here
     result = np.zeros_like(here)
@@ -129,7 +128,7 @@ def shifted(here: Floats, by: int, axis: int) -> Floats:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Lines:
-    """Places along an outline with their outward normals; steps of a `Cut`."""
+    """Points on an outline with outward normals, in steps of a `Cut`."""
 
     # (41, 2): at equal steps of arc length.
     points: Array
@@ -142,14 +141,14 @@ class Lines:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Cut:
-    """A face cut out upright at a fixed size."""
+    """An upright crop of a face at a fixed size."""
 
     picture: Image  # uint8 (384, 384, 3): RGB
-    to_image: Affine  # maps its pixels to the image
+    to_image: Affine  # maps pixels of the crop to the image
 
     @staticmethod
     def of(image: Pyramid, eyes: Array, outline: Array) -> Cut:
-        """Return the cut of a face by eye corners (4, 2) and outline (N, 2), px of the image."""
+        """Return the crop of a face by eye corners (4, 2) and outline (N, 2), px of the image."""
         across = eyes[3] - eyes[0]
         scale = max(1e-6, float(np.linalg.norm(across))) / UNIT
         degrees = degrees_of(across)
@@ -160,7 +159,7 @@ class Cut:
         return Cut(sharpened(image.sample(to_image, _SIDE, cv2.BORDER_REPLICATE)), to_image)
 
     def strip(self, lines: Lines, steps: Array = ACROSS) -> Image:
-        """Return the picture across these lines, shape (41, 75, 3), there or at other steps."""
+        """Sample the picture along the lines' normals at `steps`; default shape (41, 75, 3)."""
         grid = lines.points[:, None] + steps[..., None] * lines.normals[:, None]
         x, y = np.moveaxis(grid.astype(np.float32), -1, 0)
         strip = cv2.remap(self.picture, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
@@ -168,7 +167,7 @@ class Cut:
 
 
 def lines_of(outline: Array) -> Lines:
-    """Return 41 lines across an outline (N, 2), px of a `Cut`, that runs from left to right."""
+    """Return 41 lines across an outline (N, 2), px of a `Cut`, from left to right."""
     points = resampled(smooth(outline), ALONG)
     along = np.gradient(points, axis=0)
     along[1:-1] = (along[:-2] + 2.0 * along[1:-1] + along[2:]) / 4.0
@@ -177,7 +176,7 @@ def lines_of(outline: Array) -> Lines:
 
 
 def smooth(outline: Array) -> Array:
-    """Return points (N, 2) and between them N - 1 on the cubic through four, no chords."""
+    """Insert N - 1 points between points (N, 2), each on a cubic through four points."""
     ends = np.vstack([2.0 * outline[0] - outline[1], outline, 2.0 * outline[-1] - outline[-2]])
     halfway = (9.0 * (ends[1:-2] + ends[2:-1]) - ends[:-3] - ends[3:]) / 16.0
     result = np.empty((2 * len(outline) - 1, 2))
@@ -186,11 +185,11 @@ def smooth(outline: Array) -> Array:
 
 
 def planes(strip: Image) -> Floats:
-    """Return what the network sees of a strip, shape (5, 41, 75): Lab against the skin, places."""
+    """Return the network's input for a strip, (5, 41, 75): Lab relative to the skin, positions."""
     lab = cv2.cvtColor(np.ascontiguousarray(strip), cv2.COLOR_RGB2LAB).astype(np.float32)
     away = np.abs(np.linspace(-1.0, 1.0, ALONG))
     cheeks = lab[(away > _CHEEKS[0]) & (away < _CHEEKS[1])][:, ACROSS < _DEEP]
-    # The median, without the modules that numpy's loads.
+    # A median by sorting, without the import of numpy's extra modules.
     ordered = np.sort(cheeks.reshape(-1, 3), axis=0)
     skin = (ordered[(len(ordered) - 1) // 2] + ordered[len(ordered) // 2]) / 2.0
     spread = np.array([lab[..., 0].std() + 8.0, 12.0, 12.0], np.float32)
@@ -199,7 +198,7 @@ def planes(strip: Image) -> Floats:
 
 
 class EdgeNetwork:
-    """Moves an outline onto the edge that can be seen."""
+    """Moves an outline onto the visible edge."""
 
     def __init__(self, parameters: list[Floats], *, beards: bool = True) -> None:
         self._parameters = parameters
@@ -207,7 +206,7 @@ class EdgeNetwork:
 
     @staticmethod
     def read(path: Path, *, beards: bool = True) -> EdgeNetwork:
-        """Read a model file; `beards` is as above. Raises ModelRefused."""
+        """Read a model file. `beards` False: the outline follows the chin. Raises ModelRefused."""
         try:
             with np.load(path, allow_pickle=False) as file:
                 parameters = [np.asarray(file[name], np.float32) for name in sorted(file.files)]
@@ -222,10 +221,10 @@ class EdgeNetwork:
         return EdgeNetwork(parameters, beards=beards)
 
     def refined(self, image: Pyramid, eyes: Array, outline: Array) -> tuple[Array, Array]:
-        """Return a finer outline and how sure each of its points is.
+        """Return a finer outline and the confidence of each point.
 
         `eyes` (4, 2) px. `outline` (N, 2): at equal steps of arc length, px; `confidence` (N,):
-        probability, 0 to 1, that the edge is seen and lies within 3 % of the outer inter-ocular
+        probability, 0 to 1, that the edge is visible and within 3 % of the outer inter-ocular
         distance.
         """
         cut = Cut.of(image, eyes, outline)
@@ -246,7 +245,7 @@ def split(outputs: Floats) -> tuple[Floats, Floats]:
 def settle(seen: Floats, unseen: Floats, *, beards: bool = True) -> tuple[Array, Array]:
     """Return the expected move of each line and its confidence.
 
-    Moves of neighbouring lines are alike: a chain, solved forwards and backwards. `seen` (41, 55);
+    The moves form a chain with similar neighbours, solved forwards and backwards. `seen` (41, 55);
     `unseen` (41,). `moves` (41,): steps outwards; `confidence` (41,): 0 to 1.
     """
     own = np.exp(seen - seen.max(axis=1, keepdims=True)).astype(np.float64)
@@ -260,8 +259,8 @@ def settle(seen: Floats, unseen: Floats, *, beards: bool = True) -> tuple[Array,
     alone /= alone.sum(axis=1, keepdims=True)
     likely = visible * alone * _SEEN + (1.0 - visible) * _UNSEEN / _UNSEEN.sum()
     moves = _along_chain(likely) @ MOVES
-    # What each line sees for itself says more than the chain, which is sure of everything: areas
-    # under the curve for errors above 5 % are 0.86 and 0.72.
+    # Each line's own evidence predicts errors better than the overconfident chain: areas under the
+    # curve for errors above 5 % are 0.86 and 0.72.
     near = np.abs(MOVES - moves[:, None]) <= _SAME
     agreed = visible[:, 0] * (own * near).sum(axis=1)
     return moves, np.convolve(np.pad(agreed, 2, mode="edge"), _NEIGHBOURS, "valid")

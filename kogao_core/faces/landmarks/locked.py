@@ -1,4 +1,4 @@
-"""The networks as they were locked when the program was built (`docs/decisions/12`)."""
+"""Check the network files against the hashes locked at build time (`docs/decisions/12`)."""
 
 from __future__ import annotations
 
@@ -16,14 +16,13 @@ PERSON: Final = "models/selfie_segmentation.tflite"
 
 
 class ModelRefused(RuntimeError):
-    """A file is no model of the kind asked for, or a damaged one; the message is one sentence."""
+    """A file is damaged or not a model of the requested kind; the message is one sentence."""
 
 
 def network(name: str) -> Path:
-    """Return where a network lies, after a look whether it is the one that was locked.
+    """Return the path of a network after a check of its hash, which takes 2 ms.
 
-    A damaged one would find no face, or somewhere else. It takes 2 ms. Raises AssetMissing,
-    ModelRefused.
+    A damaged network would miss or misplace faces. Raises AssetMissing, ModelRefused.
     """
     path = assets.path(name)
     manifest = json.loads(assets.path("assets.json").read_text(encoding="utf-8"))

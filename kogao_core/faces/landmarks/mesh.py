@@ -29,45 +29,47 @@ from kogao_core.faces.landmarks.blazeface import (
 )
 from kogao_core.faces.landmarks.edges import MODEL, EdgeNetwork
 from kogao_core.faces.landmarks.outline import forehead, joined, silhouette
-from kogao_core.faces.landmarks.pixels import Pyramid, planes, sharpened
+from kogao_core.faces.landmarks.pixels import Pyramid, planes, read_network, sharpened
 
 EYES: Final = (33, 133, 362, 263)
 MOUTH: Final = (61, 291)
-# Chosen on the photographs at hand: real faces score 0.5 to 0.95 there, patterns up to 0.48.
+# Least score of a face. On the test photographs real faces score 0.5 to 0.95, patterns up to 0.48.
 LEAST_SCORE: Final = 0.5
-# Beside a sure face of like size another is likely: half a face behind a head scores 0.3 to 0.5.
+# Least score next to a sure face of similar size: half a face behind a head scores 0.3 to 0.5.
 LEAST_IN_COMPANY: Final = 0.3
 
 _SURFACE: Final = 468  # the last ten points are the irises
 _CROP: Final = 1.5  # side of the crop, in sides of the face
-# Whose features, enlarged so often, lie within so many half sides of a face's box may be taken for
-# its own: farther away they move it by less than 1 %.
+# Another face's features, enlarged by `_AROUND_FEATURES`, may attract the mesh if they are within
+# `_BESIDE` half sides of the face's box. Farther features move the mesh by less than 1 %.
 _AROUND_FEATURES: Final = 1.3
 _BESIDE: Final = 0.9
-# In outer inter-ocular distances. Two passes of a real face differ by 0.01 (95 % below 0.03), those
-# of a pattern that the detector mistakes for a face by 0.05 to 1.
+# Scale of the difference between two passes, in outer inter-ocular distances. Passes of a real face
+# differ by 0.01 (95 % below 0.03), passes of a false face by 0.05 to 1.
 _DIFFER: Final = 0.1
-# Passes that differ less have settled, most at the second; more than three drift off hard faces.
+# Passes with a smaller difference, in outer inter-ocular distances, have settled; most settle at
+# the second pass.
 _SETTLED: Final = 0.03
-_MOST_PASSES: Final = 3
-# The network's own opinion, log-odds that a sigmoid would saturate (a cat's is 1.0): 99 % of right
-# fits, many half hidden, lie above 3, half of the wrong ones below -3.
+_MOST_PASSES: Final = 3  # more passes drift away from hard faces
+# Middle of a sigmoid over the network's log-odds, which would saturate in a plain sigmoid. 99 % of
+# correct fits are above 3, half of the wrong fits below -3, a cat at 1.0.
 _PRESENCE_MIDDLE: Final = -1.5
-_PRESENCE_WIDTH: Final = 0.75
-_NO_PRESENCE: Final = -8.0
-# The wide look separates faces from the rest better than the close one, both best.
+_PRESENCE_WIDTH: Final = 0.75  # of that sigmoid, in log-odds; larger: a softer decision
+_NO_PRESENCE: Final = -8.0  # log-odds; a lower value rejects the face
+# Weight of the wide view in the score: it separates faces better than the close view, and both
+# together separate best.
 WIDE_SHARE: Final = 0.7
-_DOUBT: Final = 0.86
-_UPSIDE_DOWN: Final = 0.5  # least probability of the turned view that makes a second fit worth it
-# What a face on its head counts beside an upright one, and what is left of the score where that
-# alone decides. Of 75 portraits with masks, scarfs and veils drawn, the false one scored more than
-# the true one in three, up to 1.22 times as much.
+_DOUBT: Final = 0.86  # a face with a lower score is also fitted upside down
+_UPSIDE_DOWN: Final = 0.5  # least probability of the rotated view for a second fit
+# Weight of an upside-down face's score against an upright face's. On 75 portraits with drawn masks,
+# scarfs and veils, the false face scored more than the true face in a third, up to 1.22 times as
+# much.
 _ON_ITS_HEAD_SHARE: Final = 0.75
-_CONTRADICTED: Final = 0.8
+_CONTRADICTED: Final = 0.8  # factor of the score of a face that only this weight prefers
 
-_AT_CORNER: Final = 0.06  # half the side of the square looked at there, inter-ocular distances
-# Which corners are outer ones of eyes (0), inner ones (1), and the mouth's (2); each kind's weights
-# of `corner_signs`, and its constant.
+_AT_CORNER: Final = 0.06  # half side of the square at a corner, in inter-ocular distances
+# Kind of each corner: outer eye (0), inner eye (1), mouth (2). `_CORNERS` are the weights of
+# `corner_signs` and the constant for each kind.
 KINDS: Final = np.array([0, 1, 1, 0, 2, 2])
 _CORNERS: Final = np.array(
     [
@@ -80,13 +82,13 @@ _CORNERS: Final = np.array(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Mesh:
-    """What the network made of one crop; all px of the image."""
+    """Output of the network for one crop; all px are px of the image."""
 
     outline: Array  # (21, 2): silhouette from the image's left of the upright face to its right
     eyes: Array  # (4, 2): eye corners, left to right
     mouth: Array  # (2, 2): mouth corners, left to right
     forehead: Array  # (15, 2): the rest of the silhouette, in the same direction
-    box: Detection  # the square that the mesh fills, upright along the eye line
+    box: Detection  # the mesh's square, upright along the eye line
     presence: float  # the network's log-odds that there is a face
 
     def differs_from(self, other: Mesh) -> float:
@@ -98,29 +100,29 @@ class Mesh:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MeshInput:
-    """A face as the network sees it."""
+    """A face as the network's input."""
 
     pixels: Image  # uint8 (256, 256, 3): RGB
-    to_image: Affine  # maps its pixels to the image
+    to_image: Affine  # maps pixels of the crop to the image
 
 
 class Passes(NamedTuple):
-    """What the network makes of a box, each time cropped by the pass before."""
+    """Repeated passes of the network over a box, each cropped by the previous pass."""
 
     last: Mesh  # the pass before the final one
     mesh: Mesh  # the final one
-    mirrored: Mesh  # what it makes of that crop's mirror image
-    crop: MeshInput  # what the final one saw
+    mirrored: Mesh  # the mesh of the mirrored final crop
+    crop: MeshInput  # the final crop
 
 
 class MeshNetwork:
-    """The landmark network; threads may share it."""
+    """The landmark network. Thread-safe."""
 
     def __init__(self, weights: Path) -> None:
         self._nets = Spares(lambda: _net(weights))
 
     def look(self, image: Pyramid, box: Detection) -> tuple[Mesh | None, MeshInput]:
-        """Return the mesh of the face in a box, None when it collapses, and the crop it is from."""
+        """Return the mesh of the face in a box, None for a collapsed mesh, and the crop."""
         view = Square(box.center_px, _CROP * box.side_px, box.degrees)
         sampled = image.sample(view.to_image, INPUT_PX, cv2.BORDER_REPLICATE)
         crop = MeshInput(sharpened(sampled), view.to_image)
@@ -128,7 +130,7 @@ class MeshNetwork:
         return _read(crop.to_image(points), presence, mirrored=False), crop
 
     def settled(self, image: Pyramid, box: Detection) -> Passes | None:
-        """Return the last passes over a box; None when one collapses or sees no face."""
+        """Return the last passes over a box; None if the mesh collapses or no face is present."""
         last, (mesh, crop) = None, self.look(image, box)
         for _ in range(_MOST_PASSES - 1):
             if mesh is None:
@@ -144,7 +146,7 @@ class MeshNetwork:
         return Passes(last, mesh, mirrored, crop)
 
     def look_mirrored(self, crop: MeshInput) -> Mesh | None:
-        """Return what the network makes of a crop's mirror image, on the image as it is."""
+        """Return the mesh of the mirrored crop, mirrored back to the image."""
         points, presence = self._points(crop.pixels[:, ::-1])
         points[:, 0] = INPUT_PX - 1 - points[:, 0]
         return _read(crop.to_image(points), presence, mirrored=True)
@@ -153,13 +155,13 @@ class MeshNetwork:
         with self._nets.one() as net:
             net.setInput(planes(pixels) / 255.0)
             flat, presence = net.forward(["Identity", "Identity_1"])
-        # The network counts from the edge of its first pixel, we from its centre. The half pixel is
-        # measured, too: it takes the bias of the eye corners from 0.4 to 0.1 % of their distance.
+        # The network's coordinates start at the edge of the first pixel, ours at its centre. The
+        # half pixel reduces the bias of the eye corners from 0.4 to 0.1 % of the eyes' distance.
         return flat.reshape(-1, 3)[:, :2].astype(np.float64) - 0.5, float(presence.item())
 
 
 def _net(weights: Path) -> cv2.dnn.Net:
-    net = cv2.dnn.readNetFromTFLite(str(weights))
+    net = read_network(weights)
     net.enableFusion(False)  # 5 % faster so, bit for bit the same
     return net
 
@@ -186,7 +188,7 @@ def _box(points: Array, across: Array) -> Detection:
 
 
 def box_of(face: Face) -> Detection:
-    """Return about the square that the mesh of a face fills."""
+    """Return approximately the square of a face's mesh."""
     across = face.eyes[3] - face.eyes[0]
     rim = face.outline if face.forehead is None else np.vstack([face.outline, face.forehead])
     return _box(rim, across)
@@ -200,7 +202,7 @@ def _features(face: Face) -> Array:
 
 
 def _beside(points: Array, box: Detection) -> bool:
-    """Tell whether any of the points lies in the box of a face, but for its rim."""
+    """Return True if any of the points is in the face's box, without the rim of the box."""
     upright = Affine.similarity(1.0, -box.degrees, (0.0, 0.0))
     apart = np.abs(upright(points - box.center_px)).max(axis=1)
     return bool(apart.min() < _BESIDE * box.side_px / 2.0)
@@ -209,12 +211,12 @@ def _beside(points: Array, box: Detection) -> bool:
 class MeshSource:
     """Faces by BlazeFace and the face mesh (section 3.1, with today's networks).
 
-    Weights are read at the first use. One source may be shared between threads.
+    Loads the networks at first use. Thread-safe.
 
     Parameters
     ----------
     refined : bool
-        Move the mesh's silhouette onto the edge that can be seen, and tell how sure it is.
+        Move the mesh's silhouette onto the visible edge, and estimate the confidence.
     """
 
     name = "mesh"
@@ -244,20 +246,20 @@ class MeshSource:
         rgb : array of shape (H, W) or (H, W, C)
             Grey, RGB or RGBA; uint8, uint16 or float32 (0 to 1).
         on_face : callable
-            Gets each face as it is found.
+            Called with each face, in the order of detection.
 
         Returns
         -------
         list of Face
-            Empty when there is none. `Face.score` is the detector's probability in closer looks,
-            lowered where the passes of the mesh disagree or the mesh itself sees no face.
+            May be empty. `Face.score` is the detector's probability in closer views, lowered if
+            the passes of the mesh disagree or the mesh network finds no face.
 
         Raises
         ------
         AssetMissing
-            If the networks aren't in this installation.
+            If the network files aren't installed.
         ModelRefused
-            If they are damaged.
+            If a network file is damaged.
         ValueError
             If `rgb` isn't an image.
         """
@@ -279,7 +281,7 @@ class MeshSource:
         return in_reading_order(faces)
 
     def _told_apart(self, image: Pyramid, faces: list[Face]) -> list[Face]:
-        """Return the faces, those that touch others fitted again without these ones' features."""
+        """Return the faces; refit overlapping faces with the features of the others covered."""
         boxes, features = [box_of(face) for face in faces], [_features(face) for face in faces]
         result = []
         for face, box in zip(faces, boxes, strict=True):
@@ -291,21 +293,21 @@ class MeshSource:
         return result
 
     def _fit(self, image: Pyramid, proposal: Detection, least: float) -> search.Fitted | None:
-        """Return the face at a proposal, or None when a closer look doesn't bear it out."""
+        """Return the face at a proposal, or None if a closer look does not confirm the face."""
         boxes, beside = self._detector.look_closer(image, proposal)
         if not boxes:
             return None
         fitted = self._fit_in(image, boxes[0], least)
         if _score(fitted) < _DOUBT:
-            # A few faces in a hundred that lie upside down are first taken for upright ones, and a
-            # few that wear a mask for a face on its head, which lies higher than the true one.
+            # A few percent of upside-down faces are first taken for upright faces, and a few masked
+            # faces for upside-down faces, placed higher than the true face.
             over = self._over(image, boxes)
             if over is not None:
                 fitted = _likelier(fitted, self._fit_in(image, over, least))
         return None if fitted is None else fitted._replace(beside=beside)
 
     def _over(self, image: Pyramid, boxes: list[Detection]) -> Detection | None:
-        """Return where the likeliest of the boxes may be the other way up."""
+        """Return the box of the likeliest face upside down, if that is plausible, else None."""
         for other in boxes[1:]:
             if are_opposite(boxes[0], other):
                 return other
@@ -340,7 +342,7 @@ class MeshSource:
 
 
 class ChinSource(MeshSource):
-    """The same, but where a beard hides the chin, the outline is the chin's and not the beard's."""
+    """Like `MeshSource`, but a bearded face's outline follows the chin instead of the beard."""
 
     name = "chin"
     _beards = False
@@ -351,7 +353,7 @@ def _score(fitted: search.Fitted | None) -> float:
 
 
 def _likelier(one: search.Fitted | None, other: search.Fitted | None) -> search.Fitted | None:
-    """Return the likelier of two fits, less sure where it only is so for being upright."""
+    """Return the likelier of two fits. Lower the score if only the orientation decides."""
     worse, better = sorted((one, other), key=_evidence)
     if better is None or _score(better) >= _score(worse):
         return better
@@ -359,7 +361,7 @@ def _likelier(one: search.Fitted | None, other: search.Fitted | None) -> search.
 
 
 def _evidence(fitted: search.Fitted | None) -> float:
-    """Return the score, or less of it for a face on its head: few are, and masks look like one."""
+    """Return the score, reduced for an upside-down face: these are rare and masks resemble them."""
     if fitted is None:
         return 0.0
     on_its_head = abs((fitted.box.degrees + 180.0) % 360.0 - 180.0) > ON_ITS_HEAD
@@ -367,7 +369,7 @@ def _evidence(fitted: search.Fitted | None) -> float:
 
 
 def _trust(last: Mesh, mesh: Mesh, mirrored: Mesh) -> float:
-    """Return 0 to 1: whether the passes agree and the network believes in the face itself."""
+    """Return the trust in a mesh, 0 to 1, from the agreement of passes and the presence."""
     differ = max(mesh.differs_from(last), mesh.differs_from(mirrored))
     presence = min(last.presence, mesh.presence, mirrored.presence)
     believed = 1.0 / (1.0 + np.exp((_PRESENCE_MIDDLE - max(presence, -30.0)) / _PRESENCE_WIDTH))
@@ -375,12 +377,11 @@ def _trust(last: Mesh, mesh: Mesh, mirrored: Mesh) -> float:
 
 
 def corner_signs(passes: Passes, seen: Array) -> Array:
-    """Return what tells whether eye and mouth corners are right, shape (6, 4).
+    """Return the predictors of correct eye and mouth corners, shape (6, 4).
 
-    How far a crop and its mirror image put the eyes, or the mouth, apart where they differ most
-    (log), whether the network sees a face at all, how sure the outline is, which is hidden where
-    the mouth is, and how little there is to see at one of the eyes' corners, or the mouth's, for a
-    picture of such contrast (log).
+    For the eyes and for the mouth: the largest distance between the corners of a crop and of its
+    mirror image (log), the network's presence, the mean confidence of the outline, and the least
+    detail at the corners relative to the picture's contrast (log).
     """
     _, mesh, mirrored, crop = passes
     one, other = (np.vstack([each.eyes, each.mouth]) for each in (mesh, mirrored))
@@ -412,8 +413,8 @@ def _sure_corners(passes: Passes, seen: Array) -> Array:
 
 
 def _mean(one: Mesh, other: Mesh, score: float, source: str) -> Face:
-    # A crop and its mirror image together are a little better (eyes 1.11 to 1.08 %, mouth 1.18 to
-    # 1.10 %), and the result in a mirrored photo is the mirrored result.
+    # Averaging with the mirrored crop reduces errors a little (eyes 1.11 to 1.08 %, mouth 1.18 to
+    # 1.10 %), and makes the result of a mirrored photo the mirrored result.
     return Face(
         (one.outline + other.outline) / 2.0,
         (one.eyes + other.eyes) / 2.0,

@@ -1,6 +1,6 @@
 """The 21 outline points of section 3.1: the silhouette of the mesh, not its fixed jaw line.
 
-The rest of that silhouette is the rim of the forehead.
+The rest of the silhouette is the rim of the forehead.
 """
 
 from __future__ import annotations
@@ -17,13 +17,13 @@ from kogao_core.faces.face import FOREHEAD_POINTS, OUTLINE_POINTS
 LEFT_EAR: Final = 234
 RIGHT_EAR: Final = 454
 
-# Where an outline ends: on the silhouette, so far below the line through the outer eye corners,
-# measured across that line in their distance. At the eye line, as in every mark-up of 68 points and
-# where hand labels of studio faces stop (0.04 below it on average, 0.08 from face to face).
+# Ends of an outline on the silhouette: this far below the line through the outer eye corners, in
+# distances between these corners. 0 is the eye line, as in mark-ups of 68 points and in hand labels
+# of studio faces (0.04 below the line on average, 0.08 variation between faces).
 END_BELOW_EYES: Final = 0.0
 
-# Mesh points that can lie on a face's silhouette: its oval, then the cheek points that stand out
-# beyond it when the head turns. Nose and lips stay out: a profile's outline isn't its nose.
+# Mesh points that can be on a face's silhouette: the oval, then the cheek points that extend beyond
+# the oval of a turned head. Nose and lips are excluded, so a profile's outline omits the nose.
 _OVAL: Final = (
     *(10, 338, 297, 332, 284, 251, 389, 356, 454, 323, 361, 288, 397, 365, 379, 378, 400, 377),
     *(152, 148, 176, 149, 150, 136, 172, 58, 132, 93, 234, 127, 162, 21, 54, 103, 67, 109),
@@ -34,8 +34,8 @@ _CHEEKS: Final = (
 )
 _RIM: Final = np.array(_OVAL + _CHEEKS)
 
-# The mesh's jaw lies inside the visible one. Measured on 81 labelled studio faces, in lengths of
-# the whole outline: most at the chin (t = 0), little at the ends (t = -1 and 1).
+# The mesh's jaw is inside the visible jaw. Measured on 81 labelled studio faces, in lengths of the
+# whole outline: most at the chin (t = 0), little at the ends (t = -1 and 1).
 _OUTWARD_AT_CHIN: Final = 0.0039
 _OUTWARD_LESS_AT_ENDS: Final = 0.0029
 
@@ -54,12 +54,12 @@ def forehead(mesh: Array, eyes: Array) -> Array:
 
     The `silhouette` above the eyes, of shape (15, 2): both ends and `FOREHEAD_POINTS` between them.
     """
-    # Seen upside down, what lies above the eyes lies below them.
+    # In an upside-down face the forehead is the part below the eyes.
     return resampled(_arc(mesh, eyes[::-1])[::-1], FOREHEAD_POINTS + 2)
 
 
 def joined(rim: Array, outline: Array) -> Array:
-    """Return what lies between the ends of a `forehead`, shifted so that these are an outline's.
+    """Return the inner points of a `forehead`, shifted so that the ends meet an outline's ends.
 
     `rim` (15, 2) px. Result (13, 2) px.
     """
@@ -79,9 +79,9 @@ def _arc(mesh: Array, eyes: Array) -> Array:
 
 
 def ended(line: Array, eyes: Array) -> Array:
-    """Return the part of a line round the chin that ends at `END_BELOW_EYES` on both sides.
+    """Return the part of a line round the chin between the heights of `END_BELOW_EYES`.
 
-    `eyes` (4, 2) px. Result (M, 2): its ends lie on the level that they are cut at, px.
+    `eyes` (4, 2) px. Result (M, 2) px, with both ends at that height.
     """
     depth = _below_eyes(line, eyes) - END_BELOW_EYES
     chin = int(depth.argmax())
@@ -93,14 +93,14 @@ def ended(line: Array, eyes: Array) -> Array:
 
 
 def _below_eyes(points: Array, eyes: Array) -> Array:
-    """Return how far points lie below the line through the outer eye corners, in their distance."""
+    """Return the depth of points below the line through the outer eye corners, in its length."""
     across = eyes[3] - eyes[0]
     down = np.array([-across[1], across[0]]) / max(1e-12, float(across @ across))
     return np.asarray((points - eyes[0]) @ down)
 
 
 def _raised(side: Array, depth: Array) -> Array:
-    """Return a line that starts at the chin up to where its depth is 0."""
+    """Cut a line, which starts at the chin, at depth 0."""
     over = np.flatnonzero(depth <= 0.0)
     at = int(over[0]) if len(over) else len(side) - 1
     if at == 0 or not depth[at] < depth[at - 1]:

@@ -1,4 +1,4 @@
-"""What the networks look through: 8-bit RGB, halved again and again, sampled without aliasing."""
+"""Input of the networks: 8-bit RGB, repeatedly halved, sampled without aliasing."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import math
 import threading
 from collections.abc import Sequence
 from functools import cached_property
+from pathlib import Path
 from typing import Any, Final
 
 import cv2
@@ -14,25 +15,26 @@ import numpy as np
 import numpy.typing as npt
 
 from kogao_core.base.display import Rgb8, rgb8
-from kogao_core.base.geometry import Affine, Array, Box, Image
+from kogao_core.base.geometry import Affine, Array, Box, Image, check_image
 from kogao_core.base.threads import default_threads, share_out
 
-_ROWS: Final = 64  # halved at a time: what they are made of stays within the processor's cache
-# How much detail a sharp face has in each octave from the finest on, as a share of that in the
-# fifth, in a crop with 80 to 100 px from eye to eye: 95 of 100 portraits and head shots have more.
+_ROWS: Final = 64  # rows per step of a halving, so that the source stays in the processor's cache
+# Detail (standard deviation) of a sharp face in each octave, finest first, relative to the fifth
+# octave, in a crop with 80 to 100 px between the eyes. 95 of 100 portraits have more detail.
 _SHARP: Final = np.array([0.20, 0.30, 0.43, 0.67], np.float32)
-# What is soft lacks most at each octave's far end, so it is raised beyond that; at most so often.
+# Exponent of the gain of an octave. Soft faces lack most at the fine end of each octave, so the
+# gain is larger than the missing detail.
 _RAISED: Final = 2.0
 _MOST_RAISED: Final = 10.0
-# Px of a picture per px that it is sampled to: between large pixels a cubic is smooth.
+# Below this many source px per result px, sample with a cubic, which is smooth between large px.
 _ENLARGED: Final = 0.5
 
 
 class Pyramid:
-    """An image and its halvings, made when first needed; threads may share it."""
+    """An image and repeatedly halved copies, created on demand. Thread-safe."""
 
     def __init__(self, image: Image) -> None:
-        rgb8(image[:1] if image.ndim else image)  # says so where it isn't an image
+        check_image(image)
         self.image = image
         self._mirrored = False
         self._covered: Sequence[Array] = ()
@@ -41,17 +43,17 @@ class Pyramid:
 
     @staticmethod
     def of(image: Image | Pyramid) -> Pyramid:
-        """Return the one that is given, or one of an image."""
+        """Return `image` if it is a pyramid, else a new pyramid of the image."""
         return image if isinstance(image, Pyramid) else Pyramid(image)
 
     def mirrored(self) -> Pyramid:
-        """Return the same image, sampled as if it went on beyond its edges as in a mirror."""
+        """Return the same image with mirrored pixels beyond the edges."""
         result = copy.copy(self)
         result._mirrored = True
         return result
 
     def covered(self, parts: Sequence[Array]) -> Pyramid:
-        """Return the same image with the insides of convex polygons, (N, 2) px each, made even."""
+        """Return the same image with flat colour inside convex polygons, each (N, 2) px."""
         result = copy.copy(self)
         result._covered = parts
         return result
@@ -81,7 +83,7 @@ class Pyramid:
             return wanted, self._halved[wanted - 1] if wanted else self._whole
 
     def at_most(self, longer_px: int) -> tuple[Rgb8, int]:
-        """Return the largest level whose longer side is no longer, and how often it is halved."""
+        """Return the largest level with a longer side of at most `longer_px`, and its index."""
         longer, index = max(self.width, self.height), 0
         while longer >> index > longer_px:
             index += 1
@@ -90,8 +92,8 @@ class Pyramid:
 
     def sample(self, to_image: Affine, size_px: int, border: int = cv2.BORDER_CONSTANT) -> Rgb8:
         """Resample a square of the image. Result uint8 (size_px, size_px, 3)."""
-        # Bilinear sampling aliases when it shrinks: go down the pyramid as far as no detail is
-        # lost, then sample twice as dense and average 2 x 2.
+        # Bilinear sampling aliases when it shrinks. Use the coarsest level without loss of detail,
+        # sample at twice the density and average 2 x 2 px.
         shrink = max(1.0, to_image.scale)
         index, level = self._level(int(math.log2(shrink)))
         dense = 2 if shrink / 2**index > 1.0 else 1
@@ -109,15 +111,23 @@ class Pyramid:
         return picture
 
 
+def read_network(weights: Path) -> cv2.dnn.Net:
+    """Load a TFLite network with OpenCV's classic engine; the new engine can't run the file."""
+    engine: dict[str, Any] = {}
+    if hasattr(cv2.dnn, "ENGINE_CLASSIC"):  # OpenCV 4 has one engine
+        engine["engine"] = cv2.dnn.ENGINE_CLASSIC
+    return cv2.dnn.readNetFromTFLite(str(weights), **engine)
+
+
 def planes(picture: Rgb8) -> npt.NDArray[np.float32]:
-    """Return a picture of shape (H, W, 3) as a network takes it, (1, 3, H, W); 0 to 255."""
+    """Convert a picture (H, W, 3) to a network input (1, 3, H, W), 0 to 255."""
     return np.stack(cv2.split(picture)).astype(np.float32)[None]
 
 
 def sharpened(picture: Rgb8) -> Rgb8:
-    """Raise the octaves of detail that a soft face lacks; a sharp one stays as it is.
+    """Amplify the octaves of detail that a soft face lacks; leave a sharp face unchanged.
 
-    A Laplacian pyramid whose levels are brought to what sharp faces have (H, W, 3).
+    Scales the levels of a Laplacian pyramid to the detail of sharp faces. Shape (H, W, 3).
     """
     octaves = len(_SHARP)
     grey = _octaves(cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY), octaves + 1)
@@ -133,7 +143,7 @@ def sharpened(picture: Rgb8) -> Rgb8:
 
 
 def _octaves(picture: Any, octaves: int) -> list[tuple[Any, Any]]:
-    """Return for each octave, the finest first, what is only in it and what is in coarser ones."""
+    """Return (detail of this octave, coarser rest) for each octave, the finest first."""
     levels: list[tuple[Any, Any]] = []
     finer: Any = np.asarray(picture, np.float32)
     for _ in range(octaves):
@@ -160,12 +170,12 @@ def _half(image: Image) -> Rgb8:
 
 
 def _warped(level: Rgb8, to_level: Affine, side_px: int, border: int) -> Any:
-    # Only the part that is looked at: OpenCV's warps refuse sources beyond 32766 px.
+    # Crop to the sampled part: OpenCV's warps refuse sources beyond 32766 px.
     last = side_px - 1
     corners = to_level([(0, 0), (last, 0), (0, last), (last, last)])
     low = np.floor(corners.min(axis=0)).astype(int) - 3
     high = np.ceil(corners.max(axis=0)).astype(int) + 4
-    if border == cv2.BORDER_REFLECT:  # what is mirrored is looked at, too
+    if border == cv2.BORDER_REFLECT:  # include the pixels that are mirrored
         size = np.array(level.shape[1::-1])
         low, high = np.minimum(low, 2 * size - high), np.maximum(high, -low)
     box = Box(*low, *high).clipped(Box.of(level))

@@ -1,4 +1,4 @@
-"""Where to look for faces: the whole image, ever smaller tiles, turned and from afar."""
+"""Search for faces: in the whole image, in ever smaller tiles, in rotated and in distant views."""
 
 from __future__ import annotations
 
@@ -12,34 +12,36 @@ from kogao_core.faces.face import Face, OnFace, ignored
 from kogao_core.faces.landmarks.blazeface import BlazeFace, Detection, Look, Square
 from kogao_core.faces.landmarks.pixels import Pyramid
 
-# Least probability worth a closer look: a wrong one costs time, not a false face.
+# Least detector score for a closer look, in the whole image. Lower values cost time; a closer look
+# rejects false faces.
 WHOLE_SCORE: Final = 0.5
-TILE_SCORE: Final = 0.6
-SURE_SCORE: Final = 0.8
-# Faces below this part of the long side make others likely that the last views couldn't show.
+TILE_SCORE: Final = 0.6  # the same in tiles and distant views
+SURE_SCORE: Final = 0.8  # score of a face that is certain
+# Faces smaller than this share of the long side suggest more faces too small for larger views.
 TILES_BELOW: Final = {2: 0.25, 4: 0.1}
-# Neighbouring tiles share this part of their side. The finest show faces of a tenth and less.
+# Overlap of neighbouring tiles, as a share of their side. The finest show faces of a tenth or less.
 OVERLAP: Final = {2: 0.5, 4: 0.3}
-LEAST_TILE_PX: Final = 96
-# People stand beside people: around a small sure face others are looked for at the size the
-# detector sees best, and believed sooner. Where the face is upright, only if the closer look at it
-# hints at somebody else; tiles miss those who lean further than this, degrees.
+LEAST_TILE_PX: Final = 96  # smallest useful side of a tile
+# Faces smaller than this share of the long side, and found with certainty, start a search nearby:
+# small faces often have neighbours.
 COMPANY_BELOW: Final = 0.1
-COMPANY_SIDES: Final = 5.0
-COMPANY_SCORE: Final = 0.4
+COMPANY_SIDES: Final = 5.0  # side of the searched square, in sides of the face
+COMPANY_SCORE: Final = 0.4  # least detector score in that square
+# Around an upright face, search only if another box in its closer look scores more than this.
 COMPANY_HINT: Final = 0.3
+# Degrees of roll. Tiles miss neighbours of faces with a larger roll, so always search there.
 COMPANY_UPRIGHT: Final = 30.0
-# A head that lies stirs the detector upright, too: a view is turned if that looked up to this part
-# of the score that is asked for.
+# A lying head raises the detector's score in an upright view, too. A view is also searched rotated
+# if the score exceeds this share of the requested score.
 STIRRED: Final = 0.2
 
 
 class Fitted(NamedTuple):
-    """A face that was found."""
+    """A detected face."""
 
     face: Face  # the face
-    box: Detection  # the square that its mesh fills
-    # Other boxes that came into view in the closer look at it; absent if it needed none.
+    box: Detection  # the square of the mesh
+    # Other boxes seen in the closer look; None without a closer look.
     beside: Sequence[Detection] | None = None
 
 
@@ -53,10 +55,10 @@ def faces(
     fit_in_company: Fit | None = None,
     on_face: OnFace = ignored,
 ) -> list[Face]:
-    """Return every face that `fit` bears out, each once.
+    """Return every face that `fit` confirms, without duplicates.
 
-    The result doesn't depend on the number of threads: they look and fit ahead, but what counts as
-    found already is decided in the order of the proposals.
+    The result does not depend on the number of threads: views and fits run ahead, but duplicates
+    are removed in the order of the proposals.
     """
     found: list[Fitted] = []
     most: dict[Square, float] = {}
@@ -102,10 +104,10 @@ def faces(
     if not found:
         look(_turned(stirred(tiles[2], TILE_SCORE)), TILE_SCORE)
     if not found:
-        # Small and not upright is rare: coins and such are likelier unless all are sure.
+        # Small rotated faces are rare, and false ones (coins) are likelier: accept only sure faces.
         look(_turned(stirred(tiles[4], SURE_SCORE)), SURE_SCORE, sure)
     if not found:
-        # A face larger than the frame is one again from afar.
+        # A face larger than the frame is visible in a distant view.
         far = _far(image)
         look([far, *_turned([far])], TILE_SCORE)
     return [one.face for one in found]
@@ -114,7 +116,7 @@ def faces(
 def cut_faces(
     image: Pyramid, detector: BlazeFace, fit: Fit, on_face: OnFace = ignored
 ) -> list[Face]:
-    """Return the faces that the edge of an image cuts; it is seen `mirrored`, which ends them."""
+    """Return the faces that the image's edge cuts, found in an image `mirrored` at the edges."""
     found: list[Fitted] = []
     for proposal in detector.look(image, _far(image), SURE_SCORE).boxes:
         fitted = fit(proposal) if _at_edge(proposal, image) else None
@@ -145,7 +147,7 @@ def _known(box: Detection, found: Sequence[Fitted]) -> bool:
 
 
 def _distinct(boxes: Sequence[Detection]) -> list[Detection]:
-    """Return boxes of any of the views, best first, overlapping ones dropped."""
+    """Return the boxes of all views, best first, without overlapping boxes."""
     kept: list[Detection] = []
     for box in sorted(boxes, key=lambda one: -one.score):
         if not any(box.overlaps(other) for other in kept):
@@ -154,7 +156,7 @@ def _distinct(boxes: Sequence[Detection]) -> list[Detection]:
 
 
 def _whole_in_view(box: Detection, view: Square, image: Pyramid) -> bool:
-    # A face cut by a tile's border lies whole in the next tile; one cut by the image's is kept.
+    # Drop a face cut by a tile's border, which the next tile shows. Keep a face cut by the image.
     low, high = _sides(box.center_px, box.side_px)
     view_low, view_high = _sides(view.center_px, view.side_px)
     size = np.array([image.width, image.height])

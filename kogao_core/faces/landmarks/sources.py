@@ -1,6 +1,6 @@
-"""Which landmark sources there are to choose from, and what each was measured to do.
+"""List the landmark sources with their measured accuracy.
 
-And a mean face to place by hand, for photos in which no source finds one.
+The module also contains a mean face to place by hand on photos where no source finds a face.
 """
 
 from __future__ import annotations
@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Final
 
 import numpy as np
@@ -20,7 +19,6 @@ from kogao_core.base.language import Text
 from kogao_core.faces.face import OUTLINE_POINTS, Face, LandmarkSource
 from kogao_core.faces.landmarks import locked
 from kogao_core.faces.landmarks.aam.source import AamSource
-from kogao_core.faces.landmarks.facemark import FacemarkSource
 from kogao_core.faces.landmarks.mesh import ChinSource, MeshSource
 
 _NETWORKS: Final = (locked.DETECTOR, locked.MESH)
@@ -28,7 +26,7 @@ _NETWORKS: Final = (locked.DETECTOR, locked.MESH)
 
 @dataclass(frozen=True, slots=True)
 class Measured:
-    """What a landmark source was measured to do (docs/landmarks.md)."""
+    """Measured accuracy and speed of a landmark source (docs/measurements.md)."""
 
     # Mean distance from labelled jaw points to the outline on studio portraits and in the wild, %
     # of the outer inter-ocular distance, on faces left out of training.
@@ -39,17 +37,17 @@ class Measured:
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """A landmark source that travels with the program."""
+    """A landmark source of this program."""
 
-    name: str  # what to ask for: ``--landmarks NAME``
-    title: str  # what people call it, without an article
-    make: Callable[[], LandmarkSource]  # returns the source; models are read at its first use
-    needs_networks: bool  # whether it needs the networks that are fetched when a wheel is built
-    measured: Measured | None = None  # None, if it wasn't measured
-    help: str = ""  # what it does otherwise than the others, in one sentence; may be empty
+    name: str  # value of ``--landmarks``
+    title: str  # name in menus, without an article
+    make: Callable[[], LandmarkSource]  # returns the source; the first search loads the models
+    needs_networks: bool  # True: the source needs the networks fetched at build time
+    measured: Measured | None = None  # None: not measured
+    help: str = ""  # difference from the other sources in one sentence; may be empty
 
 
-# The first that is complete here is what is used unless another is asked for.
+# The default is the first source with all files installed.
 CHOICES: Final = (
     Choice("mesh", Text("mesh"), MeshSource, True, Measured(0.9, 2.0, typical_ms=60.0)),
     Choice("aam", Text("AAM"), AamSource, False, Measured(1.7, 3.3, typical_ms=65.0)),
@@ -63,24 +61,23 @@ CHOICES: Final = (
 )
 
 
-def source(wanted: str | None = None) -> LandmarkSource:
-    """Return the landmark source that was asked for.
+def source(name: str | None = None) -> LandmarkSource:
+    """Return a landmark source by name.
 
     Parameters
     ----------
-    wanted : str, optional
-        The name of a choice, or the path of a `cv2.face` model file. When absent, the first choice,
-        or the first without networks where this installation lacks them.
+    name : {"mesh", "aam", "chin"}, optional
+        Default: "mesh", or "aam" if the networks are not installed.
 
     Returns
     -------
     LandmarkSource
-        Models are read at its first `find`; keep it for many photos.
+        The first call of `find` loads the models. Reuse the source for many photos.
 
     Raises
     ------
-    ModelRefused
-        If a model file is damaged or none.
+    ValueError
+        If there is no source of this name.
 
     Examples
     --------
@@ -90,13 +87,15 @@ def source(wanted: str | None = None) -> LandmarkSource:
     >>> face.source
     'aam'
     """
-    if wanted is None:
-        here = (c for c in CHOICES if not c.needs_networks or networks_are_here())
-        return next(here).make()
-    for choice in CHOICES:
-        if choice.name == wanted:
-            return choice.make()
-    return FacemarkSource(Path(wanted))
+    if name is None:
+        name = next(c.name for c in CHOICES if not c.needs_networks or networks_are_here())
+    make = {choice.name: choice.make for choice in CHOICES}
+    if name not in make:
+        names = ", ".join(make)
+        raise ValueError(
+            Text("{name} is not a landmark source; use one of {names}", name=name, names=names)
+        )
+    return make[name]()
 
 
 def find(image: Image, landmarks: str | None = None) -> list[Face]:
@@ -106,20 +105,20 @@ def find(image: Image, landmarks: str | None = None) -> list[Face]:
     ----------
     image : array of shape (H, W) or (H, W, C)
         Grey, RGB or RGBA, upright, such as `Photo.pixels`; float32 is 0 to 1.
-    landmarks : str, optional
-        Which source to ask, see `source`.
+    landmarks : {"mesh", "aam", "chin"}, optional
+        Name of the landmark source, see `source`.
 
     Returns
     -------
     list of Face
-        `in_reading_order`, px of `image`; empty when there is none.
+        Faces in reading order, px of `image`. Empty if no face is found.
 
     Raises
     ------
     ModelRefused
-        If a model file is damaged or none.
+        If a model file is damaged.
     AssetMissing
-        If the source needs a file that this installation lacks.
+        If the source needs a file that is not installed.
 
     Examples
     --------
@@ -133,7 +132,7 @@ def find(image: Image, landmarks: str | None = None) -> list[Face]:
 
 
 def networks_are_here() -> bool:
-    """Return whether this installation has the networks."""
+    """Return True if the network files are installed."""
     try:
         return all(assets.path(name).exists() for name in _NETWORKS)
     except assets.AssetMissing:
@@ -141,7 +140,7 @@ def networks_are_here() -> bool:
 
 
 def check_networks() -> None:
-    """Check that the networks which are here are those that Kogao came with.
+    """Verify the hashes of the installed networks.
 
     Raises ModelRefused.
     """
@@ -150,8 +149,9 @@ def check_networks() -> None:
             locked.network(name)
 
 
-# Mean of 118 hand-labelled frontal faces, made symmetric, its outline ended where every outline is
-# (`outline.ended`); origin in the middle of the points' box, unit from end to end. Averaged
+# Mean of 118 hand-labelled frontal faces, made symmetric, with the ends of the outline at the
+# standard height (`outline.ended`); origin in the middle of the points' box, unit from end to end.
+# Averaged
 # from the labels of two sets under CC BY 4.0: Face Research Lab London Set (DeBruine & Jones 2017,
 # figshare 5047666), Young Adult White Faces (the same, figshare 4220517).
 _LEFT_OUTLINE: Final = (
@@ -164,7 +164,7 @@ _LEFT_MOUTH: Final = ((-0.178, 0.076),)
 
 
 def template_face(center_px: npt.ArrayLike, width_px: float, angle_degrees: float = 0.0) -> Face:
-    """Return the mean face at a place, a size and an angle.
+    """Return the mean face at a given position, size and angle.
 
     Parameters
     ----------
@@ -192,6 +192,8 @@ def template_face(center_px: npt.ArrayLike, width_px: float, angle_degrees: floa
     >>> face.outline[0], face.outline[20]
     (array([140. ,  97.6]), array([340. ,  97.6]))
     """
+    if np.shape(center_px) != (2,):
+        raise ValueError(f"center_px must be a point (x, y), got shape {np.shape(center_px)}")
     if not width_px > 0.0:
         raise ValueError(Text("width_px must be above 0, got {width_px!r}", width_px=width_px))
     place = Affine.similarity(width_px, angle_degrees, center_px)

@@ -16,10 +16,12 @@ from kogao_core.cli import common, ending, options, reading, words
 from kogao_core.cli.common import ProgressLine
 from kogao_core.faces.face import LandmarkSource
 from kogao_core.faces.landmarks import ModelRefused
+from kogao_core.faces.landmarks import source as landmark_source
 from kogao_core.lab.commands import outputs, pictures, study
 from kogao_core.lab.experiments import EXPERIMENTS
 from kogao_core.lab.experiments.experiment import Experiment, ExperimentOption, Work
 from kogao_core.lab.subjects import Subject
+from kogao_core.recipe.recipe import PAPER
 
 _takes_photos = words.together(
     reading.takes_photos,
@@ -43,7 +45,7 @@ class _Run:
     def __init__(self, experiment: Experiment, given: Mapping[str, Any]) -> None:
         self._experiment, self._given = experiment, given
         percent = {"percent": given.get("percent")}
-        self._recipe = options.recipe_of(given["recipe_file"], percent, experiment.recipe)
+        self._recipe = options.recipe_of(given["recipe_file"], percent, PAPER)
         self._paths = reading.input_paths(given["inputs"], given["sample"])
         files, folder = outputs.asked_for(given), given["folder"]
         if folder is not None:
@@ -55,8 +57,8 @@ class _Run:
         self._code = 0
 
     def deliver(self) -> int:
-        """Run it, print the tables, write what was asked for; return the exit code."""
-        new_source = partial(reading.landmark_source, self._given["landmarks"])
+        """Run the experiment, print the tables, write the requested files; return the exit code."""
+        new_source = partial(landmark_source, self._given["landmarks"])
         source = cache(new_source)
         work = Work(
             self._subjects(source),
@@ -66,7 +68,6 @@ class _Run:
             {one.key: self._value(one) for one in self._experiment.options},
             self._progress.step,
             self._leave_out,
-            self._name_absent,
             self._outputs.keep,
         )
         self._outputs.write(self._experiment.run(work), self._left_out)
@@ -104,15 +105,11 @@ class _Run:
             raise stop
         self._progress.end()
 
-    def _name_absent(self, sentence: str) -> None:
-        """Note what is missing here, on stderr and in the report."""
+    def _leave_out(self, sentence: str) -> None:
+        """Note a problem on stderr and in the report, and set the exit code."""
+        self._code = ending.SOME_FAILED
         self._left_out.append(sentence)
         ending.print_message(sentence)
-
-    def _leave_out(self, sentence: str) -> None:
-        """Note a photo that can't be used, and set the exit code; the others go on."""
-        self._code = ending.SOME_FAILED
-        self._name_absent(sentence)
 
     def _subject(self, path: Path, source: LandmarkSource) -> Subject:
         photo = reading.read_photo(path, self._given["max_megapixels"])
@@ -163,6 +160,6 @@ def _command_of(experiment: Experiment) -> click.Command:
 
 for one in (
     *map(_command_of, EXPERIMENTS),
-    *(pictures.figures, pictures.stimuli, pictures.series, study.command),
+    *(pictures.figures, pictures.stimuli, study.command),
 ):
     command.add_command(one)

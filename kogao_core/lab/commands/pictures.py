@@ -1,4 +1,4 @@
-"""``kogao-cli experiment figures``, ``stimuli``, ``series``: pictures of any photo, in a folder."""
+"""``kogao-cli experiment figures`` and ``stimuli``: pictures of any photo, in a folder."""
 
 from __future__ import annotations
 
@@ -13,11 +13,7 @@ from kogao_core.base.atomic import put
 from kogao_core.base.language import Text, tr
 from kogao_core.base.wording import shown
 from kogao_core.cli import common, ending, options, reading, words
-from kogao_core.cli.common import ProgressLine
-from kogao_core.lab import series as one_person
-from kogao_core.lab.commands import outputs
 from kogao_core.lab.experiments.figures import figures as drawings_of
-from kogao_core.lab.reports.report import translated_report
 from kogao_core.lab.stimuli import (
     STIMULI,
     Export,
@@ -31,7 +27,6 @@ from kogao_core.lab.stimuli import (
     written,
 )
 from kogao_core.lab.subjects import Subject
-from kogao_core.photo import CannotWrite
 
 _KINDS: Final = ("png", "svg")
 _writes_pictures = words.option(
@@ -141,9 +136,9 @@ def _size(_: click.Context, __: click.Parameter, value: str | None) -> tuple[int
     help="Leave transparent what lies outside an oval round each face, or its outline.",
 )  # fmt: skip
 @words.option(
-    "--field", "exports", type=click.Choice(["tfm", "npz", "maps"]), multiple=True,
-    help="Write the displacement, too: ITK's B-spline transform, a dense array, or the maps of "
-    "OpenCV's remap; repeatable.",
+    "--field", "exports", type=click.Choice(["tfm", "evidence"]), multiple=True,
+    help="Write the displacement, too: ITK's B-spline transform, or an evidence file (.npz) with "
+    "displacement, lattices and domains; repeatable.",
 )  # fmt: skip
 @words.option(
     "--format", "form", type=click.Choice(["tem", "pts", "csv"]), default="tem",
@@ -186,44 +181,3 @@ def stimuli(
             finish(rows, folder)
         ending.print_text(tr("{folder}: measures.csv, contact.png", folder=folder))
     return code
-
-
-@words.command("series")
-@reading.takes_photos
-@_writes_pictures
-@options.chooses_percent
-@words.option(
-    "--recipe", "recipe_file", type=click.Path(path_type=Path), metavar="FILE",
-    help="A saved recipe (JSON).",
-)  # fmt: skip
-@common.forces
-def series(folder: Path, force: bool, **given: Any) -> int:
-    """Bring photos of one person, as you say, to one result.
-
-    Each gets the amount at which its jaw, in shares of the distance between the eyes, is as wide as
-    in the median photo after --percent. Heads that are turned too far are left out. series.csv
-    tells what each photo gets.
-    """
-    recipe = options.recipe_of(given["recipe_file"], {"percent": given["percent"]})
-    photos = reading.input_paths(given["inputs"], given["sample"])
-    outputs.check_empty(folder, force)
-    landmarks = given["landmarks"]
-    source = reading.landmark_source(landmarks)
-    known = reading.point_files()[0] is not None
-    progress = ProgressLine()
-    progress.begin(str(folder))
-    with (
-        ending.stopping(CannotWrite, ending.UNREADABLE),
-        ending.writing(folder),
-        ending.stopping(ValueError, ending.NO_FACE),
-    ):
-        brought, left_out = one_person.one_result(
-            photos, folder, recipe, source, force=force, progress=progress.step,
-            max_megapixels=given["max_megapixels"],
-            find=(lambda photo: reading.find_faces(photo, landmarks)) if known else None,
-        )  # fmt: skip
-    progress.end()
-    for sentence in left_out:
-        ending.print_message(sentence)
-    ending.print_text(translated_report(one_person.report(brought, recipe)).text())
-    return ending.SOME_FAILED if left_out else 0

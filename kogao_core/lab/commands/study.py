@@ -1,4 +1,4 @@
-"""``kogao-cli experiment study``: make a rating study, and count what people said."""
+"""``kogao-cli experiment study``: make a rating study, and count the answers."""
 
 from __future__ import annotations
 
@@ -19,10 +19,11 @@ from kogao_core.base.wording import shown
 from kogao_core.cli import common, ending, options, reading, words
 from kogao_core.cli.common import ProgressLine
 from kogao_core.faces.face import select
+from kogao_core.faces.landmarks import source as landmark_source
 from kogao_core.lab.commands import outputs
 from kogao_core.lab.study import data as answer_tables
 from kogao_core.lab.study import making, plan, tally
-from kogao_core.lab.study.design import Conduct, Task, variants
+from kogao_core.lab.study.design import Conduct, Rules, Task, variants
 from kogao_core.lab.study.report import notes
 from kogao_core.lab.study.report import report as made_report
 from kogao_core.lab.study.server import Server
@@ -43,7 +44,7 @@ def command() -> None:
 
 
 def _numbers(low: float, high: float) -> Callable[..., tuple[float, ...]]:
-    """Return what reads a list of different numbers within a range."""
+    """Return a parser of a list of different numbers within a range."""
 
     def read(_: click.Context, __: click.Parameter, value: str) -> tuple[float, ...]:
         try:
@@ -77,7 +78,7 @@ def _fits(_: click.Context, __: click.Parameter, value: str | None) -> tuple[Fit
 
 
 def _text(path: Path | None) -> str:
-    """Return what a file says, or nothing where none is named."""
+    """Return the text of a file, or an empty text without a file."""
     if path is None:
         return ""
     try:
@@ -117,7 +118,14 @@ def _text(path: Path | None) -> str:
 )  # fmt: skip
 @options.takes_papers_recipe
 @words.option("--control", is_flag=True, help="Show each photo as it is, too.")
-@words.option("--catch", is_flag=True, help="Show each face cut in two, too: who looks?")
+@words.option(
+    "--catch/--no-catch", default=True,
+    help="Show each face cut in two, too, to find raters who don't look [shown].",
+)  # fmt: skip
+@words.option(
+    "--count-unfinished", is_flag=True,
+    help="Count the answers of sessions that aren't finished; the key holds this rule.",
+)  # fmt: skip
 @words.option(
     "--satisfaction", is_flag=True,
     help="At the end raters grade the picture of themselves from 0 to 100.",
@@ -141,7 +149,7 @@ def _text(path: Path | None) -> str:
 )  # fmt: skip
 @words.option(
     "--picture-size", "size", default="fit", show_default=True, metavar="SIZE",
-    help="The pictures' long side, such as 640px or 12deg; fit fills the window.",
+    help="Long side of each photo, such as 640px or 12deg; fit fills the window.",
 )  # fmt: skip
 @words.option(
     "--distance", type=click.FloatRange(10.0, 1000.0), default=60.0, show_default=True,
@@ -165,6 +173,7 @@ def make(
     recipe_file: Path | None,
     control: bool,
     catch: bool,
+    count_unfinished: bool,
     satisfaction: bool,
     practice: int,
     distance: float,
@@ -188,13 +197,14 @@ def make(
         catch=catch,
         satisfaction=satisfaction,
     )
-    source, (points, _) = reading.landmark_source(landmarks), reading.point_files()
+    source, (points, _) = landmark_source(landmarks), reading.point_files()
     texts = ("consent", "instructions", "debriefing")
     held |= {name: _text(held[name]) for name in texts}
     with ending.stopping(ValueError, ending.USAGE):
         conduct = Conduct(**held, distance_mm=round(10.0 * distance))
         found_by = source.name if points is None else f"--points {points.name}"
-        choices = making.Choices(recipe, kinds, seed, found_by, match, practice, conduct)
+        rules = Rules(unfinished=count_unfinished)
+        choices = making.Choices(recipe, kinds, seed, found_by, match, practice, conduct, rules)
     other = None
     if practice:
         # `--points` are of the photos, not of this one.
@@ -242,7 +252,7 @@ def rate(folder: Path, no_browser: bool) -> None:
     """
     with ending.stopping(BadFile, ending.UNREADABLE), ending.stopping(OSError, ending.BROKEN):
         server = Server(folder)
-    # Whoever reads the last line may end it at once.
+    # A program that reads the last line may stop the server at once.
     with server, suppress(KeyboardInterrupt), interrupts.raised():
         click.echo(server.address)
         click.echo(tr("Ctrl-C ends it; one rater after another may use it."))

@@ -1,10 +1,10 @@
-"""The paper's experiments and those beside them, each a module with one declaration."""
+"""The experiments: each module declares one."""
 
 from __future__ import annotations
 
 from typing import Final
 
-from kogao_core.lab.experiments import distortion, domains, lens, methods_report, timing_report
+from kogao_core.lab.experiments import distortion, domains, methods_report, timing_report
 from kogao_core.lab.experiments.experiment import Experiment
 
 # In the order of the editor's menu.
@@ -13,5 +13,4 @@ EXPERIMENTS: Final[tuple[Experiment, ...]] = (
     domains.EXPERIMENT,
     distortion.EXPERIMENT,
     methods_report.EXPERIMENT,
-    lens.EXPERIMENT,
 )

@@ -1,4 +1,4 @@
-"""Figures 14 and 15: which pixels need work, and what leaving out small moves costs."""
+"""Figures 14 and 15: pixels of each domain, and the error of ignoring small displacements."""
 
 from __future__ import annotations
 
@@ -67,12 +67,12 @@ class Domains:
     """The domains of one photo."""
 
     photo: str  # its name
-    # What was worked on, px.
+    # Size of the photo, px.
     width: int
     height: int
     faces: int
     counts: dict[DomainName, int]  # pixels of all three domains
-    literal: int  # pixels of section 4.1 to the letter, see `literal_pixels`
+    literal: int  # pixels of section 4.1 to the letter, see `literal_pixels`; 0 if not counted
     computing_ms: dict[DomainName, Spread]  # time that a warp of each domain takes
     steps: tuple[ThresholdErrors, ...]  # one for each threshold
     # The photo where each domain works on it and white elsewhere; RGB, reduced for a report.
@@ -102,7 +102,8 @@ def measure(
     progress(len(thresholds) + 1, len(thresholds) + 1)
     return Domains(
         subject.name, *subject.size, len(subject.faces),
-        {name: int(mask.sum()) for name, mask in masks.items()}, literal_pixels(whole), computing,
+        {name: int(mask.sum()) for name, mask in masks.items()},
+        literal_pixels(whole) if recipe.scope == "face" else 0, computing,
         tuple(steps),
         {name: _shown(subject, mask) for name, mask in masks.items()},
         {name: mask for name, mask in masks.items() if name != "image"},
@@ -269,8 +270,9 @@ def _counts(photos: Sequence[Domains]) -> Table:
         for name, word in _WORDS.items():
             count, computing = partial(_pixels, name), _computing(group, name).text()
             rows.append((called, word, *_count_cells(group, count), computing))
-        word = Text("section 4.1 to the letter")
-        rows.append((called, word, *_count_cells(group, lambda photo: photo.literal), NONE))
+        if all(photo.literal for photo in group):
+            word = Text("section 4.1 to the letter")
+            rows.append((called, word, *_count_cells(group, lambda photo: photo.literal), NONE))
     return Table(
         Text("Pixels to be worked on"),
         (

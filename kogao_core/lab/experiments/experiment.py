@@ -1,4 +1,4 @@
-"""What an experiment is: a declaration, from which its command and its window follow."""
+"""Declaration of an experiment; its command and its window follow from this."""
 
 from __future__ import annotations
 
@@ -12,29 +12,27 @@ from kogao_core.base.language import Text
 from kogao_core.faces.face import LandmarkSource
 from kogao_core.lab.reports.report import Report
 from kogao_core.lab.subjects import Progress, Subject
-from kogao_core.recipe.recipe import PAPER, Recipe
+from kogao_core.recipe.recipe import Recipe
 
 
 @dataclass(frozen=True, eq=False)
 class Work:
-    """What an experiment works on, and whom it tells of it: the command line or a window."""
+    """Input of an experiment, and callbacks of the command line or the window."""
 
     subjects: Iterable[Subject]  # read and searched one after another
-    recipe: Recipe  # what happens to the faces
-    source: Callable[[], LandmarkSource]  # what finds the faces, made when it is first asked for
+    recipe: Recipe  # settings of the warp
+    source: Callable[[], LandmarkSource]  # returns the landmark source, made at the first call
     new_source: Callable[[], LandmarkSource]  # makes another, its networks yet to be loaded
     given: Mapping[str, Any]  # by the names of the experiment's options, with _ for -
     progress: Progress
-    # Takes a sentence: why something of a photo can't be used, or what isn't installed.
-    leave_out: Callable[[str], None]
-    name_absent: Callable[[str], None]
+    leave_out: Callable[[str], None]  # takes a sentence: why a photo or a method is left out
     # Takes pictures, grey or RGB, by the names of their files; a window keeps none.
     keep: Callable[[Iterable[tuple[str, Image]]], None]
 
 
 @dataclass(frozen=True, slots=True)
 class ExperimentOption:
-    """What an experiment takes besides photos and a recipe: a number, a name, or files."""
+    """An option of an experiment: a number, a name, or files."""
 
     name: str  # as the command spells it behind its dashes
     default: int | str = ""  # a number or a name; of files there are none
@@ -47,7 +45,7 @@ class ExperimentOption:
 
     @property
     def key(self) -> str:
-        """What it is called in `Work.given`."""
+        """Key of the option in `Work.given`."""
         return self.name.replace("-", "_")
 
 
@@ -56,7 +54,7 @@ class Experiment:
     """An experiment, as the table `EXPERIMENTS` lists it."""
 
     name: str  # of its command, its files and its section in ``docs/experiments.md``
-    # What the menu calls it, with the letter that leads to it, and tells of it.
+    # Menu text with the letter for Alt, and tip.
     entry: Text
     tip: Text
     title: Text  # of its window
@@ -64,4 +62,3 @@ class Experiment:
     run: Callable[[Work], Report]
     options: tuple[ExperimentOption, ...] = ()
     takes_percent: bool = True  # whether its command has ``--percent``
-    recipe: Recipe = PAPER  # where none is given

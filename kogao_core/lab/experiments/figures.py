@@ -1,4 +1,4 @@
-"""The paper's figures, but for those of what it asked people, drawn from any photo."""
+"""Draw the paper's figures, except those of its survey, from any photo."""
 
 from __future__ import annotations
 
@@ -184,7 +184,7 @@ def before_after(shown: Subject, rendering: Rendering) -> Drawing:
 
 
 def one_point(shown: Subject, rendering: Rendering) -> Drawing:
-    """Draw one feature point with its target, and what comes of moving it alone (figure 1)."""
+    """Draw one feature point with its target, and the result of moving it alone (figure 1)."""
     pairs = rendering.pairs[0]
     (source,), toward = pairs.source_px[[_CHIN]], pairs.center_px - pairs.source_px[_CHIN]
     goal = source + _FAR_PERCENT / 100.0 * toward

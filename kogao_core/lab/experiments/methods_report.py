@@ -1,11 +1,11 @@
-"""Methods side by side as a report: bars, tables, pictures."""
+"""Report of the method comparison: bars, tables, pictures."""
 
 from __future__ import annotations
 
 import dataclasses
-import math
 import statistics
 from collections.abc import Callable, Iterator, Sequence
+from itertools import pairwise
 from typing import Final
 
 from kogao_core.base.geometry import Image
@@ -20,15 +20,17 @@ from kogao_core.lab.experiments.methods import (
 )
 from kogao_core.lab.methods import Method
 from kogao_core.lab.reports.charts import Chart, Series
-from kogao_core.lab.reports.report import NONE, Heading, Part, Picture, Report, Row, Table
+from kogao_core.lab.reports.report import Heading, Part, Picture, Report, Row, Table
 from kogao_core.lab.reports.spread import Spread, in_columns, rounded
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.recipe.settings import FITS
 
 _FITS: Final[dict[str, Text]] = {fit.name: fit.word for fit in FITS}
-_Cell = Callable[[Sequence[Compared]], str]  # fills in a method's cell of a table
+# Photos are compared in classes of the longer side, px: ratios of times depend on the size.
+_CLASSES_PX: Final = (0, 640, 1280, 2560, 5120, 10**6)
+_Cell = Callable[[Sequence[Compared]], str]  # returns a method's cell of a table
 _FIGURES: Final = (
-    *("quick_psnr_db", "residual_mean_px", "residual_max_px", "landing_mean_px", "min_det"),
+    *("residual_mean_px", "residual_max_px", "landing_mean_px", "min_det"),
     *("max_det", "folded_share", "moved_share", "largest_px"),
 )
 _KINDS: Final = {
@@ -39,23 +41,24 @@ _KINDS: Final = {
 
 
 def report(photos: Sequence[Comparison], recipe: Recipe, repeats: int) -> Report:
-    """Return what each method costs and does, over all photos, then photo by photo."""
-    # Only landmarks and targets are alike for all methods: faces move alone.
-    recipe = dataclasses.replace(recipe, head_follows=0.0, keep_features=False)
-    several = len(photos) > 1
-    what = Text("{amount}; B-splines with lattice ", amount=recipe.amount)
+    """Return tables of costs and effects for each class of photo sizes, then for each photo."""
+    # Only landmarks and targets are the same for all methods, so the faces move alone.
+    recipe = dataclasses.replace(recipe, scope="face")
+    classes = _by_size(photos)
     parts: list[Part] = [
         Row(_bars(photos), wide=True),
         Text(
-            "{what}R = {lattice:g}. {repeats} rounds that count.",
-            what=what,
+            "{amount}; B-splines with lattice R = {lattice:g}. {repeats} rounds that count.",
+            amount=recipe.amount,
             lattice=recipe.lattice,
             repeats=repeats,
         ),
-        *_tables("", photos),
     ]
+    for mine in classes:
+        parts += _tables(_of_size(mine), mine)
     for photo in photos:
-        parts += _photo(photo, _tables(f", {photo.subject.name}", [photo]) if several else [])
+        several = len(photos) > len(classes)
+        parts += _photo(photo, _tables(photo.subject.name, [photo]) if several else [])
     records = [_record(photo, one) for photo in photos for one in photo.methods]
     document: dict[str, object] = {
         "experiment": "methods",
@@ -66,14 +69,33 @@ def report(photos: Sequence[Comparison], recipe: Recipe, repeats: int) -> Report
     return Report(
         Text("Methods side by side"),
         Text(
-            "The same landmarks go to the same targets by the methods of the paper's "
-            "references and of today's practice: how exactly, how fast, over how many "
-            "pixels, and does it fold?"
+            "The same landmarks move to the same targets by the paper's method, by the methods of "
+            "its references and by today's. How exact and how fast is each, how many pixels does "
+            "it move, and does it fold?"
         ),
         parts,
         records,
         document,
         _gallery(photos[0]),
+    )
+
+
+def _by_size(photos: Sequence[Comparison]) -> list[list[Comparison]]:
+    classes = [
+        [photo for photo in photos if least < photo.longer_side_px <= most]
+        for least, most in pairwise(_CLASSES_PX)
+    ]
+    return [one for one in classes if one]
+
+
+def _of_size(photos: Sequence[Comparison]) -> Text:
+    sides = [photo.longer_side_px for photo in photos]
+    return Text.counted(
+        len(photos),
+        "{n} photo of {least} px",
+        "{n} photos of {least} to {most} px",
+        least=min(sides),
+        most=max(sides),
     )
 
 
@@ -87,10 +109,6 @@ def _bars(photos: Sequence[Comparison]) -> list[Chart]:
     times = (
         Series(Text("fit"), medians(lambda one: one.fit_ms.median)),
         Series(Text("warp"), medians(lambda one: one.warp_ms.median)),
-        Series(
-            Text("both, interpolated"),
-            medians(lambda one: one.quick_ms.median if one.quick_ms else math.nan),
-        ),
     )
     off = (
         Series(Text("mean"), medians(lambda one: one.residual_mean_px)),
@@ -100,7 +118,7 @@ def _bars(photos: Sequence[Comparison]) -> list[Chart]:
         Chart(
             Text("What the methods cost"), names, Text("time, ms"), times, bars=True,
             logarithmic=True,
-            caption=Text("Medians. A division is ten times the one before."),
+            caption=Text("Medians over all photos. The axis is logarithmic."),
         ),
         Chart(
             Text("How far the displacement is off at the targets"), names, "px", off, bars=True,
@@ -116,32 +134,29 @@ def _tables(of: str, photos: Sequence[Comparison]) -> list[Table]:
     over = Text(" Medians over the photos.") if len(photos) > 1 else ""
     return [
         Table.of(
-            Text("What the methods cost{of}", of=of),
+            Text("What the methods cost: {of}", of=of),
             by_method,
             [
                 (Text("method"), lambda mine: mine[0].method.title),
                 (Text("reference"), lambda mine: mine[0].method.reference),
-                (Text("library"), lambda mine: mine[0].method.library),
                 (Text("fit, ms"), _time("fit_ms")),
                 (Text("warp, ms"), _time("warp_ms")),
-                (Text("times the first"), _times_the_first(photos, "processor_ms")),
-                (Text("interpolated, ms"), _time("quick_ms")),
-                (Text("times the first"), _times_the_first(photos, "quick_processor_ms")),
-                (Text("PSNR, dB"), _psnr),
+                (Text("processor, ms"), _time("processor_ms")),
+                (Text("times the first"), _times_the_first(photos)),
             ],
             Text(
-                "Median and quartiles of a photo's rounds, methods in turns.{over} Fit and warp "
-                "ask for every pixel, to the letter; interpolated is the method as anyone would "
-                "run it, its field on a grid of 8 px or its mesh triangle by triangle, and PSNR "
-                "how far that is from the letter. Times the first: processor time of fit and warp "
-                "together against {first}, the median of the photos' own ratios. B-splines "
-                "resample their own domain, the others the whole photo, all bilinearly.",
+                "Median and quartiles of a photo's rounds, methods in turns.{over} Times the "
+                "first: processor time of fit and warp together against {first}, the median of "
+                "the photos' own ratios; the ratio depends on the size of the picture. B-spline "
+                "fits resample the engine's domain. All other methods compute the displacement on "
+                "a grid of at most 8 px and resample the box that moves by more than 1/64 px. All "
+                "resample bilinearly.",
                 over=over,
                 first=first,
             ),
         ),
         Table.of(
-            Text("What the methods do{of}", of=of),
+            Text("What the methods do: {of}", of=of),
             by_method,
             [
                 (Text("method"), lambda mine: mine[0].method.title),
@@ -154,11 +169,12 @@ def _tables(of: str, photos: Sequence[Comparison]) -> list[Table]:
                 (Text("% moved"), _median("moved_share", 1, 100.0)),
             ],
             Text(
-                "Off at targets: by how much the displacement there misses the one asked for, mean "
-                "and largest; how far landmarks land from their targets, mean. The map goes "
+                "Off at targets: difference between the displacement and the requested "
+                "displacement, mean and largest. Landmarks land off: mean distance of the moved "
+                "landmarks from their targets. The map goes "
                 "backward: det J below 1 is stretch, above 1 compression. Folded, moved (by "
-                "more than 1/64 px) and det J: by differences between pixels, every one of photos "
-                "up to {most:g} megapixels.{over}",
+                "more than 1/64 px) and det J: by differences between pixels, every pixel of "
+                "photos up to {most:g} megapixels.{over}",
                 most=SAMPLES_PX / 1e6,
                 over=over,
             ),
@@ -175,43 +191,32 @@ def _of(photos: Sequence[Comparison], method: Method) -> list[Compared]:
     return [one for photo in photos for one in photo.methods if one.method.name == method.name]
 
 
-def _psnr(mine: Sequence[Compared]) -> str:
-    psnr = statistics.median(one.quick_psnr_db or math.inf for one in mine)
-    return f"{psnr:.0f}" if psnr < math.inf and all(one.quick_ms for one in mine) else NONE
-
-
 def _median(name: str, digits: int, unit: float = 1.0) -> _Cell:
     return lambda mine: f"{unit * statistics.median(getattr(one, name) for one in mine):.{digits}f}"
 
 
 def _time(clock: str) -> _Cell:
-    """Fill in the rounds of one photo, or the median of several."""
+    """Return the rounds of one photo, or the median of several photos."""
 
     def cell(mine: Sequence[Compared]) -> str:
         spreads: list[Spread] = [getattr(one, clock) for one in mine]
-        if not all(spreads):
-            return NONE
-        several = len(spreads) > 1
         medians = [spread.median for spread in spreads]
-        return rounded(statistics.median(medians)) if several else spreads[0].text()
+        return rounded(statistics.median(medians)) if len(medians) > 1 else spreads[0].text()
 
     return cell
 
 
-def _times_the_first(photos: Sequence[Comparison], clock: str) -> _Cell:
-    """Fill in how many times longer than the first method it takes, median over photos."""
+def _times_the_first(photos: Sequence[Comparison]) -> _Cell:
+    """Return the processor time relative to the first method, median over photos."""
 
     def cell(mine: Sequence[Compared]) -> str:
-        if not all(getattr(one, clock) for one in mine):
-            return NONE
         ratios = []
         for photo in photos:
-            took = {one.method: getattr(one, clock) for one in photo.methods}.get(mine[0].method)
-            if took is not None:
-                ratios.append(took.median / photo.methods[0].processor_ms.median)
-        return (
-            rounded(statistics.median(ratios)) if all(getattr(one, clock) for one in mine) else NONE
-        )
+            took = {one.method.name: one.processor_ms.median for one in photo.methods}
+            if mine[0].method.name in took:
+                first = photo.methods[0].processor_ms.median
+                ratios.append(took[mine[0].method.name] / first)
+        return rounded(statistics.median(ratios))
 
     return cell
 
@@ -220,21 +225,19 @@ def _record(photo: Comparison, one: Compared) -> dict[str, object]:
     return {
         "photo": photo.subject.name,
         "faces": len(photo.subject.faces),
+        "longer_side_px": photo.longer_side_px,
         "asked_px": photo.asked_px,
         "method": one.method.name,
         "reference": one.method.reference,
-        "library": one.method.library,
         **in_columns("fit", one.fit_ms),
         **in_columns("warp", one.warp_ms),
         "processor_median_ms": one.processor_ms.median,
-        "quick_median_ms": one.quick_ms and one.quick_ms.median,
-        "quick_processor_median_ms": one.quick_processor_ms and one.quick_processor_ms.median,
         **{name: getattr(one, name) for name in _FIGURES},
     }
 
 
 def pictures(comparison: Comparison) -> Iterator[tuple[str, Image]]:
-    """Yield result, difference and heat of every method at the photo's own size."""
+    """Yield result, difference and heat map of every method in the photo's size."""
     for one in comparison.methods:
         for kind, pixels in one.pictures.items():
             yield f"{comparison.subject.stem}-{one.method.name}-{kind}.png", pixels
@@ -249,8 +252,8 @@ def _photo(photo: Comparison, tables: Sequence[Table]) -> Iterator[Part]:
         yield Heading(title, 3)
         if kind == "heat":
             yield Text(
-                "Dark violet stays; yellow moves by the largest distance that a "
-                "landmark asks for, {asked_px:.1f} px, or more.",
+                "Dark violet does not move; yellow moves by {asked_px:.1f} px, the largest "
+                "requested distance of a landmark, or more.",
                 asked_px=photo.asked_px,
             )
         figures = [
@@ -294,8 +297,6 @@ def _gallery(photo: Comparison) -> dict[str, list[tuple[str, Image]]]:
 
 
 def _run(work: Work) -> Report:
-    for sentence in methods.missing():
-        work.name_absent(sentence)
     photos = []
     for subject in work.subjects:
         comparison, failed = methods.measure(
@@ -311,9 +312,9 @@ def _run(work: Work) -> Report:
 EXPERIMENT: Final = Experiment(
     "methods",
     Text("&Methods side by side…"),
-    Text("Other warps on the same points: speed, exactness, folds"),
+    Text("Other warps on the same points: speed, accuracy, folds"),
     Text("Methods side by side"),
-    Text("B-splines beside other warps: speed, exactness, folds, domain, pictures."),
+    Text("Compare B-splines with other warps: speed, accuracy, folds, domain, pictures."),
     _run,
     (ExperimentOption("repeats", 3, in_window=2),),
 )

@@ -1,4 +1,4 @@
-"""Table 2: what manual and automatic work cost, on the whole image and on the reduced domain."""
+"""Table 2: time of manual and automatic work, on the whole image and on the reduced domain."""
 
 from __future__ import annotations
 
@@ -34,26 +34,20 @@ SIZES: Final[tuple[Size, ...]] = ("960x720", "own")
 
 @dataclass(frozen=True, slots=True)
 class Procedure:
-    """A row of table 2 with the paper's times, s; automatic setting took it "less than 1"."""
+    """A row of table 2."""
 
     name: str
     title: str
     automatic: bool
     domain: DomainName
-    setting_s: float
-    computing_s: float
-
-    @property
-    def total_s(self) -> float:
-        """The paper's total, s; it counts automatic setting as a whole second."""
-        return self.setting_s + self.computing_s
+    computing_s: float  # in the paper, on a computer of 2011
 
 
 PROCEDURES: Final = (
-    Procedure("conventional", Text("Conventional method"), False, "image", 20.0, 5.896),
-    Procedure("wdr", Text("Warping domain reduction (Wdr)"), False, "threshold", 20.0, 3.576),
-    Procedure("akt", Text("Automatic transformation (Akt)"), True, "image", 1.0, 6.102),
-    Procedure("dual", Text("Dual method (Wdr + Akt)"), True, "threshold", 1.0, 3.722),
+    Procedure("conventional", Text("Conventional method"), False, "image", 5.896),
+    Procedure("wdr", Text("Warping domain reduction (Wdr)"), False, "threshold", 3.576),
+    Procedure("akt", Text("Automatic transformation (Akt)"), True, "image", 6.102),
+    Procedure("dual", Text("Dual method (Wdr + Akt)"), True, "threshold", 3.722),
 )
 # The first row's computation under another name: how far apart it and the first come out is how far
 # apart two rows must be to differ.
@@ -68,7 +62,7 @@ class Timing:
 
     photo: str  # its name
     size: Size  # which size
-    # What was worked on, px.
+    # Size of the photo, px.
     width: int
     height: int
     faces: int
@@ -77,7 +71,7 @@ class Timing:
     # Time to find faces and landmarks in each run; empty where people do that.
     setting_ms: tuple[float, ...]
     stages_ms: dict[str, tuple[float, ...]]  # computing time by stage of `pipeline.render`
-    processor_ms: tuple[float, ...]  # what all threads of a computation took of the processors
+    processor_ms: tuple[float, ...]  # processor time of all threads
 
     @property
     def computing_ms(self) -> tuple[float, ...]:
@@ -87,7 +81,7 @@ class Timing:
 
 @dataclass(frozen=True, slots=True)
 class Around:
-    """What table 2's times leave out, of one photo, in each run, ms."""
+    """Times that table 2 leaves out, of one photo, one value for each run, ms."""
 
     photo: str  # its name
     reading_ms: tuple[float, ...]  # from its file to pixels
@@ -101,9 +95,9 @@ class Around:
 class TimingResult:
     """Table 2 on some photos."""
 
-    timings: tuple[Timing, ...]  # what was measured
+    timings: tuple[Timing, ...]  # all measurements
     trials: tuple[Trial, ...]  # setting, as recorded; may be empty
-    recipe: Recipe  # what was done to the faces; its domain is set by the procedure
+    recipe: Recipe  # settings; the procedure sets the domain
     # Rounds that count, and rounds before them.
     repeats: int
     warm_up: int
@@ -121,7 +115,7 @@ class TimingResult:
 
     @property
     def points(self) -> list[tuple[Trial, int, Apart]]:
-        """What people set, beside how many landmarks were found, and how far those lie apart."""
+        """Manual trials, each with the number of found landmarks and the distances between both."""
         found = {one.trial: one.faces for one in self.trials if one.mode == "automatic"}
         pairs = [(one, found.get(one.trial, ())) for one in self.trials_of("manual")]
         compared = [(one, other, apart(one.faces, other)) for one, other in pairs]
@@ -230,7 +224,7 @@ class _Timer:
 
 
 def timed(work: Callable[[], Any]) -> tuple[Any, float]:
-    """Return what some work returns, and how long it takes, ms."""
+    """Run `work`. Return the result and the time, ms."""
     start = time.perf_counter()
     made = work()
     return made, (time.perf_counter() - start) * 1e3
@@ -239,7 +233,7 @@ def timed(work: Callable[[], Any]) -> tuple[Any, float]:
 def measure_around(
     subject: Subject, source: Callable[[], LandmarkSource], recipe: Recipe, *, repeats: int = 3
 ) -> Around | None:
-    """Time what comes before and after on one photo; None where it has no file.
+    """Time reading, search and saving of one photo; None if the photo has no file.
 
     `source` makes a new source, whose first search loads its networks.
     """

@@ -1,1 +1,1 @@
-"""What experiments found as text, tables, files and pages with charts."""
+"""Experiment reports: text, tables, files and HTML pages with charts."""

@@ -1,4 +1,4 @@
-"""Small charts as SVG whose lines differ by marks, dashes and words as well as by colour.
+"""Small SVG charts; lines differ by marks, dashes and words, not only by colour.
 
 Whatever text its elements, and those of HTML, are given stays text: the serializer escapes it.
 """
@@ -32,7 +32,7 @@ _LEAST: Final = 1e-3  # smaller values are told as such
 class Series:
     """One curve, or one kind of bar."""
 
-    name: str  # what the key calls it
+    name: str  # name in the chart's key
     values: Sequence[float]  # one for each place; NaN and infinity leave a gap
     # Lower and upper ends for each value, drawn as error bars.
     intervals: Sequence[tuple[float, float]] = ()
@@ -42,11 +42,11 @@ class Series:
 class Chart:
     """Values at places: curves over places that lie evenly along x, or bars beside their names."""
 
-    title: str  # what it shows; read aloud in place of the picture, with its values
+    title: str  # title; screen readers read it with the values
     places: Sequence[str]  # names of the places
     unit: str  # name and unit of the values, which begin at 0
     series: Sequence[Series]  # at most a handful
-    along: str = ""  # what the places are, with its unit; of curves only
+    along: str = ""  # label of the x axis with its unit; for curves only
     bars: bool = False  # draw bars
     logarithmic: bool = False  # bars begin at a power of ten instead of 0
     caption: str = ""  # text below it

@@ -53,7 +53,7 @@ Mark = Dots | Strokes | Word
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Drawing:
-    """A picture and what is painted over it, in this order."""
+    """A picture and the shapes painted over it, in this order."""
 
     name: str  # what it shows
     pixels: Image  # (H, W, 3): RGB, uint8
@@ -72,7 +72,7 @@ class Drawing:
         return png(self.painted())
 
     def svg(self) -> bytes:
-        """Return the drawing as an SVG file that asks for nothing outside itself."""
+        """Return the drawing as an SVG file without external references."""
         height, width = self.pixels.shape[:2]
         source = data_uri(self.pixels, exact=self.exact)
         # A pixel's centre is a whole number here, its corner in SVG.

@@ -1,4 +1,4 @@
-"""What an experiment found: tables, charts and pictures in order, and every figure as data.
+"""Report of an experiment: tables, charts and pictures in order, and every figure as data.
 
 Text tables, CSV, JSON and one HTML file all follow from one `Report`. The page asks nothing of the
 network: pictures are data URIs, and a content security policy forbids the rest.
@@ -35,12 +35,9 @@ PACKAGES: Final = (
     "numpy",
     "opencv-contrib-python-headless",
     "scipy",
-    "SimpleITK",
-    "scikit-image",
-    "facetweak",
 )
 NONE: Final = "\N{EN DASH}"
-Item = TypeVar("Item")  # what a row of a table is about
+Item = TypeVar("Item")  # the item of a table row
 # A sign may stand before it; a dash stands for a number that is missing.
 _NUMBER: Final = re.compile("[-+<>\u2212\u00b1\u2264\u2265\u00d7]?\\s?\\.?\\d|[\u2013\u2014]$")
 
@@ -49,10 +46,10 @@ _NUMBER: Final = re.compile("[-+<>\u2212\u00b1\u2264\u2265\u00d7]?\\s?\\.?\\d|[\
 class Table:
     """A table of ready text."""
 
-    caption: str  # what it shows, with units
+    caption: str  # content, with units
     header: Sequence[str]  # names of the columns
     rows: Sequence[Sequence[str]]  # one string a column; the first names the row
-    note: str = ""  # what the reader must know to read it; shown below
+    note: str = ""  # explanation below the table
 
     @staticmethod
     def of(
@@ -61,7 +58,7 @@ class Table:
         columns: Sequence[tuple[str, Callable[[Item], str]]],
         note: str = "",
     ) -> Table:
-        """Return a table with a row for each item; a column is its name and what fills it."""
+        """Return a table with a row for each item; a column is a name and a function."""
         rows = [tuple(fill(one) for _, fill in columns) for one in items]
         return Table(caption, [name for name, _ in columns], rows, note)
 
@@ -121,11 +118,11 @@ Part = str | Heading | Table | Chart | Picture | Row
 class Made:
     """How a report came to be."""
 
-    command: str  # the command line, or what was chosen in the editor
+    command: str  # the command line, or the choice in the editor
     at: datetime  # when, with its time zone
     # Processor, cores, system and versions (`machine`).
     machine: Mapping[str, object]
-    # What was asked for but is missing, and why: photos without a face, absent libraries.
+    # Sentences about photos and methods that were left out.
     left_out: tuple[str, ...] = ()
 
     @staticmethod
@@ -136,9 +133,9 @@ class Made:
 
 @dataclass(frozen=True, slots=True)
 class Report:
-    """What an experiment found."""
+    """Results of an experiment."""
 
-    # Heading, and what was asked, in a sentence or two.
+    # Heading, and the question in one or two sentences.
     title: str
     lead: str
     parts: Sequence[Part]  # to read and to look at, in order; the first is something to look at
@@ -176,7 +173,7 @@ def _tables(parts: Sequence[Part]) -> Iterator[Table]:
 
 
 def recipe_in_words(recipe: Recipe) -> Text:
-    """Return what decides a warp, such as "4 % towards centre 2, chin 50 %, exact fit, ..."."""
+    """Describe the choices of a warp, such as "4 % towards centre 2, exact fit, ..."."""
     chosen = ("fit", "lattice_unit", "interpolation")
     fit, unit, interpolation = (
         SETTINGS[one].alternative(getattr(recipe, one)).word for one in chosen
@@ -222,7 +219,7 @@ def _version(name: str) -> str:
 
 
 def translated_report(report: Report) -> Report:
-    """Return a report whose texts are said in the language at work.
+    """Return a copy of the report in the current language.
 
     Result: with the same records and document.
     """
@@ -243,7 +240,7 @@ def _said(part: Any) -> Any:
 
 
 def files(report: Report, made: Made) -> Mapping[str, Callable[[], str]]:
-    """Return what makes the text of each kind of file."""
+    """Return a function for each kind of file that makes the text."""
     return {
         "json": lambda: report.json(made),
         "csv": report.csv,

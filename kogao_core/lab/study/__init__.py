@@ -1,1 +1,1 @@
-"""Table 1 and figures 10 and 11 as a study: pictures to judge, ratings, and what they say."""
+"""Rating studies (table 1, figures 10 and 11): pictures, ratings and reports."""

@@ -1,6 +1,6 @@
-"""From which distance on faces look unnatural: a curve through the answers, and how sure it is.
+"""Fit the share of "unnatural" answers by warp distance, with intervals.
 
-This is loaded where scipy is: it comes with the extra ``experiments``.
+The module needs scipy, which the extra ``experiments`` installs.
 """
 
 from __future__ import annotations
@@ -68,18 +68,18 @@ class Curve:
 
 @dataclass(frozen=True, slots=True)
 class Curves:
-    """The curve of a study, and those of its centres, from the same resamples."""
+    """The curve of a study and the curves of its groups."""
 
     whole: Curve
     groups: Mapping[Group, Curve]  # by centre and fit
-    # How much later half is reached than with the first of them; % of D.
+    # Difference of the middle from the first group's, % of D, with the interval for these faces.
     later: Mapping[Group, Estimate]
     # Cochran's Q over answers of one rater about one face at one distance asked for: the chance of
     # such differences if the centre made none. None where nobody judged all centres.
     p: float | None
     raters: int
     faces: int
-    # Raters, with faces in proportion, to tell 0.5 % of D between two centres, 4 times of 5.
+    # Raters of these faces that find a difference of 0.5 % of D between two groups 4 times of 5.
     raters_needed: int | None
     resamples: int  # behind the intervals
 
@@ -87,9 +87,12 @@ class Curves:
 def fitted(rows: Sequence[Answered], *, floor: float = 0.0) -> Curves | None:
     """Fit curves to the answers about table 1's pictures and the photo as it is.
 
-    Raters and faces are drawn again, both with replacement (Owen, Annals of Applied Statistics 1,
-    2007, 386-411), since answers of one rater, or about one face, hang together. None where that
-    can't be done: fewer than 20 answers, two raters, two faces or two kinds of answers.
+    Intervals of the curves come from draws of raters and of faces, both with replacement (Owen,
+    Annals of Applied Statistics 1, 2007, 386-411), because answers of one rater, or about one face,
+    are correlated. In a difference between groups the effects of raters and faces cancel, because
+    each rater judges each face in each group. Drawing both would count the noise of single answers
+    three times, so intervals of differences come from draws of raters alone. None if there are
+    fewer than 20 answers, two raters, two faces or two kinds of answers.
     """
     usable = [
         row
@@ -104,20 +107,21 @@ def fitted(rows: Sequence[Answered], *, floor: float = 0.0) -> Curves | None:
         return None
     draw = random.Random(_SEED)
     weights = [cells.resampled(draw) for _ in range(RESAMPLES)]
+    of_raters = [cells.resampled(draw, faces=False) for _ in range(RESAMPLES)]
     groups = sorted({group for group in cells.group if group is not None})
     members = {group: np.array([one in (group, None) for one in cells.group]) for group in groups}
     whole, _ = cells.curve(np.ones(len(cells.group), bool), weights)
-    found = {group: cells.curve(inside, weights) for group, inside in members.items()}
+    by_group = {group: cells.curve(inside, weights)[0] for group, inside in members.items()}
+    drawn = {group: cells.curve(inside, of_raters) for group, inside in members.items()}
     raters = cells.asked.shape[0]
-    later, needed = _compared(found, raters)
-    by_group = {group: one for group, (one, _) in found.items()}
+    later, needed = _compared(drawn, raters)
     return Curves(whole, by_group, later, _cochran(usable), raters, cells.faces, needed, RESAMPLES)
 
 
 def _compared(
     found: Mapping[Group, tuple[Curve, Floats]], raters: int
 ) -> tuple[dict[Group, Estimate], int | None]:
-    """Return differences to the first centre, and raters needed."""
+    """Return the differences from the first group, and the number of raters needed."""
     (_, (base, resampled)), *others = found.items()
     later = {
         group: Estimate.of(one.middle.value - base.middle.value, theirs - resampled)
@@ -125,7 +129,7 @@ def _compared(
     }
     if not others:
         return later, None
-    # Half an interval: a few wild resamples don't move it, as they do a deviation.
+    # From the interval: a few extreme resamples change it less than the standard deviation.
     error = np.mean([(one.high - one.low) / (2.0 * _TWO_SIDED) for one in later.values()])
     return later, int(np.ceil(raters * (_QUANTILES * error / _TESTED) ** 2))
 
@@ -173,13 +177,14 @@ class _Cells:
             self.hits[raters[row.session.rater], place] += bool(row.is_unnatural)
         self._face_of, self.faces = face_of, len(faces)
 
-    def resampled(self, draw: random.Random) -> tuple[Floats, Floats]:
-        """Return hits and answers of each picture after raters and faces are drawn again."""
-        rater, face = (
-            np.bincount(draw.choices(range(n), k=n), minlength=n)
-            for n in (len(self.asked), self.faces)
-        )
-        weight = face[self._face_of]
+    def resampled(self, draw: random.Random, *, faces: bool = True) -> tuple[Floats, Floats]:
+        """Return hits and answers of each picture after a draw of raters and, if asked, faces."""
+
+        def counts(n: int) -> npt.NDArray[np.intp]:
+            return np.bincount(draw.choices(range(n), k=n), minlength=n)
+
+        rater = counts(len(self.asked))
+        weight = counts(self.faces)[self._face_of] if faces else np.ones(len(self._face_of))
         return (rater @ self.hits) * weight, (rater @ self.asked) * weight
 
     def curve(

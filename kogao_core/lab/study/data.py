@@ -6,6 +6,7 @@ empty field where there is nothing. pandas, R, jamovi and JASP take it as it is.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from importlib import resources
@@ -13,15 +14,18 @@ from typing import Any, Final, Generic, TypeVar
 
 from kogao_core.base.language import Text
 from kogao_core.batch.measures import table_text
+from kogao_core.faces.face import OUTLINE_POINTS
+from kogao_core.lab.study.design import GAP_PX
 from kogao_core.lab.study.results import Display
 from kogao_core.lab.study.tally import Answered, Quality, Tally
+from kogao_core.lab.subjects import PAPER_SIZE
 
 _Row = TypeVar("_Row")
 
 
 @dataclass(frozen=True, slots=True)
 class Column(Generic[_Row]):
-    """A column of a table: its name, what it says, and how a row fills it."""
+    """A column of a table: name, meaning, and the value of a row."""
 
     name: str
     meaning: str
@@ -38,6 +42,21 @@ def _display(find: Callable[[Display], Any]) -> Callable[[Tally, Answered], Any]
 def _asked(_: Tally, row: Answered) -> float:
     asked = row.meaning.measured.asked
     return row.variant.percent if asked is None else asked
+
+
+def _face_degrees(_: Tally, row: Answered) -> float | None:
+    display = row.record.display
+    points = row.key.subjects[row.meaning.subject].points
+    if display is None or display.degrees is None or not points:
+        return None
+    width, height = display.shown
+    # The photo is upright or lying; two of them stand side by side with a gap.
+    one = width if row.meaning.side is None else (width - GAP_PX) / 2.0
+    side_px = max(PAPER_SIZE) if one > height else min(PAPER_SIZE)
+    outline = [x for x, _ in points[:OUTLINE_POINTS]]
+    share = (max(outline) - min(outline)) / side_px
+    half = math.tan(math.radians(display.degrees) / 2.0)
+    return 2.0 * math.degrees(math.atan(share * half))
 
 
 _MEASURED: Final = "achieved: how far landmarks came towards the centre, % of D"
@@ -77,8 +96,10 @@ ANSWERS: Final[Sequence[Column[Answered]]] = (
     Column("window_width", "width of the viewport, CSS px", _display(lambda d: d.window[0])),
     Column("window_height", "height of the viewport, CSS px", _display(lambda d: d.window[1])),
     Column("pixel_ratio", "device px a CSS px", _display(lambda d: d.ratio)),
-    Column("degrees", "width of the picture, degrees of visual angle; empty where not measured",
+    Column("degrees", "width of the photo, degrees of visual angle; empty if not measured",
            _display(lambda d: d.degrees)),
+    Column("face_degrees", "width of the face's outline before the warp, degrees",
+           _face_degrees),
     Column("distance_mm", "distance of the eyes, mm", _display(lambda d: d.distance_mm)),
     Column("counts", "1 where the report counts the answer",
            lambda tally, row: int(not tally.reasons(row))),
@@ -97,6 +118,8 @@ RATERS: Final[Sequence[Column[Quality]]] = (
     Column("twins_agreeing", "of these, answered the same", lambda _, one: one.agreeing),
     Column("catches", "catch pictures", lambda _, one: one.catches),
     Column("caught", "of these, called unnatural", lambda _, one: one.caught),
+    Column("follows_auc", "how well the answers follow the achieved distance: 1 perfectly, 0.5 "
+           "no better than guessing", lambda _, one: one.follows),
     Column("away_total_ms", "ms in another tab or window during trials",
            lambda _, one: one.away_ms),
     Column("taken_back", "answers that were taken back", lambda _, one: one.taken_back),

@@ -1,4 +1,4 @@
-"""A study's design: which pictures it shows, how a session is held, whose answers count."""
+"""The design of a study: pictures, conduct of a session, and rules that exclude answers."""
 
 from __future__ import annotations
 
@@ -42,12 +42,12 @@ class Variant:
 
     @property
     def group(self) -> Group:
-        """What it is compared by."""
+        """Group of pictures that are compared as one: centre and fit."""
         return self.center, self.fit
 
     @property
     def what(self) -> tuple[object, ...]:
-        """What tells it from other pictures of its face, on the screen."""
+        """Values that decide how the picture looks, to find identical pictures."""
         if self.kind == "catch" or self.percent == 0.0:
             return (self.kind == "catch",)
         return self.percent, self.center, self.lattice, self.fit
@@ -103,7 +103,7 @@ def practice(count: int, base: Recipe = PAPER) -> tuple[Variant, ...]:
 
 Task = Literal["natural", "slider", "pair", "same"]
 Answer = Literal["natural", "unnatural", "left", "right", "same", "different"]
-# What can be answered to a picture; a slider gives grades.
+# Answers to a picture; a slider gives grades.
 ANSWERS: Final[Mapping[Task, tuple[Answer, ...]]] = {
     "natural": ("natural", "unnatural"),
     "slider": (),
@@ -112,6 +112,7 @@ ANSWERS: Final[Mapping[Task, tuple[Answer, ...]]] = {
 }
 # The grey round every picture, in every browser: another one changes how a face's colours look.
 SURROUND: Final = "#b8b8b8"
+GAP_PX: Final = 40  # between two pictures, in that grey
 _LONGEST_TEXT: Final = 20_000
 _LONGEST_CODE: Final = 64
 _SIZE: Final = re.compile(r"(\d+(?:\.\d+)?)(px|deg)")
@@ -120,7 +121,7 @@ _LARGEST: Final = {"px": 4000.0, "deg": 90.0}
 
 @dataclass(frozen=True, slots=True)
 class Conduct:
-    """What all sessions of a study share."""
+    """Settings of all sessions of a study."""
 
     # Whether a picture is natural, or how much so; or, beside the photo as it is, which of the two
     # is more so, or whether they are the same.
@@ -128,15 +129,15 @@ class Conduct:
     break_every: int = 0  # answers; 0 for no breaks
     faces_each: int = 0  # how many of the faces a rater judges; 0 for all
     swap_keys: bool = False  # for half of the raters F and J change places
-    # The pictures' long side: "640px" in CSS px, "12deg" in degrees of visual angle, or "fit", the
-    # largest of a few scales that fits the window when a session begins.
+    # The long side of each photo, also of two side by side: "640px" in CSS px, "12deg" in degrees
+    # of visual angle, or "fit", the largest of a few scales that fits the window at the beginning.
     size: str = "fit"
     distance_mm: int = 600  # of the eyes from the screen, for degrees
     full_screen: bool = False
     consent: str = ""  # who doesn't agree to it doesn't begin
     instructions: str = ""  # in the place of the page's own
     debriefing: str = ""  # at the end
-    completion_code: str = ""  # at the end, for whoever pays
+    completion_code: str = ""  # shown at the end, for payment
 
     def __post_init__(self) -> None:
         """Refuse a size that is none."""
@@ -154,7 +155,7 @@ class Conduct:
 
     @staticmethod
     def parse(node: Node) -> Conduct:
-        """Read what a study holds."""
+        """Read the settings of a study file. Raises BadFile."""
         node.only([one.name for one in dataclasses.fields(Conduct)])
         try:
             return Conduct(
@@ -189,31 +190,37 @@ def _text(node: Node) -> str:
     return node.value
 
 
-# Nobody sees a face, judges it and presses a key sooner; the page takes no answer before.
+# A judgement and a key press take longer; the page accepts no earlier answer.
 LEAST_MS: Final = 200
 
 
 @dataclass(frozen=True, slots=True)
 class Rules:
-    """Whose answers are left out; a study's key holds what held when it was made."""
+    """Rules that exclude answers, fixed in the key when a study is made."""
 
-    least_ms: int = LEAST_MS  # a quicker answer doesn't count
-    # Nor does any of a rater who is quicker in a larger share of answers, who said one thing to all
-    # of this many pictures or more, up to 2 % and from 10 % of D, or who saw through a smaller
-    # share of the catch pictures.
+    least_ms: int = LEAST_MS  # an earlier answer doesn't count
+    # A rater doesn't count who has a larger share of earlier answers,
     most_quick: float = 0.1
+    # who gave one answer to this many pictures or more, from 2 to 10 % of D,
     straight: int = 20
+    # who called a smaller share of the catch pictures unnatural,
     least_caught: float = 0.75
+    # or whose answers follow the warp distance no better than chance: the AUC is less than this
+    # many standard errors above 0.5 (2.33: 1 % of attentive guesses).
+    least_follows: float = 2.33
+    unfinished: bool = False  # True: answers of sessions that were not finished count
 
     @staticmethod
     def parse(node: Node) -> Rules:
-        """Read what a key holds."""
-        node.only(("least_ms", "most_quick", "straight", "least_caught"))
+        """Read the rules of a key. Raises BadFile."""
+        node.only([one.name for one in dataclasses.fields(Rules)])
         return Rules(
             node.field("least_ms").whole(0, 10**6),
             node.field("most_quick").number(0.0, 1.0),
             node.field("straight").whole(1, 10**6),
             node.field("least_caught").number(0.0, 1.0),
+            node.field("least_follows").number(-100.0, 100.0),
+            node.field("unfinished").flag(),
         )
 
 

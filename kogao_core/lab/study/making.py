@@ -1,4 +1,4 @@
-"""Make a study: pictures that say nothing of how they were made, the page, and the key beside."""
+"""Make a study: pictures without labels, the rating page, and the key next to the folder."""
 
 from __future__ import annotations
 
@@ -25,7 +25,17 @@ from kogao_core.base.language import Text
 from kogao_core.base.wording import printable
 from kogao_core.faces.face import Face
 from kogao_core.lab.study import page, plan
-from kogao_core.lab.study.design import CONDUCT, SURROUND, Conduct, Variant, practice, variants
+from kogao_core.lab.study.design import (
+    CONDUCT,
+    GAP_PX,
+    RULES,
+    SURROUND,
+    Conduct,
+    Rules,
+    Variant,
+    practice,
+    variants,
+)
 from kogao_core.lab.study.plan import (
     Key,
     Meaning,
@@ -45,8 +55,6 @@ _QUALITY: Final = 95
 _FULL_COLOUR: Final = 0
 _LEAST_PADDING: Final = 16
 _STEPS: Final = 3
-# Between two pictures, px, in the page's grey.
-_GAP: Final = 40
 _GREY: Final = int(SURROUND[1:3], 16)
 _MOST: Final = 15.0  # % of D
 # The day on which the MS-DOS calendar begins: every file system can hold it.
@@ -84,7 +92,7 @@ def drawn(
     """
     rendering, asked = render(shown.pixels, shown.faces, variant.recipe(base)), None
     if match and variant.percent:
-        # What is achieved is all but proportional to what is asked for.
+        # The achieved distance is nearly proportional to the requested distance.
         asked = variant
         for _ in range(_STEPS):
             wanted = asked.percent * variant.percent / rendering.achieved[0]
@@ -94,7 +102,7 @@ def drawn(
     if variant.kind == "catch":
         pixels = _cut(pixels, shown.faces[0])
     if side is not None:
-        between = np.full_like(pixels[:, :_GAP], _GREY)
+        between = np.full_like(pixels[:, :GAP_PX], _GREY)
         both = (pixels, between, shown.pixels)
         pixels = np.hstack(both if side == "left" else both[::-1])
     figures = PictureFigures.of(rendering)
@@ -107,7 +115,7 @@ def drawn(
 
 
 def _cut(pixels: Image, face: Face) -> Image:
-    """Return a picture whose part below the middle of a face is moved aside by half the face."""
+    """Shift the part below the middle of a face sideways by half the face's width."""
     left, top = face.outline.min(axis=0)
     right, bottom = face.outline.max(axis=0)
     cut, moved = round((top + bottom) / 2.0), round((right - left) / 2.0)
@@ -128,21 +136,22 @@ def write_all(pictures: Mapping[str, Path], folder: Path, seed: str) -> None:
 
 
 class RefusedFolder(Exception):
-    """The study can't be made there; one sentence that says what to do next."""
+    """The study can't be made in this folder; the message says how to continue."""
 
 
 @dataclass(frozen=True, slots=True)
 class Choices:
     """How a study is made."""
 
-    # What all pictures share; the paper's without the guard, which would hide what is asked.
+    # Settings of all pictures: the paper's without the guard, which would hide strong warps.
     recipe: Recipe = PAPER
     variants: tuple[Variant, ...] = variants()  # the pictures of each subject
     seed: str | None = None  # brings the same pictures of the same faces again; drawn when absent
     landmarks: str = ""  # name of the source that found the faces, for the key
-    match: bool = False  # whether percentages are what is achieved
+    match: bool = False  # True: percentages are achieved distances
     practice: int = 0  # pictures to practise with, of a face that isn't among those judged
     conduct: Conduct = CONDUCT  # how sessions are held
+    rules: Rules = RULES  # which answers count
 
     def __post_init__(self) -> None:
         """Refuse a seed that a key couldn't hold."""
@@ -165,10 +174,6 @@ def check_folder(folder: Path) -> None:
                 file=plan.key_path(folder),
             )
         )
-    if not folder.resolve().parent.is_dir():
-        raise RefusedFolder(
-            Text("the folder {folder} doesn't exist; make it first", folder=folder.resolve().parent)
-        )
 
 
 def make(
@@ -178,12 +183,13 @@ def make(
     progress: Progress = no_progress,
     other: Subject | None = None,
 ) -> Key:
-    """Make a study of some subjects. Result: what each picture is. Raises RefusedFolder.
+    """Make a study of some subjects. Return the key. Raises RefusedFolder.
 
     The face of `other` is for practice.
     """
     choices = choices or Choices()
     check_folder(folder)
+    folder.resolve().parent.mkdir(parents=True, exist_ok=True)
     todo = [(subject, choices.variants) for subject in subjects]
     if other is not None:
         todo.append((other, practice(choices.practice, choices.recipe)))
@@ -202,7 +208,7 @@ def make(
             os.utime(path, (_CHANGED_S, _CHANGED_S))
         faces = tuple(PhotoRecord.of(subject) for subject, _ in todo)
         made = Origin.now(choices.landmarks)
-        key = Key(study.identity, seed, choices.recipe, faces, meanings, made)
+        key = Key(study.identity, seed, choices.recipe, faces, meanings, made, choices.rules)
         _put_in_place(ready, key, folder)
     return key
 
@@ -247,7 +253,7 @@ def _drawn(
 
 
 def _study(meanings: Mapping[str, Meaning], conduct: Conduct) -> Study:
-    """Return the raters' half: all in the order of names, which tells nothing."""
+    """Return the raters' file, sorted by name: the order carries no information."""
 
     def grouped(key: Callable[[Meaning], Hashable], *left_out: str) -> tuple[tuple[str, ...], ...]:
         found: defaultdict[Hashable, list[str]] = defaultdict(list)

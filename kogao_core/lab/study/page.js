@@ -102,6 +102,7 @@ const program = {
     const further = await ask("sessions/" + session.rater + "/lines", line);
     return further.records ? further : Object.assign({}, session, { records: [...session.records, line] });
   },
+  withdraw: (session) => ask("sessions/" + session.rater + "/withdraw", {}),
 };
 
 async function ask(what, content) {
@@ -139,6 +140,7 @@ const browser = {
     }
     return next;
   },
+  withdraw: async (session) => localStorage.removeItem(browser.place + session.rater),
 };
 
 // What the address says of the session: its number, or the rater's code under one of the names that are usual.
@@ -160,7 +162,9 @@ function begin() {
   const asks = { natural: "ask_natural", slider: "ask_slider", pair: "ask_pair", same: "ask_same" };
   const tasks = { natural: "task", slider: "task_slider", pair: "task_pair", same: "task_same" };
   // Few scales, CSS px a px, so that few conditions differ: a session has the largest that fits when it begins.
-  const scales = [1, 3 / 4, 1 / 2, 1 / 3];
+  const scales = [1, 3 / 4, 1 / 2, 3 / 8, 1 / 3];
+  // Of two photos side by side, sizes and angles are those of one.
+  const photo = (width, gap) => (study.gap ? (width - gap) / 2 : width);
   const fixed = conduct.size !== "fit";
   const degrees = conduct.size.endsWith("deg") ? parseFloat(conduct.size) : null;
   let session = null;
@@ -334,7 +338,7 @@ function begin() {
   // The session's scale, CSS px a px of a picture; null where that is still to be found.
   function wanted() {
     if (!fixed) return scale || scales.find(fits) || scales[scales.length - 1];
-    const long = Math.max(...study.box);
+    const long = Math.max(photo(study.box[0], study.gap), study.box[1]);
     if (degrees === null) return parseFloat(conduct.size) / long;
     return 2 * conduct.distance_mm * Math.tan(degrees * Math.PI / 360) * css_density() / long;
   }
@@ -410,7 +414,8 @@ function begin() {
       shown: [Math.round(box.width), Math.round(box.height)],
       window: [innerWidth, innerHeight],
       ratio: devicePixelRatio,
-      degrees: density && 360 / Math.PI * Math.atan(box.width / css_density() / 2 / conduct.distance_mm),
+      degrees: density && 360 / Math.PI
+        * Math.atan(photo(box.width, scale * study.gap) / css_density() / 2 / conduct.distance_mm),
       distance: density && conduct.distance_mm,
     }));
   }
@@ -435,6 +440,22 @@ function begin() {
     link.href = URL.createObjectURL(new Blob([file(session)], { type: "application/jsonl" }));
     link.click();
     setTimeout(() => URL.revokeObjectURL(link.href), 10000);
+  }
+
+  async function withdraw() {
+    if (busy || !confirm(word("withdraw_sure"))) return;
+    try {
+      await keeper.withdraw(session);
+    } catch (problem) {
+      return trouble(problem.message);
+    }
+    only("end");
+    part("said").textContent = word("withdrawn");
+    say("debriefing", conduct.debriefing);
+    say("completion", "");
+    for (const told of document.querySelectorAll("#end .alone, #again, .withdraw")) told.remove();
+    session = null;
+    part("thanks").focus();
   }
 
   function finish() {
@@ -480,13 +501,14 @@ function begin() {
   for (const button of document.querySelectorAll(".save")) button.addEventListener("click", save);
   for (const change of ["focus", "blur"]) addEventListener(change, attend);
   document.addEventListener("visibilitychange", attend);
+  for (const button of document.querySelectorAll(".withdraw")) button.addEventListener("click", withdraw);
   addEventListener("resize", relay);
   document.addEventListener("keydown", (event) => {
     if (!part("pause").hidden && event.key === "Enter") {
       event.preventDefault();
       return show();
     }
-    if (part("judge").hidden && part("end").hidden || event.repeat || event.ctrlKey || event.metaKey || event.altKey) return;
+    if (!session || part("judge").hidden && part("end").hidden || event.repeat || event.ctrlKey || event.metaKey || event.altKey) return;
     const [natural, unnatural] = session.keys || "fj";
     const keys = {
       [natural]: () => judge(first), [unnatural]: () => judge(second), s: skip, backspace: back,

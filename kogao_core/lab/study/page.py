@@ -1,4 +1,4 @@
-"""The rating session as one HTML file, and what it says: no outside request, no label."""
+"""The rating session as one HTML file and its texts; the page makes no outside request."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from PIL import Image as Pillow
 
 from kogao_core.base.language import Text, language, translated
 from kogao_core.lab.study import results
-from kogao_core.lab.study.design import LEAST_MS, SURROUND
+from kogao_core.lab.study.design import GAP_PX, LEAST_MS, SURROUND
 from kogao_core.lab.study.plan import Study
 from kogao_core.lab.subjects import PAPER_SIZE
 
@@ -22,8 +22,15 @@ PAGE: Final = {
     "title": Text("Natural or unnatural?"),
     "back_key": Text("take the last answer back"),
     "then": Text("Then you grade some pictures from 0 to 100."),
-    "stop_alone": Text("You may stop at any time and go on later in this browser."),
-    "stop_served": Text("You may stop at any time and go on later."),
+    "stop_alone": Text(
+        "You may stop at any time and go on later in this browser, or withdraw your answers: they"
+        " are deleted at once."
+    ),
+    "stop_served": Text(
+        "You may stop at any time and go on later, or withdraw your answers: they are deleted at"
+        " once."
+    ),
+    "withdraw": Text("Withdraw my answers"),
     "kept": Text(
         "Kept are your answers, how long each took and how large the pictures were, under"
         " the code below: no name, no address."
@@ -58,7 +65,7 @@ PAGE: Final = {
     "save": Text("Save my answers"),
     "last_back": Text("Take the last answer back"),
 }
-"""What stands in `page.html`, by the name of its place."""
+"""Texts of `page.html`, by the name of the placeholder."""
 
 SCRIPT: Final = {
     "natural": Text("Natural"),
@@ -124,9 +131,11 @@ SCRIPT: Final = {
     ),
     "elsewhere": Text("This session went on in another window; here it goes on from there."),
     "said": Text("{n} answers are kept under the code {rater}."),
+    "withdraw_sure": Text("Delete all your answers? This can't be undone."),
+    "withdrawn": Text("Your answers have been deleted."),
     "hand": Text("Hand the file {file} to whoever asked you."),
 }
-"""What `page.js` says as a session goes on; it fills the fields."""
+"""Texts of `page.js`, which fills in the fields."""
 
 
 def page(study: Study, folder: Path, *, served: bool = False) -> str:
@@ -157,6 +166,7 @@ def _data(study: Study, folder: Path, served: bool) -> str:
         **study.to_dict(),
         "header": results.header(study, "", "page"),
         "box": _box(study, folder),
+        "gap": GAP_PX if study.conduct.pairs else 0,
         "least_ms": LEAST_MS,
         "served": served,
         "words": {name: translated(text) for name, text in SCRIPT.items()},

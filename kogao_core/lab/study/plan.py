@@ -1,4 +1,4 @@
-"""What raters may see of a study, and what only its maker may.
+"""The two files of a study: one for the raters, one for the maker.
 
 The two halves are two files: `Study` lies in the folder that raters get and names pictures only;
 `Key` lies beside that folder and says what each picture is, and where it comes from.
@@ -37,7 +37,7 @@ STUDY_FILE: Final = "study.json"
 RATINGS_FOLDER: Final = "ratings"
 SUFFIX: Final = ".jpg"
 VERSION: Final = 2
-KEY_VERSION: Final = 3
+KEY_VERSION: Final = 4
 _STUDY_FORMAT: Final = "kogao-study"
 _KEY_FORMAT: Final = "kogao-study-key"
 _MOST_BYTES: Final = 32 * 2**20
@@ -64,7 +64,7 @@ class Origin:
 
     @staticmethod
     def parse(node: Node) -> Origin:
-        """Read what a key holds."""
+        """Read this part of a key. Raises BadFile."""
         node.only(("program", "made", "landmarks"))
         program, made, landmarks = (
             node.field(name).text(200) for name in ("program", "made", "landmarks")
@@ -82,14 +82,14 @@ class PhotoRecord:
 
     @staticmethod
     def of(subject: Subject) -> PhotoRecord:
-        """Return what a key holds of a subject; letters that can't be printed become '?'."""
+        """Return the record of a subject for the key; unprintable letters become '?'."""
         name = printable(subject.name)
         points = [(float(x), float(y)) for x, y in _points(subject)]
         return PhotoRecord(name, subject.sha256, tuple(points))
 
     @staticmethod
     def parse(node: Node) -> PhotoRecord:
-        """Read what a key holds."""
+        """Read this part of a key. Raises BadFile."""
         node.only(("name", "sha256", "points"))
         points = [
             [one.number(-_LARGEST, _LARGEST) for one in point.items(2)]
@@ -106,7 +106,7 @@ class PhotoRecord:
 
 @dataclass(frozen=True, slots=True)
 class PictureFigures:
-    """What a picture's warp amounts to."""
+    """Achieved distance and lattice size of a picture."""
 
     # How far the landmarks came towards the centre, % of D (`kogao_core.warp.measures`).
     achieved: float
@@ -117,7 +117,7 @@ class PictureFigures:
 
     @staticmethod
     def of(rendering: Rendering) -> PictureFigures:
-        """Return what the rendering of one face amounts to."""
+        """Return the figures of a rendering of one face."""
         (pairs,), (lattice,) = rendering.pairs, rendering.field.lattices
         moved = pairs.warp_distance_px
         return PictureFigures(
@@ -127,7 +127,7 @@ class PictureFigures:
 
     @staticmethod
     def parse(node: Node) -> PictureFigures:
-        """Read what a key holds."""
+        """Read this part of a key. Raises BadFile."""
         ratio, asked = (
             None if one.value is None else one.number(-_LARGEST, _LARGEST)
             for one in (node.field("lattice_in_warps"), node.field("asked"))
@@ -136,7 +136,7 @@ class PictureFigures:
 
 
 def digest(subject: Subject, recipe: Recipe) -> str:
-    """Return the SHA-256 of what all pictures of a subject follow from: pixels, landmarks, recipe.
+    """Return the SHA-256 of pixels, landmarks and recipe, which determine a subject's pictures.
 
     Another photo, other landmarks or another recipe have another one, whatever their names.
     """
@@ -157,7 +157,7 @@ def _points(subject: Subject) -> np.ndarray:
 
 @dataclass(frozen=True, slots=True)
 class Study:
-    """What raters get: names without meaning, in the order of the alphabet."""
+    """The raters' file: picture names without meaning, sorted."""
 
     identity: str  # which study; ratings carry it
     ratings: tuple[str, ...]  # pictures to be called natural or unnatural
@@ -177,7 +177,7 @@ class Study:
 
 @dataclass(frozen=True, slots=True)
 class Meaning:
-    """What a picture is: whose, which variant, and what that amounts to."""
+    """Meaning of a picture: subject, variant and figures."""
 
     subject: int
     variant: Variant
@@ -187,16 +187,16 @@ class Meaning:
 
 @dataclass(frozen=True, slots=True)
 class Key:
-    """What only the study's maker gets."""
+    """The key, for the maker of the study only."""
 
     identity: str  # the study's
     # Names follow from it: the same photos, landmarks, choices and seed give the same names.
     seed: str
-    recipe: Recipe  # what all pictures share
+    recipe: Recipe  # settings of all pictures
     subjects: tuple[PhotoRecord, ...]  # the photos; `Meaning.subject` counts them from 0
     pictures: Mapping[str, Meaning]  # by name
     origin: Origin  # how the study came to be
-    rules: Rules = RULES  # whose answers count
+    rules: Rules = RULES  # rules that exclude answers
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain JSON values."""
@@ -229,7 +229,7 @@ def key_path(folder: Path) -> Path:
 
 
 def picture_name(seed: str, content: str, subject: int, variant: Variant) -> str:
-    """Return a name that means nothing without the seed, which can't be computed from it."""
+    """Return a random-looking picture name: an HMAC under the seed."""
     text = json.dumps([content, subject, *dataclasses.astuple(variant)])
     digest = hmac.new(seed.encode(), text.encode(), hashlib.sha256).hexdigest()
     return digest[:_HEX] + SUFFIX

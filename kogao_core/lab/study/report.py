@@ -1,4 +1,4 @@
-"""The report of a study: what people said, who they were, and where the pictures come from."""
+"""The report of a study: answers, raters, and the origin of the pictures."""
 
 from __future__ import annotations
 
@@ -89,28 +89,30 @@ def _curves(tally: Tally) -> Curves | None:
 
 
 def care(tally: Tally) -> Table:
-    """Return what each rater's answers say of their care, and whose don't count."""
+    """Return the quality of each rater's answers."""
     rules = tally.keys[0].rules
     return Table(
         Text("Raters"),
         (
             Text("rater"), Text("answers"), Text("median, s"),
             Text("under {ms} ms", ms=rules.least_ms), Text("unnatural"), Text("longest run"),
-            Text("twins alike"), Text("catches seen"), Text("away, s"), Text("picture, CSS px"),
-            Text("in degrees"),
+            Text("twins alike"), Text("catches seen"), Text("follows distance"), Text("away, s"),
+            Text("picture, CSS px"), Text("in degrees"),
         ),
         [_rater_row(one) for one in tally.raters.values()],
         Text(
-            "Fixed when the study was made: an answer in under {ms} ms doesn't count, and nobody "
-            "counts who is so quick in more than {quick:.0f} % of answers, says the same to all of "
-            "{straight} or more pictures from 2 to 10 % of D, or sees less than {caught:.0f} % of "
-            "the catch pictures. "
-            "Twins are two pictures that are the same. Times are without those away, in another "
+            "Rules fixed when the study was made: an answer in less than {ms} ms doesn't count. A "
+            "rater doesn't count with more than {quick:.0f} % of such answers, with one answer to "
+            "{straight} or more pictures from 2 to 10 % of D, with less than {caught:.0f} % of the "
+            "catch pictures seen, or with answers that follow the distance no better than chance "
+            "({follows:g} standard errors above an AUC of 0.5). Follows distance: AUC; 0.5 is "
+            "guessing, 1 perfect. Twins are two identical pictures. Times exclude time in another "
             "tab or window.",
             ms=rules.least_ms,
             quick=100.0 * rules.most_quick,
             straight=rules.straight,
             caught=100.0 * rules.least_caught,
+            follows=rules.least_follows,
         ),
     )  # fmt: skip
 
@@ -128,6 +130,7 @@ def _rater_row(one: Quality) -> list[str]:
         str(one.longest_run),
         f"{one.agreeing}/{one.pairs}" if one.pairs else NONE,
         f"{one.caught}/{one.catches}" if one.catches else NONE,
+        NONE if one.follows is None else f"{one.follows:.2f}",
         f"{one.away_ms / 1000.0:.1f}",
         sizes or NONE,
         degrees if one.degrees else NONE,
@@ -135,7 +138,7 @@ def _rater_row(one: Quality) -> list[str]:
 
 
 def left_out(tally: Tally) -> Table:
-    """Return whose answers don't count, and why."""
+    """Return the raters who are left out, with the reasons."""
     rows = [[one.rater, Text.joined("; ", one.reasons)] for one in tally.left_out]
     return Table(Text("Raters who are left out"), (Text("rater"), Text("left out for")), rows)
 
@@ -164,7 +167,7 @@ def studies(tally: Tally) -> Table:
 
 
 def notes(tally: Tally) -> list[str]:
-    """Return sentences about what isn't counted, or should be known of what is."""
+    """Return notes about answers that don't count, and warnings about the others."""
     sentences: list[str] = [Text("not counted: {why}", why=why) for _, why in tally.refused]
     sentences += [
         Text(
@@ -200,8 +203,11 @@ def notes(tally: Tally) -> list[str]:
                 for rater, done, total in left
             ],
         )
+        counts = tally.keys[0].rules.unfinished
         sentences.append(
-            Text("sessions that weren't finished, whose answers count: {some}", some=some)
+            Text("sessions not finished, whose answers count: {some}", some=some)
+            if counts
+            else Text("sessions not finished, whose answers don't count: {some}", some=some)
         )
     return sentences
 

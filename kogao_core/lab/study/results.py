@@ -70,7 +70,7 @@ class Record:
 
     @property
     def skipped(self) -> bool:
-        """Whether it is an answer, and says nothing."""
+        """True for an answer without a value."""
         return not self.back and self.answer is None and self.grade is None
 
     def to_dict(self) -> dict[str, Any]:
@@ -168,7 +168,7 @@ class Session:
             raise BadFile(Text("line {number} has no answer", number=number))
 
     def take(self, record: Record) -> None:
-        """Let a record count; see `check` for what is refused."""
+        """Add a record after `check`. Raises BadFile."""
         self.check(record)
         if record.back:
             del self._answers[record.picture]
@@ -179,9 +179,9 @@ class Session:
 
 @dataclass(frozen=True, slots=True)
 class Ratings:
-    """What a file of ratings holds."""
+    """Content of a file of ratings."""
 
-    # Whose answers to what.
+    # Names of the study and the rater.
     study: str
     rater: str
     order: tuple[str, ...]  # in which the pictures are shown
@@ -232,7 +232,7 @@ class Log:
                     raise OSError(errno.ENOSPC, Text("it took only part of the line"))
                 os.fsync(file)
             except OSError:
-                # What didn't count mustn't be found later: it would stand there twice.
+                # A line that doesn't count must not stay: the answer would be in the file twice.
                 os.ftruncate(file, size)
                 raise
         finally:

@@ -122,6 +122,16 @@ class Sessions:
             log.add(record)
             return {}
 
+    def withdraw(self, rater: str) -> dict[str, Any]:
+        """Delete the answers of an open session from the disk. Raises BadFile."""
+        with self._lock:
+            if rater not in self._open:
+                raise BadFile(Text("this session isn't open; load the page again"))
+            log, file = self._open.pop(rater)
+            file.close()
+            log.path.unlink()
+            return {}
+
     def close(self) -> None:
         """Let every session go."""
         with self._lock:
@@ -172,7 +182,7 @@ class Server(ThreadingHTTPServer):
 
     @property
     def address(self) -> str:
-        """What to open in a browser."""
+        """Address to open in a browser."""
         return f"http://{self.host}/{self.token}/"
 
     def start(self) -> None:
@@ -180,7 +190,7 @@ class Server(ThreadingHTTPServer):
         threading.Thread(target=self.serve_forever, args=(_POLL_S,), daemon=True).start()
 
     def stop(self) -> None:
-        """End what `start` began; every answer is on the disk already."""
+        """Stop the server; every answer is on the disk already."""
         self.shutdown()
         self.server_close()
 
@@ -195,7 +205,7 @@ class Server(ThreadingHTTPServer):
         self.sessions.close()
 
     def handle_error(self, request: Any, client_address: Any) -> None:
-        """Say nothing of a browser that went away in the middle."""
+        """Ignore a browser that closes the connection."""
         if not isinstance(sys.exception(), ConnectionError | TimeoutError):
             super().handle_error(request, client_address)
 
@@ -227,6 +237,8 @@ class _Handler(BaseHTTPRequestHandler):
                 self._attempt(lambda: self.server.sessions.open(rater, _parsed(body)))
             case ["sessions", rater, "lines"]:
                 self._attempt(lambda: self._add(rater, body))
+            case ["sessions", rater, "withdraw"]:
+                self._attempt(lambda: self.server.sessions.withdraw(rater))
             case _:
                 self._refuse(HTTPStatus.NOT_FOUND, "there is nothing here")
 
@@ -257,7 +269,7 @@ class _Handler(BaseHTTPRequestHandler):
             self._reply(HTTPStatus.OK, data, "image/jpeg")
 
     def _wanted(self) -> str | None:
-        """Return what is asked for, behind the token; None after a refusal."""
+        """Return the path after the token; None if the request was refused."""
         start = f"/{self.server.token}/"
         given = self.path[: len(start)].encode()
         named = self.headers.get_all("Host", [])
@@ -274,7 +286,7 @@ class _Handler(BaseHTTPRequestHandler):
         return self.rfile.read(int(length))
 
     def _refuse(self, status: HTTPStatus, problem: str) -> None:
-        self.close_connection = True  # what else was sent isn't read
+        self.close_connection = True  # the rest of the request isn't read
         self._reply_json(status, {"problem": problem})
 
     def _reply_json(self, status: HTTPStatus, content: object) -> None:
@@ -291,4 +303,4 @@ class _Handler(BaseHTTPRequestHandler):
         self.wfile.write(data)
 
     def log_message(self, format: str, *args: Any) -> None:  # noqa: A002
-        """Say nothing: addresses hold the token."""
+        """Don't log: addresses contain the token."""

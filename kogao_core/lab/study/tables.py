@@ -152,9 +152,10 @@ def curves(found: Curves, shares: Shares) -> Table:
         first = _named(min(found.groups), shares)
         hint = Text(
             "If the centre made no difference at the distances asked for, answers would differ as "
-            "much by it with p = {p:.3f} (Cochran's Q). To tell 0.5 % of D between two centres "
-            "in 4 of 5 studies takes {n} raters like these or fewer, with faces in proportion. "
-            "Later is against {first}.",
+            "much by it with p = {p:.3f} (Cochran's Q). {n} such raters of these faces find a "
+            "difference of 0.5 % of D between two centres in 4 of 5 studies. Later: difference "
+            "from {first}, with an interval from draws of raters alone, because each rater judged "
+            "each face with each centre; it holds for these faces.",
             p=found.p, n=found.raters_needed, first=first,
         )  # fmt: skip
     return Table(
@@ -305,7 +306,7 @@ def _groups(shares: Mapping[Variant, object]) -> list[Group]:
 
 
 def _named(group: Group, shares: Mapping[Variant, object]) -> Text:
-    """Return what a group of pictures is called: by its fit, too, where there are several."""
+    """Return the name of a group of pictures, with the fit if there are several fits."""
     center, fit = group
     candidate = Text("candidate\N{NO-BREAK SPACE}{center}", center=center)
     if len({fit for _, fit in _groups(shares)}) == 1:

@@ -1,4 +1,4 @@
-"""Ratings joined with the key: every answer with what it is about, and who gave it with care."""
+"""Join ratings with the key, and apply the rules that exclude answers."""
 
 from __future__ import annotations
 
@@ -11,6 +11,8 @@ from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
+
+import numpy as np
 
 from kogao_core.base.language import Text
 from kogao_core.base.strict import BadFile
@@ -71,7 +73,7 @@ class Grades:
 
     @staticmethod
     def of(values: Sequence[float]) -> Grades:
-        """Return what grades amount to."""
+        """Return count, mean and deviation of grades."""
         mean = statistics.fmean(values) if values else math.nan
         deviation = statistics.stdev(values) if len(values) > 1 else math.nan
         return Grades(len(values), mean, deviation)
@@ -88,7 +90,7 @@ class Answered:
 
     @property
     def meaning(self) -> Meaning:
-        """What the picture is."""
+        """Meaning of the picture."""
         return self.key.pictures[self.record.picture]
 
     @property
@@ -112,7 +114,7 @@ class Answered:
 
 @dataclass(frozen=True, slots=True)
 class Quality:
-    """What the answers of one rater say of their care; practice isn't among them."""
+    """Quality of one rater's answers, without practice."""
 
     rater: str
     answers: int
@@ -128,6 +130,11 @@ class Quality:
     # Catch pictures, and how many were called unnatural.
     catches: int
     caught: int
+    # How well the answers follow the warp distance: the chance that of two pictures with different
+    # answers the one called unnatural moves farther (AUC; 0.5 is guessing), and the standard error
+    # of guesses. None without both answers, or of grades with less than two values.
+    follows: float | None
+    guess_error: float | None
     away_ms: int  # in another tab or window while a picture was on the screen
     taken_back: int  # answers
     sizes: tuple[tuple[int, int], ...]  # in which pictures were shown, CSS px, most often first
@@ -151,19 +158,26 @@ class Quality:
         if self.catches and self.caught < rules.least_caught * self.catches:
             caught = Text("{n} of {of} catch pictures seen", n=self.caught, of=self.catches)
             reasons.append(caught)
+        if ends and self.follows is not None and self.guess_error is not None:
+            least = 0.5 + rules.least_follows * self.guess_error
+            # Few answers of one kind: chance explains any order.
+            if least < 1.0 and self.follows < least:
+                reasons.append(
+                    Text("answers follow the warp distance no better than chance "
+                         "(AUC {auc:.2f})", auc=self.follows)
+                )  # fmt: skip
         return tuple(reasons)
 
 
 @dataclass(slots=True)
 class Tally:
-    """What one or more studies found."""
+    """Answers, raters and keys of one or more studies."""
 
-    task: Task = "natural"  # what they asked
+    task: Task = "natural"  # task of the raters
     keys: list[Key] = field(default_factory=list)  # the studies
     answers: list[Answered] = field(default_factory=list)  # all, in the order of the files
     raters: dict[str, Quality] = field(default_factory=dict)  # one code is one person everywhere
     torn: int = 0  # lines
-    # Begun and not brought to their end; their answers count.
     unfinished: list[Session] = field(default_factory=list)
     # Files of ratings that aren't counted, and a sentence that says why.
     refused: list[tuple[Path, str]] = field(default_factory=list)
@@ -192,9 +206,11 @@ class Tally:
         return [row for row in self.answers if not self.reasons(row)]
 
     def reasons(self, row: Answered) -> tuple[Text, ...]:
-        """Return why an answer doesn't count."""
+        """Return the reasons why an answer doesn't count; empty if it counts."""
         early = (Text("too early"),) if row.is_early else ()
-        return (*self.raters[row.session.rater].reasons, *early)
+        is_left = row.session.current is not None and not row.key.rules.unfinished
+        left = (Text("session not finished"),) if is_left else ()
+        return (*self.raters[row.session.rater].reasons, *left, *early)
 
     def shares(self, rows: Iterable[Answered] | None = None) -> dict[Variant, Share]:
         """Return the answers "unnatural" to each variant; without rows, of those that count."""
@@ -208,7 +224,7 @@ class Tally:
         return {variant: Share(hits[variant], answers[variant]) for variant in judged}
 
     def naturalness(self) -> dict[Variant, Grades]:
-        """Return what grades of naturalness amount to, for each variant."""
+        """Return count, mean and deviation of the naturalness grades of each variant."""
         found: defaultdict[Variant, list[float]] = defaultdict(list)
         for row in self.counted:
             if row.record.grade is not None and row.variant.is_judged:
@@ -216,9 +232,9 @@ class Tally:
         return {variant: Grades.of(found[variant]) for variant in self.shares()}
 
     def grades(self) -> tuple[Grades, Grades, int]:
-        """Return what grades of oneself amount to, other grades, and how many weren't given.
+        """Return the raters' grades of themselves, their grades of others, and skipped pictures.
 
-        Nobody is in several photos: who graded several faces graded others.
+        One person is in one photo only, so a rater of several faces graded others.
         """
         own: list[int] = []
         others: list[int] = []
@@ -352,7 +368,7 @@ def _judge_raters(total: Tally, exclude: Collection[str]) -> None:
 
 
 def of_rater(rows: Sequence[Answered], rules: Rules) -> Quality:
-    """Return what the answers of one rater say."""
+    """Return the quality of one rater's answers."""
     judged = [row for row in rows if row.record.answer is not None]
     asked = [abs(row.variant.percent) for row in judged if row.variant.kind != "catch"]
     catches = [row for row in judged if row.variant.kind == "catch"]
@@ -377,11 +393,36 @@ def of_rater(rows: Sequence[Answered], rules: Rules) -> Quality:
         sum(first == second for first, second in twins),
         len(catches),
         sum(bool(row.is_unnatural) for row in catches),
+        *_follows(rows),
         sum(row.record.away_ms for row in rows),
         sum(record.back for session in sessions for record in session.records),
         tuple(sorted({one.shown for one in shown}, key=[one.shown for one in shown].count)[::-1]),
         (min(widths), max(widths)) if widths else None,
     )
+
+
+def _follows(rows: Sequence[Answered]) -> tuple[float | None, float | None]:
+    """Return the AUC of "unnatural", or of lower grades, by distance, and its error if guessed."""
+    told = [
+        (abs(row.meaning.measured.achieved), float(worse))
+        for row in rows
+        if row.variant.is_judged
+        for worse in [row.is_unnatural if row.record.grade is None else -row.record.grade]
+        if worse is not None
+    ]
+    if not told:
+        return None, None
+    distance, worse = np.array(told).T
+    apart = np.subtract.outer(worse, worse)
+    pairs = np.sign(np.subtract.outer(distance, distance)) * np.sign(apart)
+    different = np.count_nonzero(apart)
+    if not different:
+        return None, None
+    # Mann and Whitney's (1947) variance of two groups; of grades, of two halves.
+    few = np.count_nonzero(worse > np.median(worse)) or np.count_nonzero(worse == worse.max())
+    many = len(worse) - few
+    error = math.sqrt((len(worse) + 1) / (12.0 * few * many))
+    return float(0.5 + 0.5 * pairs.sum() / different), error
 
 
 def _twins(rows: Sequence[Answered]) -> list[tuple[bool | None, bool | None]]:

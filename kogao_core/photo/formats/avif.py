@@ -1,4 +1,4 @@
-"""AVIF, by Pillow's own libavif: of 8 bits."""
+"""AVIF with 8 bits, through Pillow's libavif."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def _decode(source: Source) -> Photo:
 def _encode(content: Content) -> Pieces:
     if not features.check("avif"):
         raise ValueError(Text("this Pillow was built without it"))
-    del content.blocks["dpi"]  # AVIF has no place for it, nor for Photoshop's resources
+    del content.blocks["dpi"]  # AVIF can store neither resolution nor Photoshop resources
     exif: bytes = _exif(content.blocks["exif"])
     # Pillow would make another block of one that tells an orientation: it gets an empty one.
     empty = _EMPTY + exif[len(_EMPTY) :] if exif else b""
@@ -74,7 +74,7 @@ def _encode(content: Content) -> Pieces:
 
 
 def _exif(block: bytes | None) -> bytes:
-    """Return an EXIF block without its prefix, if readers of AVIF take it for one; else nothing."""
+    """Return an EXIF block without prefix, or b"" if AVIF readers would reject the block."""
     inner = (block or b"")[len(upright.PREFIX) :]
     return inner if inner.startswith(_TIFF_HEADS) and len(inner) >= len(_EMPTY) else b""
 

@@ -19,7 +19,7 @@ from kogao_core.photo.model import Photo, channels_of
 
 Encode = Callable[[Photo, Box | None], Pieces]
 Fate = Literal["kept", "on request", "moved", "left out"]
-# What JPEG, PNG, WebP and AVIF keep; what JPEG, PNG and TIFF do.
+# BLOCKS: preserved by JPEG, PNG, WebP and AVIF. OF_PRINTS: preserved by JPEG, PNG and TIFF.
 BLOCKS: Final = frozenset(
     {kinds.EXIF, kinds.EXIF_TAGS, kinds.MAKER_NOTE, kinds.THUMBNAIL, kinds.XMP, kinds.ICC}
 )
@@ -31,34 +31,34 @@ class Source:
     """A file to read a photo from."""
 
     file: IO[bytes]  # open, at its start
-    path: Path  # where it lies, for messages
-    bits: int  # how deep pixels are to be where the reader may choose
-    # To be called with the width and height in px before anything is decoded.
-    check: Callable[[int, int], None]
+    path: Path  # for messages
+    bits: int  # requested bit depth, if the decoder has a choice
+    # Size check to call before decoding: width and height in px, and bytes per pixel.
+    check: Callable[[int, int, int], None]
 
     def data(self) -> bytes:
-        """Return all of the file."""
+        """Return the content of the file."""
         self.file.seek(0)
         return self.file.read()
 
 
 @dataclass(frozen=True, slots=True)
 class Content:
-    """Pixels to write and the metadata there is."""
+    """Pixels and metadata to write."""
 
-    photo: Photo  # the source, for how it was compressed
-    # (H, W) or (H, W, C): of a depth and layout that the format holds, but for alpha where it holds
-    # none.
+    photo: Photo  # the source, for the compression settings
+    # (H, W) or (H, W, C), in a depth and layout of the format; an unsupported alpha channel is
+    # allowed.
     pixels: Image
-    blocks: dict[str, Any]  # by Pillow's names, None where there is none
+    blocks: dict[str, Any]  # metadata by Pillow's names; None for a missing block
     resources: bytes | None = None  # photoshop image resources
     carried: tuple[bytes, ...] = ()  # segments or chunks of the source, if it is of the same format
-    # Whether nothing was lost in the source, so that nothing may be lost now.
+    # Whether the source is lossless. The output must then be lossless too.
     is_lossless: bool = False
-    quality: int = 0  # of what loses something, 1 to 100; 0 is the source's, or the format's own
+    quality: int = 0  # lossy quality, 1 to 100; 0 uses the source's or the format's default
 
     def saved(self, form: str, **options: Any) -> bytes:
-        """Return the file that Pillow makes of the pixels and blocks."""
+        """Encode pixels and blocks with Pillow. Return the file content."""
         known = {name: block for name, block in self.blocks.items() if block is not None}
         with io.BytesIO() as out:
             Pillow.fromarray(self.pixels).save(out, form, **known, **options)
@@ -67,51 +67,51 @@ class Content:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FileFormat:
-    """A file format: all that reading, writing, messages and documents need.
+    """A file format: properties, decoder, encoder and supported metadata.
 
     Parameters
     ----------
-    name : {"JPEG", "PNG", "TIFF", "WEBP", "AVIF", "HEIF", "RAW"}
-        As in `Photo.format`; Pillow's, where Pillow reads it.
+    name : str
+        Value of `Photo.format`. Pillow's name for formats that Pillow reads.
     title : str
-        As people say it.
+        Name for messages.
     mime : str
-        The type of its files, as content credentials name it.
+        MIME type, used by content credentials.
     suffixes : tuple of str
-        Endings of names, the usual one first.
+        File extensions, the usual extension first.
     is_lossless : bool
-        Whether every file of it holds its pixels exactly.
+        Whether every file of this format stores the pixels exactly.
     inside : callable
-        Yields what an open file of the photo holds beside pixels and metadata blocks.
+        Yields the extras of an open file: all content except pixels and metadata blocks.
     encode : callable, optional
-        Given a `Content`; returns the pieces of a file. None, where it is read only.
+        Encodes a `Content`; returns the pieces of a file. None for a read-only format.
     layouts : mapping of str to tuple of int
-        Channels that can be written, by the name of the pixels' type: 1 is grey, 2 grey + alpha,
-        3 RGB, 4 RGBA. Empty, where it is read only.
+        Supported channel counts by dtype name: 1 is grey, 2 grey + alpha, 3 RGB, 4 RGBA. Empty for
+        a read-only format.
     longest_side_px : int, optional
-        More can't be written.
+        Maximum length of a side.
     kept, moved : sets of Kind
-        What a changed photo brings along, and what lies elsewhere in it; all else is left out.
+        Kinds preserved in a changed photo, and kinds stored at another file offset. All other kinds
+        are left out.
     companions : set of Kind
-        What a photo of this format keeps where it is accompanied by it (`Photo.companions`).
+        Kinds preserved on request (`Photo.companions`).
     recognises, decode : callable, optional
-        Given an open file and its path, which is left at its start, whether it is of this format;
-        given a `Source`, its `Photo`. None, where Pillow recognises and decodes it.
+        `recognises(file, path)` detects this format and rewinds the file. `decode(source)` returns
+        a `Photo`. None: Pillow recognises and decodes the format.
     behind : callable, optional
-        Yields what follows the end of the picture in a file, open at its start.
+        Yields the extras after the end of the picture. The file must be at its start.
     note : Kind, optional
-        What a maker's note in its EXIF is; None, where `inside` yields it.
+        Kind of a maker's note in EXIF. None: `inside` yields the maker's note.
     lacks : callable
-        Given a photo; says what of its metadata is too damaged for this format, or nothing.
+        Returns a note about metadata of a photo too damaged for this format, or "".
     recoded : callable
-        Given a photo of this format; says how it is compressed otherwise when it is written again,
-        or nothing.
+        Returns a note about a change of compression when saving a photo of this format, or "".
     keeps_turn : bool
-        Whether a photo of this format lies in a file of it as it lay: EXIF's orientation stays.
+        Whether saving in this format preserves the stored orientation and EXIF's orientation tag.
     keep : callable, optional
-        Given a photo of this format, new pixels, what encodes a part of them (of a photo, a `Box`,
-        or None for all) and where the file goes; returns a file with as much of the photo's own as
-        may stay, and what that is in words. None, where all is encoded anew.
+        Called with a photo of this format, new pixels, an encoder for a region (photo, and a `Box`
+        or None for all) and the output path. Returns the file with the preserved data, and a note.
+        None: the format always re-encodes the whole picture.
     """
 
     name: str
@@ -140,11 +140,11 @@ class FileFormat:
             raise TypeError(f"{self.name} needs both an encoder and the layouts it writes")
 
     def holds_alpha(self, depth: str) -> bool:
-        """Tell whether transparency can be written beside channels of that type."""
+        """Return True if the format can store an alpha channel with this dtype."""
         return 4 in self.layouts.get(depth, ())
 
     def becomes_colour(self, pixels: Image) -> bool:
-        """Tell whether pixels are grey and no such grey can be written."""
+        """Return True if the pixels are grey and the format can store only RGB."""
         depth, channels = pixels.dtype.name, channels_of(pixels)
         if channels > 2:
             return False
@@ -152,7 +152,7 @@ class FileFormat:
         return wanted not in self.layouts[depth]
 
     def fate(self, kind: Kind) -> Fate:
-        """Return what becomes of something in a changed photo of this format."""
+        """Return the treatment of a kind of data in a changed photo of this format."""
         if kind is kinds.CREDENTIALS or (kind is kinds.VIDEO and kind in self.companions):
             return "on request"
         if kind in self.companions:
@@ -160,7 +160,7 @@ class FileFormat:
         return "kept" if kind in self.kept else "moved" if kind in self.moved else "left out"
 
     def turns(self, photo: Photo, *, is_export: bool = False) -> bool:
-        """Tell whether a photo's file lies otherwise than one of this format made from it."""
+        """Return True if saving in this format rotates the stored pixels."""
         lies = self.keeps_turn and photo.format == self.name and not is_export
         return photo.orientation != 1 and not lies
 
@@ -172,10 +172,10 @@ class FileFormat:
         *,
         is_export: bool = False,
     ) -> str:
-        """Return what of a photo's extras a changed one doesn't keep, in one line, as found.
+        """Return a note about the extras that are lost when saving, in file order.
 
-        `along`: what accompanies it, and credentials where it is signed; `is_export`: all is
-        encoded anew.
+        `along`: the companions to copy, and credentials for a signed photo. `is_export`: the whole
+        picture is re-encoded.
         """
         turns = self.turns(photo, is_export=is_export)
         lost: dict[str, None] = {}

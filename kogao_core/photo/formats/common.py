@@ -1,4 +1,4 @@
-"""The formats that Pillow recognises and decodes."""
+"""Decode the formats that Pillow recognises."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ from kogao_core.photo.metadata.upright import turn_upright
 from kogao_core.photo.model import JpegCoding, Photo, channels_of
 
 _USUAL, _DEEP = 8, 16  # bits of a channel
-_HEAD_BYTES = 16  # by which Pillow recognises a format
-_FINEST, _MOST = 1000, 65535  # denominator of a shape; numerator, as JFIF holds it
+_HEAD_BYTES = 16  # bytes that Pillow needs to recognise a format
+_FINEST, _MOST = 1000, 65535  # largest denominator and numerator (limit of JFIF) of a pixel ratio
 _FRAMES: Final = (
     *(*range(0xC0, 0xC4), *range(0xC5, 0xC8), *range(0xC9, 0xCC), *range(0xCD, 0xD0)),
     0xF7,  # JPEG-LS
@@ -34,8 +34,9 @@ _KNOWN_FRAMES: Final = (*range(0xC0, 0xC4), 0xC9, 0xCA)
 
 
 def decode(source: Source, names: tuple[str, ...]) -> Photo:
-    """Return the photo of a file that is of one of these formats. Raises UnreadablePhoto."""
+    """Decode a file in one of the formats `names`. Raises UnreadablePhoto."""
     file = source.file
+    decoding.check_segments(file, source.path)
     try:
         opened = Pillow.open(file, formats=names)
     except UnidentifiedImageError:
@@ -44,9 +45,9 @@ def decode(source: Source, names: tuple[str, ...]) -> Photo:
         _check_damage(file, names)
         raise
     with opened as image:
-        source.check(*image.size)
-        jpeg = jpeg_coding(image)
         bits, is_grey = colour.png_layout(image, file) or (_USUAL, False)
+        source.check(*image.size, len(image.getbands()) * max(1, bits // _USUAL))
+        jpeg = jpeg_coding(image)
         notes: tuple[str, ...] = ()
         sound = None
         if bits == _DEEP:
@@ -66,7 +67,7 @@ def decode(source: Source, names: tuple[str, ...]) -> Photo:
         return Photo(
             turn_upright(pixels, turn),
             source.path,
-            # MPO is what phones call a JPEG followed by a depth or gain map.
+            # MPO: a JPEG followed by a depth or gain map, as written by phones.
             "JPEG" if jpeg is not None else next(name for name in names if name == image.format),
             **metadata,
             **_density(image),
@@ -78,7 +79,7 @@ def decode(source: Source, names: tuple[str, ...]) -> Photo:
 
 
 def _check_damage(file: IO[bytes], names: tuple[str, ...]) -> None:
-    """Raise ValueError where a file that Pillow can't identify begins as one of the formats."""
+    """Raise ValueError if an unidentified file starts like one of the formats."""
     file.seek(0)
     head = file.read(_HEAD_BYTES)
     accepts = (Pillow.OPEN[name][1] for name in names)
@@ -110,9 +111,9 @@ def _deep_png(
 
 
 def _decoded(image: Pillow.Image, source: Source) -> tuple[Pillow.Image, tuple[str, ...]]:
-    """Decode an open picture; return it, or what a JPEG without its end holds, and a note."""
+    """Decode an open picture. Return the picture, with a note if a JPEG lacks the end marker."""
     if isinstance(image, JpegImagePlugin.JpegImageFile):
-        # At once: between pieces of 64 KiB it would wait for Python's lock.
+        # Decode in one step: after each block of 64 KiB, Pillow would wait for the GIL.
         image.decodermaxblock = os.fstat(source.file.fileno()).st_size
     try:
         image.load()  # PNG metadata may follow the pixels, so even where OpenCV decodes them
@@ -129,11 +130,11 @@ def _decoded(image: Pillow.Image, source: Source) -> tuple[Pillow.Image, tuple[s
 
 
 def jpeg_coding(image: Pillow.Image) -> JpegCoding | None:
-    """Return how a JPEG file is compressed."""
+    """Return the compression settings of a JPEG file; None for other formats."""
     if not isinstance(image, JpegImagePlugin.JpegImageFile):
         return None
     tables = tuple(tuple(image.quantization[key]) for key in sorted(image.quantization))
-    # -1 is grey or a sampling that Pillow can't write: keep all the colour there is.
+    # -1 is grey or a subsampling that Pillow can't write: use 4:4:4 to preserve the colours.
     subsampling = max(0, JpegImagePlugin.get_sampling(image))
     return JpegCoding(tables, subsampling, bool(image.info.get("progressive")), _jfif(image))
 
@@ -146,7 +147,7 @@ def _jfif(image: Pillow.Image) -> bytes:
 
 
 def _settle_profile(image: Pillow.Image, file: IO[bytes]) -> None:
-    """Let the first whole colour profile of a JPEG count; Pillow drops two of them."""
+    """Use the first complete colour profile of a JPEG. Pillow drops both of two profiles."""
     if isinstance(image, JpegImagePlugin.JpegImageFile):
         whole, _ = segments.profiles(file)
         parts = (one[segments.PROFILE_AT :] for one in whole[0]) if whole else ()
@@ -154,7 +155,7 @@ def _settle_profile(image: Pillow.Image, file: IO[bytes]) -> None:
 
 
 def _is_rare_jpeg(file: IO[bytes]) -> bool:
-    """Tell whether an open JPEG file is of a kind that libjpeg doesn't know, or too colour."""
+    """Return True if libjpeg can't decode this type of JPEG file."""
     return any(
         code in _FRAMES and (code not in _KNOWN_FRAMES or segment[4:5] != b"\x08")
         for code, segment in segments.segments(file)
@@ -162,7 +163,7 @@ def _is_rare_jpeg(file: IO[bytes]) -> bool:
 
 
 def _blocks(image: Pillow.Image, file: IO[bytes], channels: int) -> dict[str, Any]:
-    """Return the metadata blocks of an open file of so many channels, by their names in `Photo`."""
+    """Return the metadata blocks of an open file, by their names in `Photo`."""
     exif = image.info.get("exif") or _raw_profile(image, "exif")
     if exif is not None and not exif.startswith(upright.PREFIX):
         exif = upright.PREFIX + exif
@@ -177,9 +178,10 @@ def _blocks(image: Pillow.Image, file: IO[bytes], channels: int) -> dict[str, An
 
 
 def _native(image: Pillow.Image, file: IO[bytes], channels: int) -> dict[str, Any]:
-    """Return what has another place in every format."""
+    """Return the format-specific metadata blocks, by their names in `Photo`."""
     if isinstance(image, JpegImagePlugin.JpegImageFile):
         return {
+            "exif": jpeg_extras.exif(file),
             "xmp": jpeg_extras.packet(file),
             "photoshop": segments.photoshop(file),
             "carried": jpeg_extras.carried(file),
@@ -191,16 +193,16 @@ def _native(image: Pillow.Image, file: IO[bytes], channels: int) -> dict[str, An
 
 
 def _raw_profile(image: Pillow.Image, name: str) -> bytes | None:
-    """Return a block that ImageMagick has written into a text of a PNG file."""
+    """Return a metadata block stored by ImageMagick as PNG text, or None."""
     text = image.info.get(f"Raw profile type {name}")
     try:
         return bytes.fromhex("".join(text.split("\n")[3:])) if isinstance(text, str) else None
     except ValueError:
-        return None  # damaged, not worth the photo
+        return None  # skip a damaged block
 
 
 def _density(image: Pillow.Image) -> dict[str, Any]:
-    """Return the resolution, or else the pixels' shape, by their names in `Photo`."""
+    """Return the resolution or the pixel ratio, by their names in `Photo`."""
     ratio = image.info.get("aspect")
     if image.info.get("jfif_unit") == 0:
         ratio = image.info["jfif_density"]
@@ -210,8 +212,10 @@ def _density(image: Pillow.Image) -> dict[str, Any]:
 
 
 def _is_guessed(image: Pillow.Image) -> bool:
-    """Tell whether a JPEG holds no resolution, so that Pillow's 72 dpi is a guess."""
-    if image.format == "PNG" or image.info.get("jfif_unit") in (1, 2):
+    """Return True if a JPEG has no resolution and Pillow reports the default of 72 dpi."""
+    if not isinstance(image, JpegImagePlugin.JpegImageFile):
+        return False
+    if image.info.get("jfif_unit") in (1, 2):
         return False
     try:
         return not {Tag.XResolution, Tag.ResolutionUnit} <= image.getexif().keys()
@@ -220,9 +224,9 @@ def _is_guessed(image: Pillow.Image) -> bool:
 
 
 def aspect(value: Any) -> tuple[int, int] | None:
-    """Return pixels along x and y in the same length as small whole numbers, if they aren't square.
+    """Return the pixel density ratio (x, y) as small integers. None for square pixels.
 
-    Absurd ratios are taken for damage.
+    Extreme ratios are treated as damage: None.
     """
     try:
         x, y = (float(part) for part in value)
@@ -234,7 +238,7 @@ def aspect(value: Any) -> tuple[int, int] | None:
 
 
 def dpi(value: Any) -> tuple[float, float] | None:
-    """Return a resolution as (x, y) in dots per inch; None unless it is two positive numbers."""
+    """Return a resolution as (x, y) in dots per inch. None unless both numbers are positive."""
     try:
         x, y = (float(part) for part in value)
     except (TypeError, ValueError, ZeroDivisionError):

@@ -1,4 +1,4 @@
-"""HEIC photos, through libheif: read, but never written."""
+"""HEIC photos, decoded by libheif. Read-only."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from kogao_core.photo.metadata.kinds import Extra, Kind
 from kogao_core.photo.model import Photo
 
 _BRANDS: Final = {b"heic", b"heix", b"heim", b"heis", b"hevc", b"hevx", b"mif1", b"msf1"}
-# The boxes of pictures, and of what else a file may hold beside them.
+# Boxes of pictures, and boxes of additional content.
 _PLAIN_BOXES: Final = (b"ftyp", b"meta", b"mdat", b"free", b"skip", b"idat")
 _BOXES: Final = {
     b"mpvd": kinds.VIDEO,
@@ -28,7 +28,7 @@ _BOXES: Final = {
 }
 _CREDENTIALS: Final = bytes.fromhex("d8fec3d61b0e483c92975828877ec481")
 _TONE_MAP: Final = re.compile(rb"infe\x02.{3}.{4}tmap", re.DOTALL)  # ISO 21496-1's item
-# By parts of the names of auxiliary pictures.
+# Kinds of auxiliary pictures, by a part of the name.
 _AUXILIARY: Final = {
     "hdrgainmap": kinds.GAIN_MAP,
     "depth": kinds.DEPTH,
@@ -47,7 +47,8 @@ def _is_heif(file: IO[bytes], _: Path) -> bool:
 
 def _decode(source: Source) -> Photo:
     image = _opened(source)
-    source.check(*image.size)
+    (width, height), (layout, *depth) = image.size, image.mode.split(";")
+    source.check(width, height, len(layout) * (2 if depth else 1))
     pixels = np.array(image)  # a copy: the memory of a view goes with the image
     if image.mode.split(";")[0] not in ("L", "RGB", "RGBA"):
         raise ValueError(Text("an unknown layout {mode}", mode=image.mode))
@@ -76,7 +77,7 @@ def _decode(source: Source) -> Photo:
 
 
 def _opened(source: Source) -> Any:
-    """Return a file as libheif opens it; its pixels are decoded when they are asked for."""
+    """Open a file with libheif. The pixels are decoded on first access."""
     try:
         import pi_heif  # an extra
     except ImportError:
@@ -91,7 +92,7 @@ def _opened(source: Source) -> Any:
 
 
 def _pictures(image: Any) -> Iterator[Extra]:
-    """Yield the pictures beside the first one."""
+    """Yield an extra for each additional picture."""
     if image.info.get("depth_images"):
         yield Extra(kinds.DEPTH)
     for kind in image.info.get("aux", {}):
@@ -101,12 +102,12 @@ def _pictures(image: Any) -> Iterator[Extra]:
 
 
 def auxiliary(name: str) -> Iterator[Kind]:
-    """Yield what an auxiliary picture of a name is, if it is known."""
+    """Yield the kinds that match the name of an auxiliary picture."""
     return (kind for part, kind in _AUXILIARY.items() if part in name.lower())
 
 
 def boxes(_: Photo, file: IO[bytes]) -> Iterator[Extra]:
-    """Yield what a file holds in boxes of its own, in their order, and behind them."""
+    """Yield the extras in separate boxes, in file order, and after the last box."""
     file.seek(0)
     data = file.read()
     at, unknown = 0, []

@@ -106,9 +106,7 @@ def _keep(photo: Photo, pixels: Image, encode: Encode, path: Path) -> tuple[Piec
         except CannotKeepBlocks as why:
             reason = str(why)
         else:
-            note = Text(
-                "{share:.1f} % of the JPEG's blocks are the source's own", share=100.0 * kept.share
-            )
+            note = Text("{share:.1f} % of the JPEG unchanged", share=100.0 * kept.share)
             is_progressive = photo.jpeg is not None and photo.jpeg.progressive
             more = Text(", in one scan instead of progressive ones") if is_progressive else ""
             damage = [Text("the file is slightly damaged: {one}", one=one) for one in kept.damage]

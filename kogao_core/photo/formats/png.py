@@ -25,23 +25,24 @@ SIGNATURE: Final = b"\x89PNG\r\n\x1a\n"
 _IHDR_END: Final = 33
 _OVERHEAD: Final = 12
 _TEXT: Final = (b"tEXt", b"zTXt", b"iTXt")
-# Texts that hold blocks with a way of their own.
+# Texts with metadata blocks that are written separately.
 _ELSEWHERE: Final = (
     b"XML:com.adobe.xmp\0",
     b"Raw profile type exif\0",
     b"Raw profile type iptc\0",
 )
-# The picture itself, blocks with a way of their own, and Apple's index of the former.
+# The picture, metadata blocks that are written separately, and Apple's index of the picture.
 _PLAIN: Final = (
     *(b"IHDR", b"PLTE", b"tRNS", b"IDAT", b"IEND", b"iCCP", b"eXIf", b"pHYs", b"sRGB", b"iDOT"),
 )
+_COLOUR_NAMES: Final = (b"gAMA", b"cHRM", b"cICP", b"mDCV", b"cLLI")
 _BACKGROUND, _TRUE = b"bKGD", (b"sBIT", b"sTER", b"sCAL")
-# Bytes that say a significant depth or a background, by the channels they are for.
+# Chunk sizes in bytes, by number of channels.
 _SIZES: Final = {b"sBIT": {1: 1, 2: 2, 3: 3, 4: 4}, _BACKGROUND: {1: 2, 2: 2, 3: 6, 4: 6}}
 _SRGB_COLOURS: Final = (31270, 32900, 64000, 33000, 30000, 60000, 15000, 6000)
 _KEPT: Final = (kinds.TEXTS, kinds.COLOURS, kinds.CHUNKS)
 _MOST_BYTES: Final = 1 << 24
-# Pillow's own level takes eight times as long and saves a tenth (docs/fidelity.md).
+# Compression level. Pillow's default takes eight times as long and saves 10 % (docs/fidelity.md).
 _LEVEL: Final = 1
 _UP: Final = 2  # each line as its difference from the one above
 _STRIP_BYTES: Final = 1 << 20
@@ -56,21 +57,33 @@ Strip = tuple[bytes, int, int]
 def _encode(content: Content) -> Pieces:
     aspect = content.photo.aspect
     shape = () if aspect is None else (made(b"pHYs", struct.pack(">IIB", *aspect, 0)),)
+    kept = [one for one in content.carried if one[4:8] != b"iCCP"]
     return [
         header(content.pixels),
         *shape,
-        *content.carried,
+        *_profile(content),
+        *kept,
         _metadata(content),
         *packed(content.pixels),
     ]
 
 
+def _profile(content: Content) -> list[bytes]:
+    """Return the chunk of the colour profile, with the profile name of the source."""
+    profile = content.blocks.pop("icc_profile")
+    if not profile:
+        return []
+    names = (one[8:].partition(b"\0")[0] for one in content.carried if one[4:8] == b"iCCP")
+    name = next(names, b"ICC Profile")
+    return [made(b"iCCP", name + b"\0\0" + zlib.compress(profile))]
+
+
 def _metadata(content: Content) -> bytes:
-    """Return the chunks that Pillow makes of the blocks."""
+    """Encode the metadata blocks with Pillow. Return the chunks."""
     xmp, resources = content.blocks.pop("xmp"), content.resources
     text = PngImagePlugin.PngInfo()
     if resources:
-        # PNG itself knows no IPTC: this is where ImageMagick and ExifTool look for it.
+        # PNG has no standard for IPTC. ImageMagick and ExifTool use this text.
         lines = "\n".join(textwrap.wrap(resources.hex(), 72))
         text.add_text("Raw profile type iptc", f"\niptc\n{len(resources):8}\n{lines}\n", zip=True)
     if xmp is not None:
@@ -85,7 +98,7 @@ def _behind(file: IO[bytes]) -> Iterator[Extra]:
 
 
 def chunks(file: IO[bytes]) -> Iterator[tuple[bytes, bytes]]:
-    """Yield name and bytes of each sound chunk but those of pixels; a damaged file ends early."""
+    """Yield name and bytes of each valid chunk except pixel data. A damaged file ends early."""
     file.seek(len(SIGNATURE))
     while len(head := file.read(8)) == 8:
         size, name = int.from_bytes(head[:4], "big"), head[4:]
@@ -100,9 +113,9 @@ def chunks(file: IO[bytes]) -> Iterator[tuple[bytes, bytes]]:
 
 
 def carried(file: IO[bytes], channels: int) -> tuple[bytes, ...]:
-    """Return chunks that a changed photo of so many channels keeps as they are.
+    """Return the chunks that a changed photo with `channels` channels preserves unchanged.
 
-    These are texts, what colours mean, and what stays true or is marked as safe to copy.
+    These are texts, colour definitions and chunks that are still valid or marked as safe to copy.
     """
     found = list(chunks(file))
     profiled = any(name == b"iCCP" for name, _ in found)
@@ -111,8 +124,13 @@ def carried(file: IO[bytes], channels: int) -> tuple[bytes, ...]:
         chunk
         for name, chunk in found
         if (name != b"sRGB" or not profiled)
-        and (name == b"sRGB" or _kind(name, chunk, channels, depth) in _KEPT)
+        and (name in (b"sRGB", b"iCCP") or _kind(name, chunk, channels, depth) in _KEPT)
     )
+
+
+def is_colour(chunk: bytes) -> bool:
+    """Return True if a chunk defines the colours or contains a profile."""
+    return chunk[4:8] in (*_COLOUR_NAMES, b"sRGB", b"iCCP")
 
 
 def _inside(photo: Photo, file: IO[bytes]) -> Iterator[Extra]:
@@ -122,7 +140,8 @@ def _inside(photo: Photo, file: IO[bytes]) -> Iterator[Extra]:
     names: dict[Kind, list[str]] = {}
     for name, chunk in all_of_it:
         kind = _kind(name, chunk, photo.channels, depth)
-        if kind is None or (kind is kinds.COLOURS and (is_srgb or _says_srgb(name, chunk))):
+        is_overruled = is_srgb and name != b"cICP"  # only cICP overrules a colour profile
+        if kind is None or (kind is kinds.COLOURS and (is_overruled or _says_srgb(name, chunk))):
             continue
         names.setdefault(kind, []).append(name.decode("latin-1"))
     for kind, members in names.items():
@@ -131,7 +150,7 @@ def _inside(photo: Photo, file: IO[bytes]) -> Iterator[Extra]:
 
 
 def _end(data: bytes) -> int:
-    """Return where a PNG file ends by its last chunk."""
+    """Return the end offset of the last PNG chunk."""
     at = len(SIGNATURE)
     while at + _OVERHEAD <= len(data):
         name, at = data[at + 4 : at + 8], at + _OVERHEAD + int.from_bytes(data[at : at + 4], "big")
@@ -147,10 +166,10 @@ def _file_depth(file: IO[bytes]) -> int:
 
 
 def _kind(name: bytes, chunk: bytes, channels: int, depth: int) -> Kind | None:
-    """Return what a chunk is; None for the picture itself and what has a way of its own."""
+    """Return the kind of a chunk. None: the picture, or metadata that is written separately."""
     if name in _TEXT:
         return None if chunk[8:].startswith(_ELSEWHERE) else kinds.TEXTS
-    if name in (b"gAMA", b"cHRM", b"cICP", b"mDCV", b"cLLI"):
+    if name in _COLOUR_NAMES:
         return kinds.COLOURS
     known = {b"caBX": kinds.CREDENTIALS}
     known |= dict.fromkeys((b"acTL", b"fcTL", b"fdAT"), kinds.FURTHER)
@@ -164,20 +183,21 @@ def _kind(name: bytes, chunk: bytes, channels: int, depth: int) -> Kind | None:
 
 
 def _says_srgb(name: bytes, chunk: bytes) -> bool:
-    """Tell whether gamma or chromaticities are those that every reader takes for granted."""
+    """Return True if gamma or chromaticities are sRGB's, the default of all readers."""
     body = chunk[8:-4]
     numbers = struct.unpack(f">{len(body) // 4}I", body[: len(body) // 4 * 4])
-    return (name, numbers) in ((b"gAMA", (45455,)), (b"cHRM", _SRGB_COLOURS))
+    known = ((b"gAMA", (45455,)), (b"cHRM", _SRGB_COLOURS), (b"cICP", (0x010D0001,)))
+    return (name, numbers) in known
 
 
 def made(name: bytes, body: bytes) -> bytes:
-    """Return a chunk as a file holds it."""
+    """Return a chunk: length, name, body and checksum."""
     checksum = zlib.crc32(body, zlib.crc32(name))
     return b"".join([struct.pack(">I", len(body)), name, body, struct.pack(">I", checksum)])
 
 
 def _before_pixels(png: bytes) -> bytes:
-    """Return the chunks between the header and the pixels of a file that an encoder wrote."""
+    """Return the chunks between the header and the pixels of a PNG file."""
     end = _IHDR_END
     while png[end + 4 : end + 8] != b"IDAT":
         end += _OVERHEAD + int.from_bytes(png[end : end + 4], "big")
@@ -185,7 +205,7 @@ def _before_pixels(png: bytes) -> bytes:
 
 
 def header(pixels: Image) -> bytes:
-    """Return the beginning of a file of pixels, up to the end of its header chunk."""
+    """Return the signature and the header chunk for an array of pixels."""
     height, width = pixels.shape[:2]
     colours = _COLOUR_TYPES[channels_of(pixels)]
     return SIGNATURE + made(
@@ -194,7 +214,7 @@ def header(pixels: Image) -> bytes:
 
 
 def packed(pixels: Image) -> list[bytes]:
-    """Return the chunks that hold pixels, and the one that ends the file.
+    """Compress pixels in parallel. Return the pixel chunks and the end chunk.
 
     The result doesn't depend on the number of threads.
     """
@@ -227,7 +247,7 @@ def _idat(body: bytes) -> bytes:
 
 
 def _filtered(lines: Image, top: int, bottom: int) -> Image:
-    """Return lines as PNG stores them: bytes from the highest, less those above, by line's kind."""
+    """Return PNG lines: filter type, then big-endian bytes minus the bytes of the line above."""
     stored = lines[max(0, top - 1) : bottom]
     data = np.ascontiguousarray(stored, stored.dtype.newbyteorder(">")).view(np.uint8)
     filtered = np.empty((bottom - top, 1 + data.shape[1]), np.uint8)
@@ -239,7 +259,7 @@ def _filtered(lines: Image, top: int, bottom: int) -> Image:
 
 
 def _joined(first: int, second: int, count: int) -> int:
-    """Return the Adler-32 of two pieces from those of each; the second is `count` bytes long."""
+    """Combine the Adler-32 checksums of two pieces. The second piece has `count` bytes."""
     low, high = first & 0xFFFF, first >> 16
     low_of_second, high_of_second = second & 0xFFFF, second >> 16
     high = (high + high_of_second + count * (low - 1)) % _ADLER

@@ -1,4 +1,4 @@
-"""Raw photos of cameras, developed by LibRaw: read, but never written."""
+"""Raw photos of cameras, developed by LibRaw. Read-only."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ _SUFFIXES: Final = (
 
 
 def _is_raw(_: IO[bytes], path: Path) -> bool:
-    """Tell by the name: most raw files are TIFF files to those who don't know better."""
+    """Detect a raw photo by file name: most raw files are also valid TIFF files."""
     return path.suffix.lower() in _SUFFIXES
 
 
 def _decode(source: Source) -> Photo:
-    """Return a photo in sRGB, upright, as the camera balanced it."""
+    """Develop a raw photo: sRGB, upright, with the camera's white balance."""
     path = source.path
     try:
         import rawpy  # an extra
@@ -46,7 +46,7 @@ def _decode(source: Source) -> Photo:
     data = source.data()
     try:
         with rawpy.imread(io.BytesIO(data)) as raw:
-            source.check(raw.sizes.iwidth, raw.sizes.iheight)
+            source.check(raw.sizes.iwidth, raw.sizes.iheight, 3 * source.bits // 8)
             pixels = raw.postprocess(
                 use_camera_wb=True,
                 output_bps=source.bits,
@@ -61,7 +61,7 @@ def _decode(source: Source) -> Photo:
                 path=path,
             )
         ) from None
-    if pixels.shape[2] == 1:  # of a camera without colours: as the profile has them
+    if pixels.shape[2] == 1:  # a monochrome camera: the profile needs 3 channels
         pixels = np.repeat(pixels, 3, axis=2)
     profile = ImageCms.ImageCmsProfile(ImageCms.createProfile("sRGB")).tobytes()
     note = Text("developed to {bits} bits with the camera's white balance", bits=source.bits)

@@ -54,7 +54,7 @@ _USUAL_STRIP: Final = 8192  # bytes, as TIFF advises
 def _decode(source: Source) -> Photo:
     file, path = source.file, source.path
     tags = tiff.TiffTags.read(file)
-    source.check(tags.width, tags.height)
+    source.check(tags.width, tags.height, tags.pixel_bytes)
     tags.check_whole(os.fstat(file.fileno()).st_size)
     notes: tuple[str, ...] = ()
     profile = tags.icc_profile

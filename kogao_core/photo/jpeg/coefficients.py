@@ -1,7 +1,7 @@
-"""The DCT coefficients of JPEG files, through the libjpeg-turbo that jpeglib carries.
+"""Read and write DCT coefficients of JPEG files with jpeglib's copy of libjpeg-turbo.
 
-Its functions are called with our own arrays: jpeglib's classes decode a file twice, and copy both
-the file and the arrays.
+This module calls the C functions directly, with NumPy arrays: jpeglib's classes decode a file twice
+and copy both the file and the arrays.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from kogao_core.photo.jpeg.segments import segments
 _BLOCK_PX: Final = 8
 GREY, RGB, YCC = 1, 2, 3  # libjpeg's numbers of colour models
 _LIBRARY: Final = "cjpeglib_turbo210.*[do]"  # the fastest that jpeglib has: half of 6b's time
-_OPTIMISE: Final = 1 << 6  # the flag that asks for Huffman codes of the file's own
+_OPTIMISE: Final = 1 << 6  # flag: compute optimised Huffman tables
 _EVERY_FLAG: Final = 0xFFFFFFFF
 _NUMBERS: Final = _BLOCK_PX * _BLOCK_PX
 _MOST: Final = 4  # components, and tables
@@ -48,9 +48,8 @@ class CannotKeepBlocks(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Frame:
-    """What a JPEG file says of its components."""
+    """Frame header of a JPEG file: picture size in px, sampling factors and colour model."""
 
-    # Of the picture, px.
     height: int
     width: int
     # Blocks per minimum coded unit (down, along) of each component.
@@ -65,7 +64,7 @@ class Frame:
 
     @property
     def blocks(self) -> tuple[tuple[int, int], ...]:
-        """Rows and columns of blocks of each component, as many as the picture needs."""
+        """Rows and columns of blocks of each component, without padding blocks."""
         high, wide = self.unit_px
         return tuple(
             (-(-self.height * down // high), -(-self.width * along // wide))
@@ -81,7 +80,7 @@ class Coefficients:
     planes: tuple[Plane, ...]  # (rows, columns, 64): the blocks of each component
     tables: npt.NDArray[np.uint16]  # uint16 (4, 64): quantisation tables; zeros where there is none
     numbers: npt.NDArray[np.int16]  # int16 (4,): the table of each component
-    # Whether the file has the Huffman codes of the standard's annex K, as most cameras write.
+    # Whether the file uses the Huffman tables of annex K of the standard, like most cameras.
     has_usual_codes: bool
 
     @property
@@ -95,7 +94,7 @@ def read(data: bytes, copy: Path) -> Coefficients:
     with io.BytesIO(data) as file:
         needed = [(code, segment) for code, segment in segments(file) if code in _DECODING]
         frame, scans = _frame(needed), memoryview(data)[file.tell() :]
-    # The library fills arrays of the size that it reads itself: it mustn't see another frame.
+    # The library takes the array size from the file, so the copy must contain only one frame.
     with copy.open("wb") as out:
         out.writelines([b"\xff\xd8", *(segment for _, segment in needed), scans])
     planes = tuple(np.empty((*blocks, _NUMBERS), np.int16) for blocks in frame.blocks)
@@ -111,10 +110,10 @@ def read(data: bytes, copy: Path) -> Coefficients:
 
 
 def write(coefficients: Coefficients, folder: Path) -> bytes:
-    """Return a sequential JPEG file that counts components from 0.
+    """Return a sequential JPEG file with component numbers from 0.
 
-    Usual Huffman codes stay: up to the first change the picture's data are then the source's, bit
-    for bit. Other files get codes of their own, which are shorter and take longer to find.
+    Standard Huffman tables are preserved: the data up to the first change then equal the source's,
+    bit for bit. For other files, optimised tables are computed: smaller output, more time.
     """
     file, frame = folder / "written", coefficients.frame
     layout = ((frame.height, frame.width), frame.blocks, frame.factors)
@@ -147,13 +146,13 @@ def _frame(needed: list[tuple[int, bytes]]) -> Frame:
     if code not in _FRAMES or len(parts) not in (1, 3):
         raise CannotKeepBlocks(Text("it is coded in a rare way"))
     if len(parts) == 1:
-        # A grey file is coded block by block, whatever its factors say.
+        # Grey files ignore sampling factors: the blocks are coded one by one.
         return Frame(height, width, ((1, 1),), GREY)
     return Frame(height, width, factors, _colours(needed, bytes(part[0] for part in parts)))
 
 
 def _colours(needed: list[tuple[int, bytes]], names: bytes) -> int:
-    """Return how libjpeg takes three components of these names."""
+    """Return the colour model that libjpeg assumes for three components with these names."""
     jfif, adobe = (
         [one for code, one in needed if code == marker and one[4:].startswith(name)]
         for marker, name in ((_JFIF, b"JFIF\0"), (_ADOBE, b"Adobe"))
@@ -166,7 +165,7 @@ def _colours(needed: list[tuple[int, bytes]], names: bytes) -> int:
 
 
 def _codes(needed: Iterable[tuple[int, bytes]]) -> set[bytes]:
-    """Return the Huffman tables of segments, each as it is written."""
+    """Return the Huffman tables in the segments, as stored."""
     found = set()
     for _, segment in (one for one in needed if one[0] == _CODES):
         rest = segment[4:]
@@ -179,7 +178,7 @@ def _codes(needed: Iterable[tuple[int, bytes]]) -> set[bytes]:
 
 @cache
 def _usual_codes() -> set[bytes]:
-    """Return the standard's Huffman tables, which OpenCV writes when nothing else is asked."""
+    """Return the standard's Huffman tables, OpenCV's default."""
     small = cv2.imencode(".jpg", np.zeros((_BLOCK_PX, _BLOCK_PX, 3), np.uint8))[1].tobytes()
     with io.BytesIO(small) as file:
         return _codes(segments(file))
@@ -187,7 +186,7 @@ def _usual_codes() -> set[bytes]:
 
 @cache
 def _library() -> ctypes.CDLL:
-    """Load the library, without jpeglib around it, which takes longer than many a photo."""
+    """Load the C library without importing jpeglib: the import is slower than many photos."""
     found = find_spec("jpeglib")
     places = found.submodule_search_locations if found is not None else None
     (file,) = Path((places or [""])[0], "cjpeglib").glob(_LIBRARY)
@@ -204,6 +203,6 @@ def _library() -> ctypes.CDLL:
 
 
 def _addresses(arrays: Iterable[npt.NDArray[Any]], places: int = _MOST) -> list[int | None]:
-    """Return where arrays lie, and nothing for the rest of so many places."""
+    """Return the addresses of the arrays, padded with None to `places` items."""
     known: list[int | None] = [array.ctypes.data for array in arrays]
     return known + [None] * (places - len(known))

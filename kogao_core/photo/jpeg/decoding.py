@@ -1,4 +1,4 @@
-"""The compressed data of a JPEG file: what they cost to decode, and whether they are all there."""
+"""Check the compressed data of a JPEG file for decoding cost and completeness, and decode."""
 
 from __future__ import annotations
 
@@ -16,14 +16,15 @@ from kogao_core.base.geometry import Image
 from kogao_core.base.language import Text
 from kogao_core.base.stderr import if_unsaid
 from kogao_core.photo.errors import UnreadablePhoto
-from kogao_core.photo.jpeg.segments import END, START_OF_SCAN, markers, segments
+from kogao_core.photo.jpeg.segments import END, SOI, START_OF_SCAN, markers, segments
 
-# Usual files have at most 18. Each takes about 1.2 ns a pixel, and may be a dozen bytes.
+# Most scans per file. Usual files have at most 18. A scan of a dozen bytes costs 1.2 ns per pixel.
 MOST_SCANS: Final = 64
-_MOST_MARKERS: Final = 16 * MOST_SCANS  # tables and remarks between them
+MAX_SEGMENTS: Final = 5000
+_MOST_MARKERS: Final = 16 * MOST_SCANS  # includes tables and comments between scans
 _END: Final = b"\xff\xd9"
 _BLOCK_PX: Final = 8
-# The fewest bits that Huffman codes spend on a block: its mean, and in sequential files its end.
+# Fewest bits per Huffman-coded block: the DC value and, in sequential files, the end of block.
 _LEAST_BITS: Final = {0xC0: 2, 0xC1: 2, 0xC2: 1}
 # As Pillow's colour models.
 _FLAGS: Final = {
@@ -33,14 +34,30 @@ _FLAGS: Final = {
 _ANYTHING: Final = b"\xaa" * 1000  # unlike the zeros that decoders fill in
 
 
+def check_segments(file: IO[bytes], path: Path) -> None:
+    """Reject a JPEG with too many segments, which is slow to read. Raises UnreadablePhoto."""
+    file.seek(0)
+    is_jpeg = file.read(len(SOI)) == SOI
+    if is_jpeg and sum(1 for _ in islice(segments(file), MAX_SEGMENTS + 1)) > MAX_SEGMENTS:
+        raise UnreadablePhoto(
+            Text(
+                "{path} is a JPEG with more than {count:,} segments; save it again in another "
+                "program first",
+                path=path,
+                count=MAX_SEGMENTS,
+            )
+        )
+    file.seek(0)
+
+
 def check(file: IO[bytes], path: Path) -> bool:
-    """Check an open JPEG file before it is decoded; return whether the picture ends with a scan.
+    """Check an open JPEG file before decoding. Return True if the last scan ends the picture.
 
     Raises UnreadablePhoto.
     """
     frame = next((body for code, body in segments(file) if code in _LEAST_BITS), None)
     for _ in segments(file):
-        pass  # the file is then at its first scan
+        pass  # read up to the first scan
     data = file.read()
     if frame is not None and 8 * len(data) < _LEAST_BITS[frame[1]] * _blocks(frame):
         raise ValueError(Text("fewer data than blocks"))
@@ -59,7 +76,7 @@ def check(file: IO[bytes], path: Path) -> bool:
 
 
 def _blocks(frame: bytes) -> int:
-    """Return how many blocks the segment of a frame announces."""
+    """Return the number of blocks declared by a frame segment."""
     height, width = (int.from_bytes(frame[at : at + 2], "big") for at in (5, 7))
     parts = [divmod(factors, 16) for factors in frame[11::3][: frame[9]]]
     most_across, most_down = (max((part[axis] for part in parts), default=1) for axis in (0, 1))
@@ -71,11 +88,11 @@ def _blocks(frame: bytes) -> int:
 
 
 def pixels(data: bytes, size: tuple[int, int], mode: str) -> Image | None:
-    """Return the pixels of a JPEG file that OpenCV has no word to say about, else None.
+    """Decode a JPEG with OpenCV. Return uint8 (H, W) or (H, W, 3), or None.
 
-    They are those of Pillow, from the same libjpeg, in half the time and less memory. What Pillow
-    takes for damage OpenCV complains of, or refuses; but it doesn't hear of damage behind a scan.
-    Result uint8 (H, W) or (H, W, 3).
+    None: OpenCV fails or prints a warning, the size differs from `size`, or `mode` is unsupported.
+    The pixels equal Pillow's (same libjpeg), in half the time and with less memory. OpenCV reports
+    the same damage as Pillow, except damage after a scan.
     """
     if mode not in _FLAGS:
         return None
@@ -83,7 +100,7 @@ def pixels(data: bytes, size: tuple[int, int], mode: str) -> Image | None:
     def decode() -> Image | None:
         try:
             return cv2.imdecode(np.frombuffer(data, np.uint8), _FLAGS[mode])
-        except cv2.error:  # it has a limit of its own
+        except cv2.error:  # OpenCV's size limit
             return None
 
     found = if_unsaid(decode)
@@ -91,13 +108,12 @@ def pixels(data: bytes, size: tuple[int, int], mode: str) -> Image | None:
 
 
 def without_end(data: bytes) -> Pillow.Image | None:
-    """Return the picture of a JPEG file that lacks nothing but its end marker, else None.
+    """Return the picture of a JPEG that lacks only the end marker, else None.
 
-    Decoders fill in what is missing from whatever follows: where that makes no difference, nothing
-    is missing.
+    Test: decode twice with different bytes appended. Equal pixels show that the scans are complete.
     """
     try:
-        if not _is_whole(data, small=True):  # most that end early do so by far
+        if not _is_whole(data, small=True):  # fast test: most truncated files lack much data
             return None
         return _decoded(data + _END) if _is_whole(data, small=False) else None
     except OSError:

@@ -44,12 +44,12 @@ def segments(file: IO[bytes]) -> Iterator[tuple[int, bytes]]:
 
 
 def holds_picture(data: bytes) -> bool:
-    """Tell whether data hold a picture or film in a file of its own."""
+    """Return True if the data contain an embedded picture or video file."""
     return any(start in data for start in _PICTURES)
 
 
 def end_of_picture(data: bytes, start: int) -> tuple[int, list[tuple[int, bytes]]]:
-    """Return where a picture ends, and code and bytes of what else is behind its first scan."""
+    """Return the end offset of a picture, and the segments (code, bytes) after the first scan."""
     late, in_scans = list[tuple[int, bytes]](), False
     for code, at, end in markers(data, start):
         if code == END:
@@ -62,7 +62,7 @@ def end_of_picture(data: bytes, start: int) -> tuple[int, list[tuple[int, bytes]
 
 
 def markers(data: bytes, start: int) -> Iterator[tuple[int, int, int]]:
-    """Yield code, start and end of what each marker begins, up to the end of a picture."""
+    """Yield code, start and end of each marker segment, up to the end of a picture."""
     code, at = 0, start
     while code != END and (marker := _MARKER.search(data, at)) is not None:
         code, at = data[marker.end() - 1], marker.end()
@@ -71,7 +71,7 @@ def markers(data: bytes, start: int) -> Iterator[tuple[int, int, int]]:
 
 
 def profiles(file: IO[bytes]) -> tuple[list[list[bytes]], list[bytes]]:
-    """Return the segments of each whole colour profile, by their numbers, and those left over."""
+    """Return the ordered segments of each complete colour profile, and all remaining segments."""
     series: list[dict[int, bytes]] = []
     for code, one in segments(file):
         if code != 0xE2 or one[4 : PROFILE_AT - 2] != _PROFILE_HEAD or len(one) < PROFILE_AT:
@@ -95,7 +95,7 @@ def profiles(file: IO[bytes]) -> tuple[list[list[bytes]], list[bytes]]:
 
 
 def photoshop(file: IO[bytes]) -> bytes | None:
-    """Return the Photoshop resources, which may be spread over segments."""
+    """Return the Photoshop resources, joined from all segments, or None."""
     start = 4 + len(PHOTOSHOP_HEAD)
     return (
         b"".join(
@@ -108,33 +108,33 @@ def photoshop(file: IO[bytes]) -> bytes | None:
 
 
 def photoshop_segments(resources: bytes) -> tuple[bytes, ...]:
-    """Return segments that hold Photoshop resources."""
+    """Split Photoshop resources into segments."""
     room = MOST_BYTES - len(PHOTOSHOP_HEAD)
     parts = (resources[at : at + room] for at in range(0, len(resources), room))
     return tuple(segment(_PHOTOSHOP, PHOTOSHOP_HEAD + part) for part in parts)
 
 
 def segment(code: int, body: bytes) -> bytes:
-    """Return a segment as a file holds it."""
+    """Return a segment: marker, length and body."""
     return bytes([0xFF, code]) + (len(body) + 2).to_bytes(2, "big") + body
 
 
 def end_of_headers(jpeg: bytes) -> int:
-    """Return where the metadata of a JPEG file end that has them first, as encoders write it."""
+    """Return the end offset of the metadata. The metadata must come first in the file."""
     with io.BytesIO(jpeg) as file:
         return 2 + sum(len(one) for code, one in segments(file) if code in APP_OR_COMMENT)
 
 
 def inserted(jpeg: bytes, more: tuple[bytes, ...]) -> bytes:
-    """Return a JPEG file with more segments behind its own metadata."""
+    """Insert segments after the metadata of a JPEG file."""
     at = end_of_headers(jpeg)
     return jpeg[:at] + b"".join(more) + jpeg[at:]
 
 
 def with_headers(jpeg: bytes, other: bytes) -> bytes:
-    """Return a JPEG file with another's metadata in the place of its own.
+    """Replace the metadata of `jpeg` by the metadata of `other`.
 
-    How colours are coded is its own: Adobe's segment.
+    The Adobe segment of `jpeg` is preserved: it defines the colour coding.
     """
 
     def heads(data: bytes) -> Iterator[tuple[bool, bytes]]:
@@ -149,7 +149,7 @@ def with_headers(jpeg: bytes, other: bytes) -> bytes:
 
 
 def with_jfif(jpeg: bytes, header: bytes) -> bytes:
-    """Return a JPEG file with another version, unit and density in its JFIF segment, if any."""
+    """Replace version, unit and density in the JFIF segment, if any."""
     if jpeg[2:4] != bytes([0xFF, _JFIF]) or jpeg[6:_JFIF_AT] != b"JFIF\0":
         return jpeg
     return jpeg[:_JFIF_AT] + header + jpeg[_JFIF_AT + len(header) :]

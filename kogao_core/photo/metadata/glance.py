@@ -45,7 +45,12 @@ UNRATED: Final = Rated()
 
 def is_ours(path: Path) -> bool:
     """Tell whether an edit record near a file's beginning or end says that this program made it."""
-    return any(map(_OURS.search, _ends(path)))
+    return any(map(has_record, _ends(path)))
+
+
+def has_record(data: bytes) -> bool:
+    """Return whether XMP data hold an edit record of Kogao."""
+    return _OURS.search(data) is not None
 
 
 def rating_of(photo: Path) -> Rated:

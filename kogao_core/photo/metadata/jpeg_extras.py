@@ -15,6 +15,9 @@ from kogao_core.photo.metadata.kinds import Extra, Kind
 
 _EXTENSION: Final = b"http://ns.adobe.com/xmp/extension/\0"
 _PACKET: Final = b"http://ns.adobe.com/xap/1.0/\0"
+_EXIF: Final = b"Exif\0"
+_EXIF_AT: Final = 10
+_TIFF_HEADS: Final = (b"II*\0", b"MM\0*")
 _PACKET_AT: Final = 4 + len(_PACKET)
 _JUMBF: Final = b"JP"
 _ISO_GAIN_MAP: Final = b"urn:iso:std:iso:ts:21496:-1\0"
@@ -23,7 +26,7 @@ _KNOWN: Final[tuple[tuple[int, bytes, Kind], ...]] = (
     (0xFE, b"", kinds.COMMENTS),
     (0xE0, b"JFIF\0", kinds.RESOLUTION),
     (0xE0, b"JFXX\0", kinds.THUMBNAIL),
-    (0xE1, b"Exif\0", kinds.EXIF),
+    (0xE1, _EXIF, kinds.EXIF),
     (0xE1, _PACKET, kinds.XMP),
     (0xE1, _EXTENSION, kinds.XMP_EXTENSION),
     (0xE2, b"ICC_PROFILE\0", kinds.ICC),
@@ -58,6 +61,12 @@ def carried(file: IO[bytes]) -> tuple[bytes, ...]:
     photo as it was; the series that such a segment belongs to goes whole.
     """
     return tuple(segment for kind, segment in _judged(_found(file)) if kind in _CARRIED)
+
+
+def exif(file: IO[bytes]) -> bytes | None:
+    """Return the first EXIF block, ``Exif`` included; a long one goes on in the next segments."""
+    found = [one for kind, one in _judged(_found(file)) if kind is kinds.EXIF]
+    return b"".join([one[4 if n == 0 else _EXIF_AT :] for n, one in enumerate(found)]) or None
 
 
 def packet(file: IO[bytes]) -> bytes | None:
@@ -141,10 +150,13 @@ def _judged(of: Iterable[tuple[int, bytes]]) -> Iterator[tuple[Kind, bytes]]:
     is_signed = any(kind is kinds.JUMBF and b"c2pa" in segment for kind, segment in found)
     extension = b"".join(one for kind, one in found if kind is kinds.XMP_EXTENSION)
     is_stale = stale.is_picture_in(extension)
-    packets = 0
+    packets = blocks = 0
     for kind, segment in found:
         packets += kind is kinds.XMP
-        if kind is kinds.XMP and packets > 1:
+        blocks += kind is kinds.EXIF and segment[_EXIF_AT:].startswith(_TIFF_HEADS)
+        if kind is kinds.EXIF and blocks > 1:
+            yield kinds.SECOND_EXIF, segment
+        elif kind is kinds.XMP and packets > 1:
             yield kinds.SECOND_XMP, segment
         elif kind is kinds.ICC:
             yield kinds.SECOND_PROFILE, segment

@@ -1,7 +1,7 @@
-"""The kinds of things that a file holds beside its pixels; `formats` decides what becomes of each.
+"""Kinds of data in a photo file other than pixels.
 
-Together they are the table of `docs/fidelity.md`. The readers of all formats name what they find
-by these kinds, and `write` says what an output doesn't keep.
+`formats` defines the treatment of each kind. The table in `docs/fidelity.md` lists all kinds. The
+readers of all formats report extras by kind, and `write` reports lost kinds.
 """
 
 from __future__ import annotations
@@ -14,27 +14,26 @@ from kogao_core.base.language import Text
 
 @dataclass(frozen=True, slots=True)
 class Kind:
-    """A kind of thing beside the pixels."""
+    """A kind of data in a photo file other than pixels."""
 
-    name: Text  # in a photographer's words, as notes say it
-    seen: str  # how it is recognised
-    why: str = ""  # why it isn't kept
-    # Whether a note names it where it isn't kept; not, where only copies of the picture or of what
-    # else is in the file go.
+    name: Text  # for notes, in photographers' words
+    seen: str  # signature in the file, for the documentation
+    why: str = ""  # the reason for leaving out this kind
+    # Whether to report the loss of this kind. False: only copies of other content are lost.
     is_reported: bool = True
 
 
 @dataclass(frozen=True, slots=True)
 class Extra:
-    """Something that a file holds: its kind, and a more exact name."""
+    """An item in a file: a kind, with an optional specific name."""
 
     kind: Kind
     more: str = ""
-    data: bytes = b""  # what a changed photo can keep of what lies between scans or at the end
+    data: bytes = b""  # data between scans or after the picture that a changed photo can preserve
 
     @property
     def name(self) -> str:
-        """What a note calls it."""
+        """Name for notes."""
         return self.more or self.kind.name
 
 
@@ -66,6 +65,16 @@ XMP_EXTENSION: Final = Kind(
     Text("the extended XMP"), "APP1 `xmp/extension`", "no place in other formats"
 )
 SECOND_XMP: Final = Kind(Text("a second XMP packet"), "APP1, more than once", "a segment of JPEG's")
+PHOTOSHOP_XMP: Final = Kind(
+    Text("the XMP among Photoshop's resources"),
+    "resource 1060, unless it equals the XMP packet",
+    "a copy that programs read instead of the XMP packet would be out of date",
+)
+SECOND_EXIF: Final = Kind(
+    Text("a second EXIF block"),
+    "APP1 `Exif` with a TIFF header, more than once",
+    "programs read the first; its thumbnail shows the face as it was",
+)
 PLACES: Final = Kind(
     Text("places in the picture as it lay"),
     "Lightroom's crops, masks and spots, ACDSee's, IPTC's and panoramas' regions, Photoshop's "

@@ -8,6 +8,7 @@ from typing import Final
 _SIGN: Final = b"8BIM"
 _IPTC: Final = 0x0404
 # Two kinds of thumbnails, and copies of the EXIF and XMP blocks: all of the photo as it was.
+_XMP: Final = 0x0424
 _STALE: Final = (0x0409, 0x040C, 0x0422, 0x0423, 0x0424)
 # Guides, slices and paths.
 _PLACES: Final = frozenset((1032, 1050, *range(2000, 2998), 2999))
@@ -41,7 +42,16 @@ def has_places(resources: bytes) -> bool:
 
 def iptc_of(resources: bytes) -> bytes | None:
     """Return the IPTC record (IIM) among resources."""
-    return next((content for number, content, _ in _parts(resources) if number == _IPTC), None)
+    return _content(resources, _IPTC)
+
+
+def xmp_of(resources: bytes) -> bytes | None:
+    """Return the XMP packet among resources."""
+    return _content(resources, _XMP)
+
+
+def _content(resources: bytes, wanted: int) -> bytes | None:
+    return next((content for number, content, _ in _parts(resources) if number == wanted), None)
 
 
 def with_iptc(iptc: bytes) -> bytes:

@@ -161,6 +161,11 @@ class TiffTags:
         return self._first(Tag.BitsPerSample, 1)
 
     @property
+    def pixel_bytes(self) -> int:
+        """Bytes of a decoded pixel."""
+        return max(1, self.bits // 8) * int(self._first(Tag.SamplesPerPixel, 1))
+
+    @property
     def is_deep(self) -> bool:
         """Whether a channel has more than 8 bits."""
         return self.bits > 8

@@ -1,1 +1,1 @@
-"""How the committed model is made: see ``__main__``."""
+"""Training of the committed Active Appearance Model: see ``__main__``."""

@@ -1,8 +1,8 @@
 """Train the Active Appearance Model: ``python -m resources.training.aam DATA OUT``.
 
-DATA is the folder of shared photographs. With ``--leave-out LABELS`` the people of a file of hand
-labels are left out; so is, with ``--hold-out N`` (0 to 3), every fourth person, and the model is
-then measured on these. The same photographs give the same bytes.
+DATA is the folder of shared photographs. ``--leave-out LABELS`` excludes the people in a file of
+hand labels. ``--hold-out N`` (0 to 3) excludes every fourth person and measures the model on these
+people. The same photographs give the same bytes.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ COMPOSITES: Final = "composites"
 
 
 def main() -> None:
-    """Train, write the model and, where faces are held out, report on these."""
+    """Train, write the model and report on held-out faces, if any."""
     parser = argparse.ArgumentParser(prog="python -m resources.training.aam")
     parser.add_argument("data", type=Path)
     parser.add_argument("out", type=Path)
@@ -80,7 +80,7 @@ def _kept_away(
     away = people_in(leave_out, faces) if leave_out else set()
     if hold_out is not None:
         away |= set(list(dict.fromkeys(face.person for face in faces))[hold_out::FOLDS])
-        # They are averages of people who may be held out.
+        # Composites are averages that may include held-out people.
         away |= {face.person for face in faces if face.folder == COMPOSITES}
     return away
 

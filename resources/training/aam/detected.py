@@ -1,4 +1,4 @@
-"""The faces of a photograph as the networks see them: the detector's box and the mesh."""
+"""Detections of the networks in a photograph: boxes of the detector, and meshes."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from kogao_core.faces.landmarks import locked, search
 from kogao_core.faces.landmarks.blazeface import INPUT_PX, BlazeFace, Detection, Square
 from kogao_core.faces.landmarks.mesh import EYES, MOUTH
 from kogao_core.faces.landmarks.outline import silhouette
-from kogao_core.faces.landmarks.pixels import Pyramid
+from kogao_core.faces.landmarks.pixels import Pyramid, read_network
 
 SURFACE: Final = 468
 _LEAST_SCORE: Final = 0.8
@@ -33,16 +33,16 @@ class Seen:
 
 
 class Networks:
-    """Detector and mesh together, giving all the mesh's points with their depth."""
+    """Detector and mesh network together; returns all mesh points with their depth."""
 
     def __init__(self) -> None:
         self._detector = BlazeFace(locked.network(locked.DETECTOR))
         weights = str(locked.network(locked.MESH))
-        self._meshes = Spares(lambda: cv2.dnn.readNetFromTFLite(weights))
+        self._meshes = Spares(lambda: read_network(Path(weights)))
 
     def faces(self, picture: Pyramid) -> list[Seen]:
-        """Return the faces that both networks are sure of."""
-        # Several threads fit, some in vain: what they see of a face counts if the search takes it.
+        """Return the faces with a confident detection and mesh."""
+        # Several threads fit proposals, some in vain. Use only the fits that the search accepts.
         seen: dict[Face, Seen] = {}
 
         def fit(proposal: Detection) -> search.Fitted | None:

@@ -1,4 +1,4 @@
-"""What the model learns from: crops with landmarks, their turned views and mirror images."""
+"""Training examples: crops with landmarks, turned views and mirror images."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from .faces import STUDIO, Photographed
 from .labels import Labeller
 from .turned import turned
 
-# Degrees added to what the photographs show; few are turned by more than 15.
+# Largest added turns, degrees. The photographs show few turns above 15 degrees.
 _MOST_YAW, _MOST_PITCH = 35.0, 15.0
-# Hand labels count most, made-up views least.
+# Weights relative to 1: hand labels weigh more, synthetic views less.
 _STUDIO_WEIGHT, _TURNED_WEIGHT = 1.5, 0.5
 _KEYPOINTS_MIRROR: Final = [1, 0, 2, 3, 5, 4]
 
@@ -36,7 +36,7 @@ class Example:
 
     @property
     def mirrored(self) -> Example:
-        """The example in a mirror."""
+        """The mirror image of the example."""
         flip = self.crop.mirrored_points
         assert self.box.keypoints_px is not None
         box = replace(
@@ -51,9 +51,9 @@ class Example:
 def examples(
     faces: Sequence[Photographed], labeller: Labeller, turns: int, seed: int
 ) -> list[Example]:
-    """Return each face as photographed and turned at random `turns` times, all of them twice.
+    """Return each face as photographed and in `turns` random turned views, with mirror images.
 
-    Every second one is the mirror image of the one before.
+    Each example is followed by its mirror image.
     """
     rng = np.random.default_rng(seed)
     return [
@@ -83,7 +83,7 @@ def _views(
 
 
 def lit(grey: Grey, rng: np.random.Generator) -> Grey:
-    """Return a picture in another light: from a side, brighter or darker, soft, noisy."""
+    """Return a picture with random light from a side, brightness, blur and noise."""
     picture = grey.astype(np.float32)
     rows, columns = grey.shape
     if rng.random() < 0.6:
@@ -101,7 +101,7 @@ def lit(grey: Grey, rng: np.random.Generator) -> Grey:
 
 
 def jittered(shape: Array, rng: np.random.Generator, strength: float) -> Array:
-    """Return landmarks turned, scaled and shifted at random about their middle."""
+    """Rotate, scale and shift landmarks at random about their centre."""
     middle = shape.mean(axis=0)
     size = float(np.linalg.norm(shape - middle, axis=1).mean())
     place = Affine.similarity(

@@ -1,4 +1,4 @@
-"""The photographs to learn from, cut down to one upright crop per face."""
+"""Training photographs, cropped to one upright face each."""
 
 from __future__ import annotations
 
@@ -23,11 +23,12 @@ from .turned import FaceCrop
 FOLDERS: Final = ("frll", "canada", "composites", "portraits", "headshots", "groups", "synthetic")
 STUDIO: Final = ("frll", "canada", "composites")
 _LEAST_UNIT_PX: Final = 24.0
-# The sheets show some faces several times. Crops of one face correlate by 0.93 and more, those of
-# two by less; studio pictures of different people are more alike, but each is there once.
+# Crops with at least this correlation show the same face: the sheets repeat some faces. Crops of
+# one face correlate by 0.93 and more, crops of two faces by less. Studio pictures of different
+# people are more alike, but are not repeated.
 _SAME: Final = 0.92
 _SAME_PX: Final = 32
-# Its lower rows repeat the faces of the first with drawings over them.
+# The lower rows of this sheet repeat the faces of the first row with drawings over them.
 _DRAWN_ON, _DRAWN_BELOW = "sheet05", 1.0 / 3.0
 
 
@@ -40,7 +41,7 @@ class Photographed:
     box: Detection  # the detector's box
     to_photo: Affine  # maps the crop to the photograph
     labels: Array | None  # (189, 2): hand labels
-    person: str  # the same for all pictures of one person, as far as that is known
+    person: str  # the same for all pictures of one person, if known
 
     @property
     def folder(self) -> str:
@@ -101,7 +102,7 @@ def _cut(path: Path, picture: Pyramid, face: Seen, labels: Array | None) -> Phot
 
 
 def _with_people(faces: Sequence[Photographed]) -> list[Photographed]:
-    """Give faces outside the studio their own name, and the same one to copies of one face."""
+    """Name the people of faces outside the studio; give copies of one face the same name."""
     named = list(faces)
     names: list[str] = []
     thumbs: list[Array] = []
@@ -126,7 +127,7 @@ def _thumb(grey: Grey) -> Array:
 
 
 def once_each(faces: Sequence[Photographed]) -> list[Photographed]:
-    """Drop copies: of a face outside the studio only the first picture stays."""
+    """Drop copies: keep only the first picture of each face outside the studio."""
     seen: set[str] = set()
     kept = []
     for face in faces:
@@ -137,7 +138,7 @@ def once_each(faces: Sequence[Photographed]) -> list[Photographed]:
 
 
 def people_in(labels: Path, faces: Sequence[Photographed]) -> set[str]:
-    """Return the people whose faces a file of hand labels names (``tests/labels/faces.json``)."""
+    """Return the people in a file of hand labels (``tests/labels/faces.json``)."""
     entries = json.loads(labels.read_text(encoding="utf-8"))["faces"]
     people = set()
     for entry in entries:

@@ -1,4 +1,4 @@
-"""The 80 points of a face: from hand labels, or from the mesh corrected by these."""
+"""The 80 points of a face, from hand labels or from a mesh corrected by hand labels."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ MIRRORED_X: Final = np.array([-1.0, 1.0])
 
 @dataclass(frozen=True, eq=False)
 class Labeller:
-    """Turns a mesh into our points, by what hand labels say about it."""
+    """Converts a mesh to the 80 points; the correction is learnt from hand labels."""
 
     mean: Array  # (80, 2): mean hand-labelled face, one outer inter-ocular distance wide
     vertices: tuple[int, ...]  # the mesh point next to each inner point
@@ -38,17 +38,17 @@ class Labeller:
     personal: Mapping[str, Array]  # (80, 2): the same for each person with hand labels
 
     def points(self, mesh: Array, person: str) -> Array:
-        """Return the 80 points of a mesh (478, 2 or more)."""
+        """Return the 80 points of a mesh (478, 2 or more), corrected for this person."""
         raw = _raw(mesh, self.vertices)
         frame = similarity(self.mean, raw)
         return frame(frame.inverse(raw) + self.personal.get(person, self.offset))
 
 
 def labeller(faces: Sequence[Photographed]) -> Labeller:
-    """Learn how hand labels lie on the mesh, from the faces that have them.
+    """Learn the offset between meshes and hand labels, from the faces with hand labels.
 
-    The other pictures of a person with hand labels get this person's own correction, so a smile is
-    labelled by hand as far as it hides nothing.
+    Other pictures of a person with hand labels get this person's own correction, so smiles are
+    labelled nearly as by hand.
     """
     labelled = [face for face in faces if face.labels is not None]
     hand = [_by_hand(face) for face in labelled]

@@ -1,8 +1,8 @@
-"""Learn the model: modes first, then one linear update after the other, each on the last's errors.
+"""Learn the model: first the modes, then a sequence of linear updates.
 
-The updates are those of Cootes, Edwards and Taylor's first Active Appearance Model, a linear map
-from what the appearance modes leave unexplained to a change of the parameters, learnt afresh for
-every step.
+Each update is a linear map from the residual of the appearance modes to a change of the parameters,
+as in the first Active Appearance Model of Cootes, Edwards and Taylor. Each update is learnt from
+the errors of the previous update.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from .labels import interocular
 from .modes import appearance, places, shape_model, start_model
 from .writing import packed
 
-_LIT: Final = 0.6  # share of the pictures seen in another light
+_LIT: Final = 0.6  # share of the pictures with changed light
 _THREADS: Final = 2
 _MOST_RESIDUALS: Final = 1500
 
@@ -48,7 +48,7 @@ class ScalePlan:
 
 @dataclass(frozen=True)
 class Plan:
-    """How to learn."""
+    """Parameters of the training."""
 
     # From coarse to fine.
     scales: tuple[ScalePlan, ...] = (
@@ -58,14 +58,14 @@ class Plan:
     )
     turns: int = 1  # turned views of each face, see `turned`
     starts: int = 4  # scattered starts of an example of weight 1
-    # Share of the variance that the modes explain.
+    # Share of the variance explained by the modes, for shape and for appearance.
     shape_share: float = 0.99
     appearance_share: float = 0.6
-    most_appearance: int = 60  # most appearance modes of a scale
-    ridge: float = 1.0  # weight against large updates, in mean variances of a feature
-    # Share of the examples whose residual is taken for that of a good fit.
+    most_appearance: int = 60  # largest number of appearance modes of a scale
+    ridge: float = 1.0  # penalty of large updates, in mean variances of a feature
+    # The residual of this share of the examples is accepted as a good fit.
     trusted_share: float = 0.995
-    seed: int = 1  # of all that is random
+    seed: int = 1  # of the random generator
 
 
 Report = Callable[[str], None]
@@ -140,7 +140,7 @@ def _starts(
 
 def _scattered(start: Start, example: Example, attempt: int, rng: np.random.Generator) -> Array:
     box = example.box
-    if attempt % 4 == 1:  # as after a box without keypoints
+    if attempt % 4 == 1:  # simulates a box without keypoints
         return jittered(start.points(replace(box, keypoints_px=None)), rng, 1.0)
     assert box.keypoints_px is not None
     shaken = box.keypoints_px + 0.02 * box.side_px * rng.normal(size=box.keypoints_px.shape)
@@ -176,7 +176,7 @@ def _with_update(
 
 
 def _leave_unexplained(features: Floats, scale: Scale) -> None:
-    # In place and by parts: all of it is some hundred megabytes.
+    # In place and in parts: the complete matrix has some hundred megabytes.
     for part in np.array_split(features, max(1, len(features) // 1000)):
         part[:] = scale.unexplained(part)
 
@@ -209,7 +209,7 @@ def error_percent(example: Example, points: Array) -> float:
 
 
 def with_threshold(model: Model, examples: Sequence[Example], plan: Plan) -> Model:
-    """Return the model with the residual that `plan.trusted_share` of the examples stay below."""
+    """Set the residual threshold so that `plan.trusted_share` of the examples stay below."""
     some = examples[:: max(1, len(examples) // _MOST_RESIDUALS)]
     residuals = [fit(model, one.crop, model.start.points(one.box)).residual for one in some]
     return replace(model, most_residual=float(np.quantile(residuals, plan.trusted_share)))

@@ -18,8 +18,8 @@ from .writing import packed
 
 _ROUNDS: Final = 5
 _START_RIDGE: Final = 0.02
-_OUTWARD: Final = 0.22  # how far beyond the outline the picture counts
-# Corners of the forehead's part, from the middle of the eyes.
+_OUTWARD: Final = 0.22  # margin of the picture beyond the outline
+# Corners of the forehead's region, relative to the middle of the eyes.
 _FOREHEAD: Final = ((-1.0, -0.45), (-0.6, -0.75), (0.6, -0.75), (1.0, -0.45))
 
 
@@ -60,7 +60,7 @@ def _principal(gram: Array, explained: float) -> tuple[Array, Array]:
 
 
 def start_model(examples: Sequence[Example]) -> Start:
-    """Learn where landmarks lie from the detector's box and keypoints."""
+    """Learn the position of landmarks from the detector's box and keypoints."""
     frames = [box_frame(example.box).inverse for example in examples]
     pairs = list(zip(frames, examples, strict=True))
     seen = np.array([frame(_keypoints(one)).ravel() for frame, one in pairs])
@@ -78,7 +78,7 @@ def _keypoints(example: Example) -> Array:
 
 
 def places(mean: Array, step: float) -> Floats:
-    """Return a grid over the mean face, its surroundings and the forehead, (P, 2)."""
+    """Return a grid over the mean face, a margin and the forehead, (P, 2)."""
     eyes, middle = mean[EYES].mean(axis=0), mean[EYES + MOUTH].mean(axis=0)
     around = mean[OUTLINE] + _OUTWARD * (mean[OUTLINE] - middle)
     hull = cv2.convexHull(np.vstack([around, eyes + _FOREHEAD]).astype(np.float32))
@@ -91,7 +91,7 @@ def places(mean: Array, step: float) -> Floats:
 
 
 def appearance(features: Floats, explained: float, most: int) -> tuple[Floats, Packed]:
-    """Return mean and modes of features (N, D) under the true landmarks."""
+    """Return mean and modes of features (N, D) sampled at the true landmarks."""
     average = features.mean(axis=0)
     rest = features - average
     modes, _ = _principal((rest.T @ rest).astype(np.float64), explained)

@@ -1,4 +1,4 @@
-"""How far a model lies from the labels of faces that it hasn't seen."""
+"""Measure a model on labelled faces left out of training."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _LIMITS: Final = (5.0, 8.0)
 
 @dataclass(frozen=True, eq=False)
 class Truth:
-    """One labelled face of a photograph, px of the photograph; tags name its rows in the table."""
+    """One labelled face, px of the photograph; `tags` are rows of the table."""
 
     path: Path
     labels: Labels
@@ -36,7 +36,7 @@ class Truth:
 
 @dataclass(frozen=True, eq=False)
 class FaceErrors:
-    """Errors in % of eyes, mouth, jaw and their mean, infinite where no face was found."""
+    """Errors in % for eyes, mouth, jaw and their mean; infinite if no face was found."""
 
     tags: tuple[str, ...]
     errors: tuple[float, ...]
@@ -44,7 +44,7 @@ class FaceErrors:
 
 
 def truths(faces: Sequence[Photographed], labeller: Labeller) -> Iterator[Truth]:
-    """Yield what is known about held-out faces: hand labels in the studio, else the mesh's."""
+    """Yield labels of held-out faces: hand labels in the studio, the mesh's elsewhere."""
     for face in faces:
         shape = face.to_photo(labeller.points(face.view.mesh, face.person))
         jaw = shape[OUTLINE]
@@ -77,7 +77,7 @@ def hand_labelled(file: Path, data: Path) -> Iterator[Truth]:
 
 
 def results(model: Path, known: Sequence[Truth]) -> list[FaceErrors]:
-    """Run the whole source, detection included, on the photographs of labelled faces."""
+    """Run the complete source, detection included, on the photographs of labelled faces."""
     source = AamSource(model)
     found: dict[Path, list[Face]] = {}
     for one in known:
@@ -111,7 +111,7 @@ def table(found: Sequence[FaceErrors]) -> Iterator[str]:
 
 
 def area_under_curve(found: Sequence[FaceErrors], far_percent: float) -> float:
-    """Return how often a bad fit has a lower score than a good one; 0.5 is chance, 1 perfect."""
+    """Return how often a bad fit scores less than a good fit; 0.5 is chance, 1 perfect."""
     error = np.array([one.errors[3] for one in found])
     score = np.array([one.score for one in found])
     bad, good = score[(error > far_percent) & np.isfinite(error)], score[error <= far_percent]

@@ -1,4 +1,4 @@
-"""Turned views of a face, made from its mesh's depth: few photographs show strong turns."""
+"""Make turned views of a face from the mesh's depth: few photographs show strong turns."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class FaceCrop:
 
 
 def turned(view: FaceCrop, yaw_degrees: float, pitch_degrees: float) -> FaceCrop:
-    """Return the face turned to the side and up or down, as far as one picture shows it."""
+    """Return the face turned sideways and up or down, rendered from the single picture."""
     center = view.mesh[:SURFACE].mean(axis=0)
     depth = _depth(view, center)
     turn = _rotation(yaw_degrees, pitch_degrees)
@@ -56,7 +56,7 @@ def _rotation(yaw_degrees: float, pitch_degrees: float) -> Array:
 
 
 def _depth(view: FaceCrop, center: Array) -> Floats:
-    """Return a depth for each pixel: the mesh's, falling back to a plane behind the head."""
+    """Return a depth for each pixel: from the mesh, or from a plane behind the head."""
     side = view.grey.shape[0]
     unit = float(np.linalg.norm(view.mesh[EYES[3], :2] - view.mesh[EYES[0], :2]))
     angles = np.linspace(0.0, 2.0 * np.pi, _RING, endpoint=False)
@@ -75,7 +75,7 @@ def _depth(view: FaceCrop, center: Array) -> Floats:
 
 
 def _rendered(grey: Grey, depth: Floats, center: Array, turn: Array) -> Grey:
-    # Where each pixel comes from is smooth: half the resolution does.
+    # The source positions are smooth, so half the resolution suffices.
     side = grey.shape[0]
     at = np.arange(0, side + 1, 2).astype(np.float32)
     x, y = np.meshgrid(at, at)
@@ -85,7 +85,7 @@ def _rendered(grey: Grey, depth: Floats, center: Array, turn: Array) -> Grey:
         turn[:2, 2].astype(np.float32),
     )
     from_x, from_y = x, y
-    # Each pixel looks for its source; half steps settle where the depth is steep.
+    # Fixed-point iteration for each pixel's source; half steps converge where the depth is steep.
     for _ in range(_STEPS):
         z = cv2.remap(depth, from_x, from_y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
         flat_x, flat_y = x - middle_x - lean_x * z, y - middle_y - lean_y * z

@@ -15,7 +15,7 @@ from kogao_core.faces.landmarks.aam.model import FORMAT, MOST_BYTES, Floats, Mod
 
 
 def packed(matrix: Floats) -> Packed:
-    """Round a matrix (D, K) to bytes."""
+    """Quantise a matrix (D, K) to bytes."""
     scales = np.maximum(np.abs(matrix).max(axis=0), 1e-12).astype(np.float32) / np.float32(127)
     return Packed(np.rint(matrix / scales).astype(np.int8), scales)
 
@@ -26,7 +26,7 @@ def write(model: Model, path: Path) -> None:
     size = sum(array.nbytes for array in arrays.values())
     if size > MOST_BYTES - 100_000:
         raise ValueError(f"the model needs {size} bytes, more than its file may have")
-    # Stored, not compressed: zlib's bytes differ between its versions, and gain little here.
+    # Stored, not compressed: zlib's output differs between versions, and saves little here.
     with io.BytesIO() as stream:
         np.savez(stream, allow_pickle=False, **arrays)
         put(stream.getvalue(), path)

@@ -1,1 +1,1 @@
-"""How the network that finds the outline's edge is made: see ``__main__``."""
+"""Training of the network for the outline's edge: see ``__main__``."""

@@ -1,4 +1,4 @@
-"""Learn the outline's edge again: `python -m resources.training.edges DATA LABELS EDGES MODEL`."""
+"""Train the edge network: `python -m resources.training.edges DATA LABELS EDGES MODEL`."""
 
 from __future__ import annotations
 

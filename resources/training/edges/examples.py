@@ -1,4 +1,4 @@
-"""Labelled faces as examples to learn from."""
+"""Training examples from labelled faces."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def studio(data: Path) -> Iterator[tuple[LabelledCut, Labels]]:
 
 
 def wild(data: Path, table: Path) -> Iterator[tuple[LabelledCut, Labels]]:
-    """Yield the hand-labelled faces of a table, each pass of each face for itself."""
+    """Yield the hand-labelled faces of a table; each pass of a face is a separate example."""
     source = MeshSource(refined=False)
     for face in json.loads(table.read_text(encoding="utf-8"))["faces"]:
         image = _picture(data, face)
@@ -57,7 +57,7 @@ def wild(data: Path, table: Path) -> Iterator[tuple[LabelledCut, Labels]]:
 
 
 def beards(data: Path, table: Path) -> Iterator[LabelledCut]:
-    """Yield the faces of a table of which the edge of the beard alone is labelled, or a part."""
+    """Yield the faces of a table with labels for all or a part of a beard's edge only."""
     source = MeshSource(refined=False)
     for edge in json.loads(table.read_text(encoding="utf-8"))["edges"]:
         image, line = _picture(data, edge), np.array(edge["outline"])

@@ -1,4 +1,4 @@
-"""Learn where the edge is from labelled faces, in numpy."""
+"""Train the edge network on labelled faces, in numpy."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from kogao_core.faces.landmarks.edges import (
 )
 from kogao_core.faces.landmarks.pixels import Pyramid
 
-_REACH: Final = 38.0  # steps; a label further off belongs to another part of the outline
+_REACH: Final = 38.0  # steps; farther labels belong to another part of the outline
 _SOFT: Final = 1.2
 _SPREADS: Final = 1.6 * np.array([1.0, 0.8, 0.8, 0.5, 0.4, 0.3, 0.2, 0.15, 0.1])
 _STEPS: Final = 1100
@@ -36,14 +36,14 @@ _BATCH: Final = 16
 _RATE: Final = 4e-3
 _DECAY: Final = 1e-3
 _COVERED: Final = 0.6  # share of the examples with something in front of the face
-# Share of those whose beard, or neck, is drawn out or shortened, and by what factor at most.
+# Share of examples with a stretched or shortened beard or neck, and the largest factor.
 _STRETCHED: Final = 0.5
 _LONGER: Final = 1.8
 
 
 @dataclass(frozen=True, slots=True)
 class LayerPass:
-    """What one layer needs to run backwards: its columns and its output."""
+    """Columns and output of one layer, needed for backpropagation."""
 
     columns: Floats
     output: Floats
@@ -51,15 +51,15 @@ class LayerPass:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LabelledCut:
-    """A labelled face, cut out."""
+    """A labelled face as a crop."""
 
-    name: str  # which face
-    cut: Cut  # its picture
-    lines: Lines  # lines across the silhouette of the mesh
-    moves: Array  # (41,): steps to the label along each line; NaN where there is none
-    unseen: np.ndarray  # bool (41,): where the label is a guess because something covers the edge
-    weight: float  # how often it is drawn
-    tags: tuple[str, ...] = ()  # rows of a report that it belongs to
+    name: str  # of the face
+    cut: Cut  # the crop
+    lines: Lines  # lines across the mesh's silhouette
+    moves: Array  # (41,): steps to the label along each line; NaN without a label
+    unseen: np.ndarray  # bool (41,): True where the edge is covered and the label is a guess
+    weight: float  # relative frequency in the training
+    tags: tuple[str, ...] = ()  # rows of the report
 
 
 def labelled_cut(
@@ -71,7 +71,7 @@ def labelled_cut(
     weight: float,
     tags: tuple[str, ...] = (),
 ) -> LabelledCut:
-    """Return a face cut out with its labelled outline."""
+    """Return the crop of a face with its labelled outline."""
     cut = Cut.of(image, face.eyes, face.outline)
     lines = lines_of(cut.to_image.inverse(face.outline))
     line = cut.to_image.inverse(label)
@@ -83,7 +83,7 @@ def labelled_cut(
 
 
 def _moves(lines: Lines, label: Array) -> Array:
-    """Return how far along each normal the labelled line lies; NaN where it doesn't pass."""
+    """Return the steps along each normal to the labelled line; NaN without an intersection."""
     steps = np.diff(label, axis=0)
     towards = label[:-1] - lines.points[:, None]
     normals = lines.normals[:, None]
@@ -97,7 +97,7 @@ def _moves(lines: Lines, label: Array) -> Array:
 
 
 def learn(examples: Sequence[LabelledCut], seed: int = 0) -> list[Floats]:
-    """Return the parameters that tell where the labels are (Adam, soft cross-entropy)."""
+    """Train the network on the labels (Adam, soft cross-entropy); return the parameters."""
     rng = np.random.default_rng(seed)
     parameters = [_start(shape, rng) for shape in edges.shapes()]
     mean = [np.zeros_like(one) for one in parameters]
@@ -127,7 +127,7 @@ def _start(shape: tuple[int, ...], rng: np.random.Generator) -> Floats:
 
 
 def _slope(outputs: Floats, moves: Array, unseen: np.ndarray) -> Floats:
-    """Return the derivative of the loss, mean over all labelled lines, by the outputs."""
+    """Return the derivative of the mean loss over all labelled lines by the outputs."""
     seen, hidden = edges.split(outputs)
     known = np.isfinite(moves)
     clear = known & ~unseen
@@ -149,7 +149,7 @@ def _slope(outputs: Floats, moves: Array, unseen: np.ndarray) -> Floats:
 def _drawn(
     one: LabelledCut, others: Sequence[LabelledCut], rng: np.random.Generator
 ) -> tuple[Floats, Array, np.ndarray]:
-    """Return an example by chance: silhouette off, covered, stretched, mirrored, relit."""
+    """Return a random variant: silhouette shifted, covered, stretched, mirrored, relit."""
     waves = np.cos(np.outer(np.linspace(0.0, np.pi, len(one.moves)), np.arange(len(_SPREADS))))
     off = waves @ rng.normal(0.0, _SPREADS)
     picture: Image = one.cut.picture
@@ -173,7 +173,7 @@ def _drawn(
 def _covered(
     picture: Image, lines: Lines, source: Image, rng: np.random.Generator
 ) -> tuple[Image, np.ndarray]:
-    """Return the picture with a blob or a strand from another one over part of the outline."""
+    """Cover part of the outline by a blob or a strand from another picture."""
     middle = lines.points[int(rng.integers(len(lines.points)))] + rng.normal(0.0, 8.0, 2)
     axes = (rng.uniform(4.0, 12.0), rng.uniform(30.0, 90.0))
     if rng.random() < 0.5:
@@ -199,7 +199,7 @@ def _relit(strip: Image, rng: np.random.Generator) -> Image:
 
 
 def forward(parameters: list[Floats], strips: Floats) -> list[LayerPass]:
-    """Run the network as `edges.forward` does; the last layer's output is its."""
+    """Run the network like `edges.forward`; the last layer's output is the network's output."""
     here, passes = strips, []
     for index in range(len(LAYERS)):
         columns, here = edges.through(parameters, index, here)
@@ -208,7 +208,7 @@ def forward(parameters: list[Floats], strips: Floats) -> list[LayerPass]:
 
 
 def backward(parameters: list[Floats], passes: list[LayerPass], slope: Floats) -> list[Floats]:
-    """Return the gradients of all parameters, given that of the outputs."""
+    """Return the gradients of all parameters from the gradient of the outputs."""
     gradients: list[Floats] = []
     for index in reversed(range(len(passes))):
         passed = passes[index]

@@ -1,4 +1,4 @@
-"""What the network makes of faces it hasn't learnt from: how far off it is, how sure."""
+"""Measure the edge network on faces left out of training: errors and confidence."""
 
 from __future__ import annotations
 
@@ -19,25 +19,25 @@ from ..evaluate import Labels, area_under_curve, distance_to_line
 from .learn import LabelledCut
 
 _OUTLINE: Final = 21
-_NEAR_PERCENT: Final = 3.0  # what `EdgeNetwork.refined` calls near
+_NEAR_PERCENT: Final = 3.0  # limit of a near point, as in `EdgeNetwork.refined`
 _STEPS: Final = (0.0, 0.2, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Unseen:
-    """A labelled face that wasn't learnt from."""
+    """A labelled face left out of training."""
 
-    tags: tuple[str, ...]  # its rows in the table
-    # Mean distance of its seen labels from silhouette and refined outline, %.
+    tags: tuple[str, ...]  # rows of the table
+    # Mean distance of the visible labels from silhouette and from refined outline, %.
     before: float
     after: float
     apart: Array  # (N,): distance of each label from the refined outline, %
-    confidence: Array  # (N,): that of the nearest point of the outline
-    seen: npt.NDArray[np.bool_]  # bool (N,): false where something hides the edge
+    confidence: Array  # (N,): confidence of the outline's nearest point
+    seen: npt.NDArray[np.bool_]  # bool (N,): False where the edge is covered
 
 
 def unseen(parameters: list[Floats], one: LabelledCut, labels: Labels) -> Unseen:
-    """Return what the network makes of a face."""
+    """Run the network on a face and compare with the labels."""
     outputs = edges.forward(parameters, planes(one.cut.strip(one.lines))[None])
     moves, confidence = edges.settle(*edges.split(outputs[0]))
     seen = np.ones(len(labels.jaw), bool) if labels.seen is None else labels.seen[6:]
@@ -66,7 +66,7 @@ def errors(faces: Sequence[Unseen]) -> Iterator[str]:
 
 
 def reliability(faces: Sequence[Unseen], tag: str) -> Iterator[str]:
-    """Yield a line for each range of confidence: how sure, and how many are seen and near."""
+    """Yield a line for each range of confidence: mean, share of visible and near points."""
     group = [one for one in faces if tag in one.tags]
     said = np.concatenate([one.confidence for one in group])
     held = np.concatenate([one.seen & (one.apart <= _NEAR_PERCENT) for one in group])

@@ -1,4 +1,4 @@
-"""Fit the model to a face: look, compare with the appearance, take the learnt step, repeat."""
+"""Fit the model to a face: sample, compare with the appearance, update, repeat."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ Light = Callable[[Grey], Grey]
 
 
 class Crop:
-    """The surroundings of one face in grey, and their halvings."""
+    """The surroundings of one face in grey, with repeatedly halved copies."""
 
     def __init__(self, grey: Grey) -> None:
         self.levels = [grey]
@@ -56,26 +56,26 @@ class Crop:
 
     @property
     def mirrored(self) -> Crop:
-        """The crop in a mirror."""
+        """The mirror image of the crop."""
         return Crop(np.ascontiguousarray(self.levels[0][:, ::-1]))
 
     def mirrored_points(self, points: Array) -> Array:
-        """Return points (N, 2) in the mirror, in the same order."""
+        """Mirror points (N, 2); keep the model's order."""
         return np.asarray(points * (-1.0, 1.0) + (self.levels[0].shape[1] - 1.0, 0.0))
 
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """Where the model came to rest."""
+    """The result of a fit."""
 
     points: Array  # (80, 2): landmarks, px of the picture it was fitted to
-    residual: float  # mean square of the features that the model can't explain
-    residuals: Array  # (80,): the same near each landmark
+    residual: float  # mean square of the features not explained by the model
+    residuals: Array  # (80,): mean square near each landmark
 
 
 @dataclass(frozen=True, eq=False)
 class Observation:
-    """Features under the landmarks, and the parameters of these in the placement's frame."""
+    """Features at the landmarks, and the landmarks' parameters in the placement's frame."""
 
     features: Floats
     parameters: Array
@@ -87,7 +87,7 @@ def observe(
 ) -> Observation:
     """Sample the crop under landmarks (80, 2) at one of the model's scales.
 
-    `light` changes the picture first; training makes it darker, brighter and noisier with it.
+    `light` changes the picture first; training varies brightness and noise with this function.
     """
     scale = model.scales[index]
     placement = model.shape.placed(points)
@@ -100,12 +100,12 @@ def observe(
 
 
 def moved(model: Model, at: Observation, change: npt.NDArray[Any]) -> Array:
-    """Return the landmarks (80, 2) after a change of parameters, held to likely shapes."""
+    """Return the landmarks (80, 2) after a change of parameters, limited to likely shapes."""
     return at.placement(model.shape.points(model.shape.clipped(at.parameters + change)))
 
 
 def fit(model: Model, crop: Crop, points: Array) -> Fit:
-    """Fit the model in a crop, from first landmarks (80, 2) in its px."""
+    """Fit the model in a crop, starting from landmarks (80, 2), px of the crop."""
     for index, scale in enumerate(model.scales):
         for update in scale.updates:
             at = observe(model, index, crop, points)
@@ -123,8 +123,8 @@ def _change(rest: Floats, update: Update) -> Floats:
 def fit_both_ways(model: Model, picture: Pyramid, points: Array) -> Fit:
     """Fit the model to a picture and to its mirror image, and return the mean.
 
-    A little better than one fit, and the fit of a mirrored photo is the mirrored fit. `points` (80,
-    2) px.
+    A little more accurate than one fit, and the fit of a mirrored photo is the mirrored fit.
+    `points` (80, 2) px.
     """
     middle = (points.min(axis=0) + points.max(axis=0)) / 2.0
     side_px = 2 * round(HALF_UNITS * UNIT_PX) + 1

@@ -1,7 +1,7 @@
-"""The learnt model: shape modes, where to start, per scale the appearance and its updates.
+"""The learnt model: shape modes, first guess, and for each scale the appearance and updates.
 
-What it sees of a picture are the directions of its edges, whatever the light. Its file holds plain
-arrays in an .npz, nothing that could run.
+The features are edge directions, independent of the light. The file contains plain arrays in .npz
+format and no executable content.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ _MOST_DEVIATIONS: Final = 3.0
 FORMAT: Final = 1
 MOST_BYTES: Final = 4_000_000
 
-# What zipfile and numpy raise on files that are none of ours.
+# Errors of zipfile and numpy for files that are not models.
 _UNREADABLE: Final = (
     *(OSError, EOFError, KeyError, ValueError, RuntimeError, MemoryError),
     *(zipfile.BadZipFile, struct.error, zlib.error),
@@ -48,7 +48,7 @@ Arrays = Mapping[str, npt.NDArray[Any]]
 
 
 def directions(grey: npt.NDArray[np.uint8]) -> Floats:
-    """Return edge strength by direction, normalised by the contrast round about.
+    """Return edge strength by direction, normalised by the local contrast.
 
     Result float32 (H, W, 8): square roots of the share of each of eight directions of the gradient,
     0 to about 1.
@@ -69,7 +69,7 @@ _BINS: Final = np.arange(DIRECTIONS, dtype=np.float32)
 
 
 def sampled(features: Floats, places: Floats) -> Floats:
-    """Return features of shape (P, 8) between pixels at places (P, 2); held at the border."""
+    """Interpolate features (P, 8) at positions (P, 2), limited to the picture."""
     rows, columns, depth = features.shape
     x = np.clip(places[:, 0], 0.0, columns - 1.001)
     y = np.clip(places[:, 1], 0.0, rows - 1.001)
@@ -99,19 +99,19 @@ class ShapeModel:
         return self.clipped(self.modes.T @ (points - self.mean).ravel())
 
     def clipped(self, parameters: Array) -> Array:
-        """Return parameters (4 + K,) whose last K are held within 3 standard deviations."""
+        """Return parameters (4 + K,) with the last K limited to 3 standard deviations."""
         most = _MOST_DEVIATIONS * self.deviations
         own = np.clip(parameters[PLACING:], -most, most)
         return np.concatenate([parameters[:PLACING], own])
 
     def placed(self, points: Array) -> Affine:
-        """Return the similarity that lays the mean on a shape of any frame."""
+        """Return the similarity from the mean to a shape in any frame."""
         return similarity(self.mean, points)
 
 
 @dataclass(frozen=True, eq=False)
 class Packed:
-    """A matrix kept in bytes, with one scale per column."""
+    """A matrix stored as bytes, with one scale per column."""
 
     values: np.ndarray  # int8 (D, K)
     scales: Floats  # float32 (K,)
@@ -132,17 +132,17 @@ class Update:
 
 @dataclass(frozen=True, eq=False)
 class Scale:
-    """What the face looks like at one size, and the steps taken there."""
+    """Appearance of the face at one size, with the learnt steps."""
 
     unit_px: float  # outer inter-ocular distance of the mean face, px
-    places: Floats  # float32 (P, 2): where the mean face is sampled, in units of the shape model
-    average: Floats  # float32 (8 P,): mean features there
-    appearance: Packed  # appearance modes (8 P, K), orthonormal columns but for rounding
+    places: Floats  # float32 (P, 2): sampling positions on the mean face, in shape model units
+    average: Floats  # float32 (8 P,): mean features at these positions
+    appearance: Packed  # appearance modes (8 P, K), orthonormal columns except for rounding
     updates: tuple[Update, ...]  # steps from coarse to fine
 
     @property
     def corner(self) -> Array:
-        """Middle of the first pixel of a picture of this scale, in units of the shape model."""
+        """Centre of the first pixel of a picture of this scale, in units of the shape model."""
         return np.asarray(self.places.min(axis=0) - _MARGIN, np.float64)
 
     @property
@@ -157,7 +157,7 @@ class Scale:
         return Affine(np.eye(2) / self.unit_px, self.corner)
 
     def unexplained(self, features: Floats) -> Floats:
-        """Return what the appearance modes leave of features (8 P,) or (N, 8 P)."""
+        """Subtract the appearance modes from features (8 P,) or (N, 8 P); return the residual."""
         rest = features - self.average
         modes = self.appearance.matrix
         return np.asarray(rest - (rest @ modes) @ modes.T)
@@ -165,11 +165,11 @@ class Scale:
 
 @dataclass(frozen=True, eq=False)
 class Start:
-    """Where the landmarks lie, judged by the detector alone; lengths in sides of its box."""
+    """First guess of the landmarks from the detector alone; lengths in sides of the box."""
 
     keypoints: Array  # (12,): mean of the six keypoints
     shape: Array  # (2 V,): mean of the landmarks
-    slopes: Array  # (12, 2 V): how the landmarks follow the keypoints
+    slopes: Array  # (12, 2 V): linear dependence of the landmarks on the keypoints
 
     def points(self, box: Detection) -> Array:
         """Return the landmarks (V, 2) in px of the image of a box."""
@@ -182,7 +182,7 @@ class Start:
 
 
 def box_frame(box: Detection) -> Affine:
-    """Return the map from sides of a box, turned with it, to px."""
+    """Return the map from a box's frame (unit: one side, rotated with the box) to px."""
     return Affine.similarity(box.side_px, box.degrees, box.center_px)
 
 
@@ -193,11 +193,11 @@ class Model:
     shape: ShapeModel  # mean and modes of the landmarks
     start: Start  # first guess
     scales: tuple[Scale, ...]  # from coarse to fine
-    most_residual: float  # fits with a larger residual deserve little trust
+    most_residual: float  # fits with a larger residual have little trust
 
     @cached_property
     def motions(self) -> tuple[Floats, ...]:
-        """Per scale: how its places move with the parameters, (P, 2, 4 + K)."""
+        """For each scale, the derivative of the positions by the parameters, (P, 2, 4 + K)."""
         modes = self.shape.modes.reshape(len(self.shape.mean), 2, -1)
         weights = (
             carried(self.shape.mean, scale.places.astype(np.float64)) for scale in self.scales
@@ -206,16 +206,16 @@ class Model:
 
     @cached_property
     def nearness(self) -> Floats:
-        """Weight of each place of the finest scale for each landmark; rows (V, P) sum to 1."""
+        """Weight of each position of the finest scale for each landmark; rows (V, P) sum to 1."""
         apart = self.shape.mean[:, None] - self.scales[-1].places
         weights = np.exp(-((np.linalg.norm(apart, axis=-1) / _NEAR) ** 2))
         return np.asarray(weights / weights.sum(axis=1, keepdims=True), np.float32)
 
 
 def carried(mean: Array, positions: Array) -> Array:
-    """Return how places between the landmarks follow them: weights of shape (P, V).
+    """Return weights (P, V) with which positions follow the landmarks.
 
-    A biharmonic spline through the landmarks; beyond them it goes on without waves.
+    Uses a biharmonic spline through the landmarks, which extrapolates without waves.
     """
 
     def kernel(one: Array) -> Array:
@@ -234,7 +234,7 @@ def carried(mean: Array, positions: Array) -> Array:
 
 
 def read(path: Path) -> Model:
-    """Read a model, if it is whole: what a checksum finds. Raises ModelRefused."""
+    """Read a model file and verify its checksum. Raises ModelRefused."""
     try:
         return _model(_read_arrays(path))
     except _UNREADABLE as error:
@@ -253,7 +253,7 @@ def _read_arrays(path: Path) -> Arrays:
     if path.stat().st_size > MOST_BYTES:
         raise ValueError(Text("it is larger than {most_bytes} bytes", most_bytes=MOST_BYTES))
     with zipfile.ZipFile(path) as archive:
-        # A stored entry can't unpack to more than the file holds.
+        # A stored entry can't unpack to more bytes than the file has.
         if any(entry.compress_type != zipfile.ZIP_STORED for entry in archive.infolist()):
             raise ValueError(Text("its arrays are compressed"))
         if archive.testzip() is not None:

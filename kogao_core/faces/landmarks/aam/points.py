@@ -10,7 +10,7 @@ import numpy.typing as npt
 from kogao_core.base.geometry import Affine, Array
 from kogao_core.faces.face import OUTLINE_POINTS, Face
 
-# Numbers of the 189 labels of the Face Research Lab sets, in the order of our points.
+# Indices of the 189 labels of the Face Research Lab sets, in the order of the 80 points.
 OUTLINE_LABELS: Final = (*(109, 185, 110, 186, 111, *range(125, 134), 114, 188, 113, 187, 112),)
 EYE_LABELS: Final = (18, 22, 23, 27)  # the corners, left to right
 _EYES: Final = (18, 19, 20, 21, 22, 30, 29, 28, 23, 24, 25, 26, 27, 33, 32, 31)

@@ -1,4 +1,4 @@
-"""Faces by the Active Appearance Model, found by BlazeFace or, without networks, by Haar boxes."""
+"""Faces by the Active Appearance Model, detected by BlazeFace or, without networks, by Haar."""
 
 from __future__ import annotations
 
@@ -26,19 +26,19 @@ from kogao_core.faces.landmarks.pixels import Pyramid
 
 MODEL: Final = "models/aam.npz"
 _STEEP: Final = 4
-_MOST_NEAR: Final = 1.25  # single landmarks differ more than the whole face
+_MOST_NEAR: Final = 1.25  # limit of a landmark's residual, relative to the face's limit
 _LOOK_PX: Final = 512
 _LEAST_FACE_PX: Final = 24
-# Upright first; the cascade itself stands about 15 degrees of tilt.
+# Rotations for the cascade, degrees, upright first; the cascade tolerates about 15 degrees of tilt.
 _TURNS: Final = (0.0, 30.0, -30.0, 90.0, -90.0, 180.0)
-# From the cascade's squares to BlazeFace's, measured on the shared photographs.
+# Side and downward shift of BlazeFace's squares relative to the cascade's, on shared photographs.
 _SIDE, _DOWN = 0.89, 0.12
 
 
 class AamSource:
     """The paper's extractor (section 3.1) with learnt updates.
 
-    The model is read at the first use. One source may be shared between threads.
+    Loads the model at first use. Thread-safe.
     """
 
     name = "aam"
@@ -65,9 +65,8 @@ class AamSource:
     def find(self, rgb: Image, on_face: OnFace = ignored) -> list[Face]:
         """Return the faces of an upright image, `in_reading_order`; see `MeshSource.find`.
 
-        `Face.score` is the detector's probability times the trust in the fit: 0.5 where the
-        residual is as large as that of the worst faces that fit well. What scores less is no
-        face, unless the detector is sure of it.
+        `Face.score` is the detector's probability times the trust in the fit. The trust is 0.5 at
+        the residual of the worst good fits. A sure detection lowers the least score for a face.
         """
         with self._lock, one_blas_thread():
             photo = _Photo(Pyramid(rgb), self._model)
@@ -85,7 +84,7 @@ class AamSource:
         return in_reading_order(faces)
 
     def _by_haar(self, photo: _Photo, on_face: OnFace) -> list[Face]:
-        # The cascade gives no probability, and false boxes: only good fits count.
+        # The cascade gives no probability, and gives false boxes: accept only good fits.
         for boxes in self._haar.boxes(photo.picture):
             fits = [photo.fit(box) for box in boxes]
             good = [one for one in fits if not photo.doubts(one)]
@@ -116,13 +115,13 @@ class _Photo:
             return None
         fitted = self.fit(box)
         if self.doubts(fitted):
-            # A few faces in a hundred are first taken for upside down, or for upright ones.
+            # A few percent of faces are first detected upside down, or upright instead.
             upside_down = replace(box, degrees=box.degrees + 180.0, seen_wide=False)
             over, _ = detector.look_closer(self.picture, upside_down)
             if over:
                 fitted = min(fitted, self.fit(over[0]), key=lambda one: one.residual)
         face = self.face(fitted, sure)
-        # A face that the detector is sure of may be hard to fit, as one in company.
+        # A face with a sure detection may be hard to fit; accept a lower score, as in company.
         least = LEAST_IN_COMPANY if sure > SURE else least
         return search.Fitted(face, box) if face.score > least else None
 
@@ -140,7 +139,7 @@ class _Photo:
 
 
 class HaarFaces:
-    """Face boxes without networks: the cascade that travels with OpenCV; not thread-safe."""
+    """Face boxes without networks, by OpenCV's Haar cascade; not thread-safe."""
 
     def __init__(self) -> None:
         folder = Path(cv2.__file__).parent / "data"
@@ -148,7 +147,7 @@ class HaarFaces:
         self._cascade = cv2.CascadeClassifier(str(cascade))
 
     def boxes(self, picture: Pyramid) -> Iterator[list[Detection]]:
-        """Return boxes without keypoints, for one angle after the other, upright first."""
+        """Yield boxes without keypoints for one rotation after another, upright first."""
         center = np.array([picture.width - 1.0, picture.height - 1.0]) / 2.0
         side = float(np.hypot(picture.width, picture.height))
         for degrees in _TURNS:

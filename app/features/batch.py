@@ -1,0 +1,245 @@
+"""Export of many photos: the order, the worker processes, progress and the final message."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+import threading
+import time
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Final
+
+from PySide6.QtCore import QThreadPool, Signal
+from PySide6.QtWidgets import QMessageBox
+
+from kogao_core import batch
+from kogao_core.base.wording import system_reason
+from kogao_core.batch import REPORT, Outcome, Workers
+from kogao_core.photo.disclosure.disclosing import NO_DISCLOSURE, Disclosure
+from kogao_core.photo.export import AS_IT_IS, Export
+from kogao_core.recipe.recipe import Recipe
+
+from ..i18n import sentence, tr, translated
+from ..storage import Storage
+from ..widgets.dialogs import open_path, question
+from ..widgets.messages import BarAction
+from .disclosure import SaveOptions
+from .feature import Context, Feature
+from .files.saver import Saver
+from .landmarks import LandmarkSources
+from .strip import Strip
+from .strip.facts import Mark
+
+# Each worker needs about eight times the pixels of a photo in memory.
+_JOBS: Final = max(1, min(4, (os.cpu_count() or 2) - 1))
+
+
+@dataclass(frozen=True, slots=True)
+class Order:
+    """An export of several photos."""
+
+    photos: tuple[Path, ...]
+    folder: Path  # for results and the report
+    recipe: Recipe  # for photos without edits
+    doubtful: bool = False  # include doubtful faces
+    landmarks: str | None = None  # see `landmarks.source`
+    disclosure: Disclosure = NO_DISCLOSURE
+    export: Export = AS_IT_IS
+
+    @property
+    def report(self) -> Path:
+        """File of the report."""
+        return self.folder / REPORT
+
+
+@dataclass
+class BatchProgress:
+    """Progress of an export."""
+
+    total: int  # photos
+    counts: Counter[str] = field(default_factory=Counter)  # photos by status
+    _start: float = field(default_factory=time.monotonic)
+
+    @property
+    def finished(self) -> int:
+        """Number of finished photos."""
+        return self.counts.total()
+
+    @property
+    def line(self) -> str:
+        """Progress in words, with the estimated time left."""
+        words = {
+            "done": tr("done"),
+            "skipped": tr("done before"),
+            "result": tr("results already"),
+            "no face": tr("without a face"),
+            "failed": tr("failed"),
+        }
+        counts = [f"{self.counts[kind]} {words[kind]}" for kind in words if self.counts[kind]]
+        parts = [tr("{n} of {total}", n=self.finished, total=self.total), *counts]
+        left, worked = self.total - self.finished, self.finished - self.counts["skipped"]
+        if worked and left > 0:
+            left_s = (time.monotonic() - self._start) / worked * left
+            seconds = tr("about {n:.0f} s left", n=left_s)
+            parts.append(seconds if left_s < 90.0 else tr("about {n:.0f} min left", n=left_s / 60))
+        return " · ".join(parts)
+
+
+def carry_out(
+    order: Order,
+    storage: Storage,
+    stop: Callable[[], bool],
+    planned: Callable[[int], None],
+    went: Callable[[Outcome], None],
+) -> None:
+    """Export the photos in worker processes until all are done or `stop` returns True.
+
+    Raises NothingToDo.
+    """
+    report = order.report
+    tasks = batch.plan(
+        order.photos,
+        order.folder,
+        order.recipe,
+        landmarks=order.landmarks,
+        projects=True,
+        disclosure=order.disclosure,
+        export=order.export,
+        report=report,
+        doubtful=order.doubtful,
+        edits=storage.edits,
+        results=storage.results,
+    )
+    if not report.exists():  # files that no export of Kogao has written are not replaced
+        batch.check_free(tasks)
+    planned(len(tasks))
+    try:
+        outcomes = batch.run(tasks, Workers.processes(_JOBS), stop)
+        batch.record(outcomes, report, storage.results, went)
+    except OSError as error:
+        text = tr(
+            "{folder} can't be written to ({reason}); choose another folder",
+            folder=order.folder,
+            reason=system_reason(error),
+        )
+        raise batch.NothingToDo(text) from error
+
+
+class Batch(Feature):
+    """Exports several photos, one order at a time."""
+
+    _planned = Signal(int)
+    _finished = Signal(object)
+
+    def __init__(
+        self,
+        context: Context,
+        landmarks: LandmarkSources,
+        options: SaveOptions,
+        strip: Strip,
+        saver: Saver,
+    ) -> None:
+        super().__init__(context)
+        self._landmarks, self._options = landmarks, options
+        self._strip, self._saver = strip, saver
+        self._progress, self._failures = BatchProgress(0), list[str]()
+        self._order: Order | None = None
+        self._stopping = threading.Event()
+        self._then: Callable[[], object] | None = None
+        # A pool of its own: its thread is busy for the whole export.
+        self._own_pool = QThreadPool(self)
+        self._running = self.lane(self._end, self._refuse, self._own_pool)
+        self._planned.connect(self._begin)
+        self._finished.connect(self._take)
+
+    def stop(self) -> None:
+        """Stop after the photos that are in work."""
+        self._stopping.set()
+        super().stop()
+        self._own_pool.waitForDone()
+
+    def guard(self, then: Callable[[], object]) -> None:
+        """Call `then` at once, or ask to stop a running export first."""
+        if not self.busy:
+            then()
+            return
+        buttons = QMessageBox.StandardButton
+        box = question(self.window, tr("Stop the export?"))
+        box.setInformativeText(tr("Photos in work are finished. Export again to continue."))
+        box.setStandardButtons(buttons.Yes | buttons.Cancel)
+        box.button(buttons.Yes).setText(tr("&Stop and close"))
+        box.setDefaultButton(buttons.Cancel)
+        box.button(buttons.Yes).clicked.connect(lambda: self._stop_and(then))
+        box.open()
+
+    def _stop_and(self, then: Callable[[], object]) -> None:
+        if not self.busy:
+            then()
+            return
+        self._then = then
+        self.working.emit(tr("Finishing the photos in work…"))
+        self._stopping.set()
+
+    def start(self, order: Order) -> None:
+        """Save the edits of the open photo, then export; skip photos that are up to date."""
+        disclosure = self._options.current
+        order = dataclasses.replace(order, landmarks=self._landmarks.wanted, disclosure=disclosure)
+        self._saver.guard(lambda: self._run(order))
+
+    def _run(self, order: Order) -> None:
+        self._order = order
+        self._failures = []
+        self._stopping.clear()
+        self._begin(len(order.photos))
+        storage, stopping = self.storage, self._stopping.is_set
+        planned, finished = self._planned.emit, self._finished.emit
+        self._running.submit(lambda: carry_out(order, storage, stopping, planned, finished))
+
+    def _begin(self, total: int) -> None:
+        self._progress = BatchProgress(total)
+        self._advance()
+
+    def _take(self, outcome: Outcome) -> None:
+        self._progress.counts[outcome.status] += 1
+        if outcome.status in ("failed", "no face", "result"):
+            why = translated(outcome.reason)
+            is_named = outcome.reason.startswith(outcome.source)
+            self._failures.append(why if is_named else f"{Path(outcome.source).name}: {why}")
+        undone = outcome.status in ("failed", "no face")
+        mark: Mark = "doubtful" if outcome.doubtful else "failed" if undone else ""
+        self._strip.look_again(Path(outcome.source), mark)
+        self._advance()
+
+    def _advance(self) -> None:
+        n, total = self._progress.finished, self._progress.total
+        self._strip.panel.show_running(tr("{n} of {total}", n=n, total=total), self._stopping.set)
+        self.working.emit(tr("Export: {progress}", progress=self._progress.line))
+
+    def _end(self, _: None) -> None:
+        line = self._progress.line
+        text = tr("Stopped: {line}", line=line) if self._stopping.is_set() else line
+        text = sentence(tr("Done: {line}", line=line) if text == line else text)
+        folder = BarAction(tr("Open folder"), lambda: open_path(self._folder))
+        report = BarAction(tr("Open report"), lambda: open_path(self._folder / REPORT))
+        failed = bool(self._failures)
+        steps = (folder, report) if failed else (folder,)
+        self.say(" ".join([text, *map(sentence, self._failures[:1])]), *steps, wrong=failed)
+        self._go_on()
+
+    @property
+    def _folder(self) -> Path:
+        return self._order.folder if self._order is not None else Path()
+
+    def _refuse(self, problem: Exception) -> None:
+        self.say(sentence(problem))
+        self._go_on()
+
+    def _go_on(self) -> None:
+        self.working.emit("")
+        self._strip.panel.show_running("")
+        then, self._then = self._then, None
+        if then is not None:
+            then()

@@ -1,0 +1,188 @@
+"""What saved files tell about the retouching: options, their form, and their storage."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from typing import Any, Final
+
+from PySide6.QtCore import QSettings
+from PySide6.QtWidgets import QWidget
+
+from kogao_core.photo import CannotDisclose
+from kogao_core.photo.disclosure.credentials import Signer, check_signer
+from kogao_core.photo.disclosure.disclosing import NO_DISCLOSURE, Disclosure
+from kogao_core.photo.disclosure.label import LONGEST, LabelPicture, check_label, check_picture
+from kogao_core.recipe.settings import CORNERS, LABEL_CORNER, LABEL_PERCENT, LABEL_SHARE, Corner
+
+from ..i18n import sentence, tr, translated
+from ..theme import GRID_PX
+from ..widgets.controls import column_of, muted_label
+from ..widgets.dialogs import photo_filter
+from ..widgets.form import Form, FormField
+from .feature import Context, Feature
+
+_GROUP: Final = "saving"
+
+
+def _pem() -> list[str]:
+    keys = tr("PEM files ({patterns})", patterns="*.pem *.crt *.cer *.key")
+    return [keys, tr("All files (*)")]
+
+
+FIELDS: Final = (
+    FormField(
+        "record",
+        "Add an edit &record (XMP)",
+        "Record that the photo was retouched, when and how",
+        "check",
+    ),
+    FormField("labelled", "Draw a &label", "Write a text into the bottom right corner", "check"),
+    FormField("label", "Label te&xt", "Text of the label", "text", needs="labelled"),
+    FormField(
+        "pictured",
+        "Add a pict&ure",
+        "Draw a mark, such as the one required in Norway for advertisements",
+        "check",
+    ),
+    FormField(
+        "picture",
+        "Picture &file",
+        "Picture to draw",
+        "file",
+        needs="pictured",
+        filters=lambda: [photo_filter()],
+    ),
+    FormField(
+        "corner",
+        "&Corner",
+        "Corner of the photo for the picture",
+        choices=lambda: {name: translated(title) for name, title in CORNERS.items()},
+        needs="pictured",
+    ),
+    FormField(
+        "share",
+        "S&hare of the area",
+        "Size of the picture; Norway requires about 7 %",
+        "number",
+        limits=(1, int(LABEL_SHARE[1])),
+        unit=" %",
+        needs="pictured",
+    ),
+    FormField(
+        "signed",
+        "Si&gn content credentials (C2PA)",
+        "Sign with your own certificate and name the photo as source",
+        "check",
+    ),
+    FormField(
+        "certificate",
+        "Certific&ate",
+        "PEM file of the certificate",
+        "file",
+        needs="signed",
+        filters=_pem,
+    ),
+    FormField(
+        "key", "Private &key", "PEM file of the private key", "file", needs="signed", filters=_pem
+    ),
+    FormField(
+        "film",
+        "Keep the &video of motion photos",
+        "The video shows the face before the retouching; JPEG only",
+        "check",
+    ),
+)
+
+
+class SaveOptions(Feature):
+    """Keeps the options of saved files and offers them as a form."""
+
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
+        self._changed = False
+
+    @property
+    def current(self) -> Disclosure:
+        """Disclosure of saved copies."""
+        return Told.remembered(self.settings).disclosure
+
+    @property
+    def in_place(self) -> Disclosure:
+        """Disclosure of a photo saved over itself: none, unless changed since the start."""
+        return self.current if self._changed else NO_DISCLOSURE
+
+    def page(self) -> QWidget:
+        """Return a form that stores each change at once and shows what cannot work."""
+        page, note = QWidget(), muted_label(wraps=True)
+        form = Form(FIELDS, dataclasses.asdict(Told.remembered(self.settings)))
+        column_of(page, form, note, spacing=2 * GRID_PX)
+
+        def take() -> None:
+            self._changed = True
+            told = Told(**form.values())
+            told.remember(self.settings)
+            note.setText(told.problem)
+
+        form.changed.connect(take)
+        return page
+
+
+@dataclass(frozen=True, slots=True)
+class Told:
+    """The options, including values of fields that are switched off."""
+
+    record: bool = False  # add an edit record
+    labelled: bool = False  # draw a label
+    label: str = ""
+    pictured: bool = False  # draw a picture
+    picture: str = ""  # file
+    corner: Corner = LABEL_CORNER
+    share: float = LABEL_PERCENT  # of the photo's area, %
+    signed: bool = False  # sign content credentials
+    certificate: str = ""  # file
+    key: str = ""  # file
+    film: bool = False  # keep the video of motion photos
+
+    @staticmethod
+    def remembered(settings: QSettings) -> Told:
+        """Return the stored options; replace invalid values by defaults."""
+        first = dataclasses.asdict(Told(label=tr("Retouched")))
+        kept: dict[str, Any] = {
+            name: settings.value(f"{_GROUP}/{name}", value, type(value))
+            for name, value in first.items()
+        }
+        least, most = LABEL_SHARE
+        kept["label"] = kept["label"][:LONGEST]
+        kept["share"] = min(max(kept["share"], least), most)
+        if kept["corner"] not in CORNERS:
+            kept["corner"] = LABEL_CORNER
+        return Told(**kept)
+
+    def remember(self, settings: QSettings) -> None:
+        """Store the options."""
+        for name, value in dataclasses.asdict(self).items():
+            settings.setValue(f"{_GROUP}/{name}", value)
+
+    @property
+    def disclosure(self) -> Disclosure:
+        """The options that are switched on."""
+        laid = LabelPicture(self.picture, self.corner, self.share) if self.pictured else None
+        signer = Signer(self.certificate, self.key) if self.signed else None
+        label = self.label if self.labelled else ""
+        return Disclosure(self.record, label, picture=laid, signer=signer, film=self.film)
+
+    @property
+    def problem(self) -> str:
+        """Why these options cannot work, as a sentence; empty if they can."""
+        wanted = self.disclosure
+        try:
+            if self.labelled:
+                check_label(self.label)
+            if wanted.picture is not None:
+                check_picture(wanted.picture)
+            if wanted.signer is not None:
+                check_signer(wanted.signer)
+        except CannotDisclose as problem:
+            return sentence(problem)
+        return ""

@@ -1,0 +1,52 @@
+"""Delete what Kogao keeps about a photo in the user's data folder."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+from kogao_core.base.installed import data_folder
+from kogao_core.base.strict import BadFile
+from kogao_core.photo.originals import Originals
+from kogao_core.projects import project
+from kogao_core.projects.results import NAME, Results
+from kogao_core.projects.sidecar import own_place
+
+
+@dataclass(frozen=True, slots=True)
+class Forgotten:
+    """Counts of what was deleted."""
+
+    originals: int
+    edits: int  # files: the project and its undo steps, and what a crash left
+    results: int  # lines of the list
+
+
+def forget(photo: Path, data: Path | None = None) -> Forgotten:
+    """Delete the originals, edits and listed results of a photo; files beside the photo stay.
+
+    Raises OSError.
+    """
+    data = data or data_folder()
+    results = Results(data / NAME).forget(photo)
+    originals = Originals(data / "originals").forget(photo)
+    kept = own_place(photo, data / "edits")
+    files = [kept, kept.with_suffix(".steps"), *_recovered(photo, data / "recovery")]
+    edits = [file for file in files if file.is_file()]
+    for file in edits:
+        file.unlink()
+    return Forgotten(originals, len(edits), results)
+
+
+def _recovered(photo: Path, folder: Path) -> list[Path]:
+    """Return the recovery files about a photo."""
+    found = []
+    for file in folder.glob("*.json"):
+        try:
+            about = project.load(file).original.path
+        except BadFile:  # the strip's list of photos, or a damaged file
+            continue
+        if os.path.realpath(about) == os.path.realpath(photo):
+            found.append(file)
+    return found

@@ -1,0 +1,156 @@
+"""Read how an edited copy of a photo moved outline, features, ears and hairline of its faces."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+import cv2
+import numpy as np
+
+from kogao_core.base.geometry import Affine, Array, Image
+from kogao_core.base.language import Text
+from kogao_core.base.threads import one_blas_thread
+from kogao_core.faces.face import Face
+from kogao_core.faces.landmarks.pixels import Pyramid
+from kogao_core.reading.flow import NotRead, aligned, at, contrast, flow
+
+# Width of the outline in the square in which a face is measured, and the side of the square, px.
+_FACE_PX: Final = 360.0
+_SIDE_PX: Final = 960
+# A point is read from its surroundings: a Gaussian of the first width, px; the more doubt there
+# is (% of the face width for the half), the more of the second.
+_AROUND_PX: Final = (3.0, 9.0)
+_DOUBTED: Final = 0.08
+# Distance of both directions of the flow at which a pixel counts half, px.
+_AGREE_PX: Final = 0.7
+# Scale at which a face and its copy, moved back, are compared.
+_COMPARED_PX: Final = 8.0
+_LEAST_FACE_PX: Final = 70.0
+# Least correlation, and largest doubt in % of the width, of a face that was only moved.
+LEAST_ALIKE: Final = 0.97
+MOST_DOUBT: Final = 0.5
+
+
+@dataclass(frozen=True, eq=False)
+class Reading:
+    """How a copy moved one face; px of the original, doubt in % of the outline's width."""
+
+    face: Face
+    points: Array  # (N, 2): outline, eyes, mouth, ears and, where known, hairline
+    moved: Array  # (N, 2): where the copy shows them
+    doubt: Array  # (N,): how far both directions of the flow disagree there
+    to_copy: Affine  # from px of the original to px of the copy, measured beside the heads
+
+    @property
+    def targets(self) -> Face:
+        """The face with the read outline as targets."""
+        return dataclasses.replace(self.face, targets=self._outline)
+
+    @property
+    def _outline(self) -> Array:
+        return self.moved[: len(self.face.outline)]
+
+    def narrower(self, row: int) -> float:
+        """Return the change of the distance of an outline point from its opposite, %."""
+        first, last = row, len(self.face.outline) - 1 - row
+        ours, theirs = (
+            np.linalg.norm(where[first] - where[last]) for where in (self.points, self.moved)
+        )
+        return float(100.0 * (theirs / ours - 1.0))
+
+    @property
+    def moved_percent(self) -> float:
+        """Mean move of the outline, % of its width."""
+        away = np.linalg.norm(self._outline - self.face.outline, axis=1).mean()
+        return float(100.0 * away / width_px(self.face))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the JSON form."""
+        return {
+            "points": self.points.round(3).tolist(),
+            "moved": self.moved.round(3).tolist(),
+            "doubt_percent": self.doubt.round(3).tolist(),
+            "moved_percent": round(self.moved_percent, 3),
+        }
+
+
+def width_px(face: Face) -> float:
+    """Return the largest distance of two opposite points of an outline."""
+    return float(np.linalg.norm(face.outline - face.outline[::-1], axis=1).max())
+
+
+def read_faces(before: Image, after: Image, faces: Sequence[Face]) -> list[Reading]:
+    """Return how `after` moved the faces of `before`.
+
+    Raises NotRead where `after` is no retouch of `before`, or a face is too small.
+    """
+    if not faces:
+        raise NotRead(Text("no face was found in the original"))
+    with one_blas_thread():
+        ours, theirs = Pyramid(before), Pyramid(after)
+        to_after = aligned(ours, theirs, faces)
+        return [_read(ours, theirs, to_after, face) for face in faces]
+
+
+def _read(before: Pyramid, after: Pyramid, to_after: Affine, face: Face) -> Reading:
+    width = width_px(face)
+    if min(1.0, to_after.scale) * width < _LEAST_FACE_PX:
+        raise NotRead(
+            Text("the face is too small to read: less than {n:g} px wide", n=_LEAST_FACE_PX)
+        )
+    points, scale = _points(face), width / _FACE_PX
+    middle = (points.min(axis=0) + points.max(axis=0)) / 2.0
+    view = Affine.similarity(scale, 0.0, middle - scale * (_SIDE_PX - 1) / 2.0)
+    pictures = before.sample(view, _SIDE_PX), after.sample(to_after.after(view), _SIDE_PX)
+    there, back = flow(*pictures), flow(*pictures[::-1])
+    y, x = np.mgrid[:_SIDE_PX, :_SIDE_PX].astype(np.float32)
+    way = x + there[..., 0], y + there[..., 1]
+    returned = cv2.remap(back, *way, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    apart = np.linalg.norm(there + returned, axis=2)
+    weights = _texture(pictures[0]) / (1.0 + (apart / _AGREE_PX) ** 2)
+    here = view.inverse(points)
+    shown = cv2.remap(pictures[1], *way, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    inside = np.zeros(apart.shape, np.uint8)
+    cv2.fillConvexPoly(inside, cv2.convexHull(np.round(here[: len(face.points)]).astype(int)), 1)
+    _check(pictures[0], shown, apart, inside > 0)
+    near, wide = (
+        at(_mean((there - returned) / 2.0, weights, around), here) for around in _AROUND_PX
+    )
+    doubt = at(_mean(apart, weights, _AROUND_PX[1]), here) * 100.0 / _FACE_PX
+    moved = here + near + (wide - near) * doubt**2 / (doubt**2 + _DOUBTED**2)
+    return Reading(face, points, view(moved), doubt[:, 0], to_after)
+
+
+def _points(face: Face) -> Array:
+    ears = face.middle + 1.15 * (face.outline[[2, -3]] - face.middle)
+    rim = [] if face.forehead is None else [face.forehead]
+    return np.vstack([face.points, ears, *rim])
+
+
+def _texture(picture: Image) -> Array:
+    grey = cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY)
+    across, down = (cv2.Sobel(grey, cv2.CV_32F, *order) for order in ((1, 0), (0, 1)))
+    return np.asarray(cv2.GaussianBlur(across**2 + down**2, (0, 0), 2.0) + 1.0)
+
+
+def _mean(values: Array, weights: Array, around_px: float) -> Array:
+    """Return the weighted means of values (H, W[, C]) round each pixel."""
+    weighted = values * (weights if values.ndim == 2 else weights[..., None])
+    total = cv2.GaussianBlur(weights, (0, 0), around_px) + 1e-6
+    mean = cv2.GaussianBlur(weighted, (0, 0), around_px)
+    return np.asarray(mean / (total if values.ndim == 2 else total[..., None]), np.float32)
+
+
+def _check(before: Image, moved_back: Image, apart: Array, inside: Image) -> None:
+    """Raise NotRead where a face and its copy differ in more than shape, tone and detail."""
+    one, other = (
+        cv2.GaussianBlur(contrast(picture), (0, 0), _COMPARED_PX)[inside].astype(np.float64)
+        for picture in (before, moved_back)
+    )
+    if np.corrcoef(one, other)[0, 1] < LEAST_ALIKE:
+        raise NotRead(Text("a face differs in more than shape: another photo or another person"))
+    if 100.0 / _FACE_PX * np.median(apart[inside]) > MOST_DOUBT:
+        raise NotRead(Text("a face was not warped smoothly: its displacement is too uncertain"))

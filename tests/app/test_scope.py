@@ -1,0 +1,157 @@
+"""Head or face only, in the window: the control, the notes and the picture."""
+
+import numpy as np
+import pytest
+from kogao_app.document import State
+from kogao_app.render.live import Surface, VisiblePart
+from kogao_app.render.pictures import PicturePyramid
+from kogao_app.workspaces import RETOUCH, WORKSPACES
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from scenes import KnownFaces, oval_face, textured_photo
+from test_mnemonics import doubled, letters_of
+from test_view import picture
+
+from kogao_core.base.geometry import Box
+from kogao_core.recipe.recipe import PAPER, SETTINGS, Recipe
+
+
+@pytest.fixture
+def source():
+    return KnownFaces(oval_face(center=(239.5, 210.0), size=0.45, forehead=True))
+
+
+def scope(driver):
+    return driver.panel("recipe").choices["scope"]
+
+
+def test_it_is_in_sight_below_the_amount_in_every_workspace(start, photo):
+    driver = start(photo)
+    panel = driver.panel("recipe")
+    for workspace in WORKSPACES:
+        driver.window.actions_by_name[f"workspace-{workspace}"].trigger()
+        driver.settle()
+        assert scope(driver).isVisible()
+        assert panel.percent.y() < panel.scope.y() <= panel.more.y()
+        assert doubled(letters_of(driver.window)) == {}
+    texts = [scope(driver).itemText(place) for place in range(scope(driver).count())]
+    assert texts == ["Head: with ears and hair", "Face only: as in the paper"]
+
+
+def test_a_key_leads_to_it_and_a_choice_is_one_step_with_a_name(start, photo):
+    driver = start(photo, workspace=RETOUCH.name)
+    QTest.keyClick(driver.window, Qt.Key.Key_G, Qt.KeyboardModifier.AltModifier)
+    assert scope(driver).hasFocus()
+    driver.press_key(scope(driver), Qt.Key.Key_Down)
+    assert driver.state.recipe.scope == "face"
+    assert driver.editor.document.undo.undoText() == "Change Head → Face only"
+    driver.key(Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
+    assert driver.state.recipe.scope == "head"
+
+
+def test_a_control_is_enabled_while_its_field_counts(start, photo):
+    """Each field that needs another one follows it, whichever control it has."""
+    driver = start(photo)
+    panel = driver.panel("recipe")
+    dependent = [setting for setting in SETTINGS.values() if setting.needs]
+    assert len(dependent) >= 3
+    for scope_name, lens in (("head", "off"), ("face", 26.0), ("head", 26.0)):
+        for field, value in (("scope", scope_name), ("lens", lens)):
+            driver.editor.recipe.set_field(field, value)
+            driver.editor.document.commit()
+        for setting in dependent:
+            counts = setting.counts(driver.state.recipe)
+            assert panel.controls[setting.name].isEnabled() == counts, setting.name
+
+
+def test_each_face_may_have_its_own(two):
+    recipe = two.editor.recipe
+    recipe.choose(1)
+    recipe.set_field("scope", "face")
+    two.editor.document.commit()
+    assert [two.state.recipe_of(k).scope for k in (0, 1)] == ["head", "face"]
+    assert scope(two).currentData() == "face"
+    recipe.choose(0)
+    assert scope(two).currentData() == "head"
+
+
+def test_the_rim_of_a_forehead_that_follows_is_shown(opened):
+    def at_hairline():
+        at = opened.canvas.to_screen(opened.state.faces[0].forehead[6]).toPoint()
+        rows = slice(at.y() - 6, at.y() + 10)
+        return picture(opened)[rows, 3 * (at.x() - 6) : 3 * (at.x() + 6)]
+
+    def overlay_shows_there():
+        shown = at_hairline()
+        opened.key(Qt.Key.Key_T)
+        hidden = at_hairline()
+        opened.key(Qt.Key.Key_T)
+        return (shown != hidden).any()
+
+    def choose(value):
+        opened.editor.recipe.set_field("scope", value)
+        opened.editor.document.commit()
+        opened.settle()
+
+    choose("face")
+    before = opened.shown.copy()
+    assert not overlay_shows_there()
+    choose("head")
+    assert (opened.shown != before).any()
+    assert overlay_shows_there()
+    choose("face")
+    np.testing.assert_array_equal(opened.shown, before)
+
+
+def test_a_face_at_the_photos_edge_is_told_of_while_it_lies_there(start, photo, source):
+    source.faces = [oval_face(center=(40.0, 180.0), size=0.4)]
+    driver = start(photo)
+    panel = driver.panel("recipe")
+    driver.settle()
+    assert panel.edge_note.isVisible()
+    assert panel.edge_note.text().startswith("1 face lies at the photo's edge")
+    driver.editor.recipe.set_field("guard", False)
+    driver.editor.document.commit()
+    driver.settle()
+    assert not panel.edge_note.isVisible()
+
+
+def test_nothing_is_told_of_a_face_that_is_whole_or_left_as_it_is(start, photo, source):
+    source.faces = [
+        oval_face(center=(40.0, 180.0), size=0.4),
+        oval_face(center=(330.0, 180.0), size=0.4),
+    ]
+    driver = start(photo)
+    panel = driver.panel("recipe")
+    driver.panel("faces").item(0).setCheckState(Qt.CheckState.Unchecked)
+    driver.settle()
+    assert not panel.edge_note.isVisible()
+    driver.panel("faces").item(1).setCheckState(Qt.CheckState.Unchecked)
+    driver.panel("faces").item(0).setCheckState(Qt.CheckState.Checked)
+    driver.settle()
+    assert panel.edge_note.isVisible()
+    driver.panel("faces").item(0).setCheckState(Qt.CheckState.Unchecked)
+    driver.settle()
+    assert not panel.edge_note.isVisible(), "nothing is made smaller"
+
+
+def test_a_preview_of_a_part_moves_as_the_whole_photo_does(source):
+    surface = Surface(PicturePyramid(textured_photo()))
+    recipe = Recipe(percent=8.0)
+    state = State(faces=tuple(source.faces), recipe=recipe)
+    part = VisiblePart(0, Box(90, 110, 390, 340))  # its edge is nearer to the head than the photo's
+    near, whole = surface.render(1, state, part), surface.render(2, state)
+    points = np.random.default_rng(5).uniform((100, 115), (380, 330), (200, 2))
+    np.testing.assert_allclose(
+        near.rendering.field.at(near.to_photo.inverse(points)) * near.scale,
+        whole.rendering.field.at(points),
+        atol=1e-3,
+    )
+
+
+def test_paper_settings_are_shown_as_what_they_are(opened):
+    menu = opened.window.menus["presets"]
+    menu.aboutToShow.emit()
+    next(one for one in menu.actions() if one.text() == "The paper's").trigger()
+    assert scope(opened).currentData() == "face"
+    assert opened.state.recipe == PAPER

@@ -1,0 +1,155 @@
+"""Photos as other programs write them: each loss is named, and limits are in bytes."""
+
+from __future__ import annotations
+
+import dataclasses
+import io
+import struct
+import zlib
+
+import numpy as np
+import pytest
+from files import saved
+from PIL import Image, ImageCms
+from scenes import textured_photo
+
+from kogao_core import photo
+from kogao_core.batch.measures import table_text
+from kogao_core.photo import reading
+from kogao_core.photo.export import Export
+from kogao_core.photo.formats.png import made
+from kogao_core.photo.jpeg import segments
+from kogao_core.photo.metadata.kinds import COLOURS
+
+PICTURE = textured_photo(64, 48)
+P3 = (31270, 32900, 68000, 32000, 26500, 69000, 15000, 6000)
+COLOUR_CHUNKS = [
+    made(b"cICP", bytes([9, 16, 0, 1])),
+    made(b"cICP", bytes([12, 13, 0, 1])),
+    made(b"gAMA", struct.pack(">I", 100000)),
+    made(b"cHRM", struct.pack(">8I", *P3)),
+]
+
+
+def png(*chunks, **options):
+    data = saved(Image.fromarray(PICTURE), "PNG", **options)
+    return data[:33] + b"".join(chunks) + data[33:]
+
+
+def read(tmp_path, data, name="in.png"):
+    (tmp_path / name).write_bytes(data)
+    return photo.read(tmp_path / name)
+
+
+@pytest.mark.parametrize("chunk", COLOUR_CHUNKS, ids=["PQ", "P3", "gamma", "cHRM"])
+@pytest.mark.parametrize("profile", [None, ImageCms.createProfile("sRGB")], ids=["", "profile"])
+def test_colours_of_unknown_meaning_are_not_called_srgb(tmp_path, chunk, profile):
+    icc = profile and ImageCms.ImageCmsProfile(profile).tobytes()
+    source = read(tmp_path, png(chunk, icc_profile=icc))
+    overruled = icc is not None and chunk[4:8] != b"cICP"
+    if not overruled:
+        with pytest.raises(photo.RefusedOutput, match="can't be converted to sRGB"):
+            Export(srgb=True).applied(source, source.pixels)
+        return
+    told, _ = Export(srgb=True).applied(source, source.pixels)
+    assert told.carried == ()
+
+
+def test_chunks_that_tell_srgb_are_converted(tmp_path):
+    source = read(tmp_path, png(made(b"cICP", bytes([1, 13, 0, 1]))))
+    assert COLOURS not in {one.kind for one in source.extras}
+    _, pixels = Export(srgb=True).applied(source, source.pixels)
+    assert (pixels == PICTURE).all()
+
+
+def test_the_name_of_a_profile_in_a_png_stays(tmp_path):
+    icc = ImageCms.ImageCmsProfile(ImageCms.createProfile("sRGB")).tobytes()
+    source = read(tmp_path, png(made(b"iCCP", b"low 8b\0\0" + zlib.compress(icc))))
+    photo.write(source, 255 - source.pixels, tmp_path / "out.png")
+    assert b"iCCPlow 8b\0" in (tmp_path / "out.png").read_bytes()
+    assert photo.read(tmp_path / "out.png").icc_profile == icc
+
+
+def jpeg(*more, **options):
+    data = saved(Image.fromarray(PICTURE), "JPEG", **options)
+    at = segments.end_of_headers(data)
+    return data[:at] + b"".join(more) + data[at:]
+
+
+def exif(maker):
+    block = Image.Exif()
+    block[0x10F] = maker
+    return block.tobytes()
+
+
+def test_a_second_exif_block_is_named_and_not_joined_to_the_first(tmp_path):
+    first, second = exif("First"), exif("Second, of another program")
+    source = read(tmp_path, jpeg(segments.segment(0xE1, second), exif=first), "in.jpg")
+    assert source.exif == first
+    assert "a second EXIF block" in photo.write(source, 255 - source.pixels, tmp_path / "o.jpg")
+    assert b"Second" not in (tmp_path / "o.jpg").read_bytes()
+
+
+def test_a_long_exif_block_goes_on_in_the_next_segment(tmp_path):
+    whole = exif("x" * 70000)
+    parts = whole[:60000], b"Exif\0\0" + whole[60000:]
+    source = read(tmp_path, jpeg(*(segments.segment(0xE1, one) for one in parts)), "in.jpg")
+    assert source.exif == whole
+
+
+@pytest.mark.parametrize("name", ["in.jpg", "in.tif"])
+def test_xmp_among_photoshops_resources_is_named(tmp_path, name):
+    packet = b'<x:xmpmeta xmlns:x="adobe:ns:meta/"/>'
+    resource = b"8BIM\x04\x24\0\0" + len(packet).to_bytes(4, "big") + packet + b"\0"
+    if name == "in.jpg":
+        data = jpeg(*segments.photoshop_segments(resource))
+    else:
+        data = saved(Image.fromarray(PICTURE), "TIFF", tiffinfo={34377: resource})
+    source = read(tmp_path, data, name)
+    note = photo.write(source, 255 - source.pixels, tmp_path / f"o{name}")
+    assert "the XMP among Photoshop's resources" in note
+    same = dataclasses.replace(source, xmp=packet, extras=())
+    assert not reading.extras_of(same, io.BytesIO(data))
+
+
+def test_a_tiff_with_nan_is_copied_where_nothing_changes(tmp_path):
+    pixels = PICTURE.astype(np.float32) / 255
+    pixels[3, 4] = np.nan
+    from kogao_core.photo.formats.tiff import laid_out
+
+    directory, stored = laid_out(pixels)
+    with io.BytesIO() as out:
+        directory.save(out)
+        data = out.getvalue() + bytes(stored)
+    source = read(tmp_path, data, "in.tif")
+    again = photo.read(tmp_path / "in.tif")
+    photo.write(source, again.pixels, tmp_path / "o.tif")
+    assert (tmp_path / "o.tif").read_bytes() == data
+
+
+def test_the_limit_counts_bytes_not_pixels(tmp_path, monkeypatch):
+    deep = np.zeros((40, 50, 4), np.uint16)
+    import cv2
+
+    cv2.imwrite(str(tmp_path / "deep.png"), deep)
+    Image.fromarray(deep[..., 0].astype(np.uint8)).save(tmp_path / "grey.png")
+    limit = 40 * 50 * 3 / 1e6
+    assert photo.read(tmp_path / "deep.png", max_megapixels=limit).bits == 16
+    assert photo.read(tmp_path / "grey.png", max_megapixels=limit / 3).bits == 8
+    with pytest.raises(photo.UnreadablePhoto, match="of memory"):
+        photo.read(tmp_path / "deep.png", max_megapixels=limit / 2)
+    monkeypatch.setattr(reading, "_free_bytes", lambda: 40 * 50 * 8.0)
+    with pytest.raises(photo.UnreadablePhoto, match="close other programs"):
+        photo.read(tmp_path / "deep.png")
+
+
+def test_a_jpeg_of_very_many_segments_is_refused(tmp_path):
+    data = jpeg(*[segments.segment(0xFE, b"")] * 6000)
+    with pytest.raises(photo.UnreadablePhoto, match="5,000 segments"):
+        read(tmp_path, data, "in.jpg")
+
+
+def test_names_of_photos_are_no_formulas_in_a_table():
+    names = ["=HYPERLINK(0).jpg", "+1.jpg", "-2.5", "@x", "a\x1b[2J.jpg", "plain.jpg"]
+    cells = table_text([names, [-1.5, "1"]]).splitlines()
+    assert cells == ["'=HYPERLINK(0).jpg,'+1.jpg,-2.5,'@x,a?[2J.jpg,plain.jpg", "-1.5,1"]

@@ -1,0 +1,21 @@
+"""Results of stored scenes stay the same: a changed constant is noticed.
+
+`tests/benchmarks/constants.py` halves and doubles each constant and lists those that no scene
+notices. After a deliberate change of the pictures, run `tests/pinned.py`.
+"""
+
+import json
+
+import pinned
+import pytest
+
+STORED = json.loads(pinned.FILE.read_text(encoding="utf-8"))
+
+
+@pytest.mark.parametrize("name", pinned.SCENES)
+def test_a_scene_gives_the_stored_result(name):
+    assert pinned.difference(name, pinned.result(name), STORED[name]) == ""
+
+
+def test_the_aam_finds_the_stored_points():
+    assert pinned.difference("aam", pinned.aam_points(), STORED["aam"]) == ""

@@ -1,0 +1,99 @@
+"""A retouch is read from an original and its edited copy, and expressed in settings."""
+
+import dataclasses
+
+import cv2
+import numpy as np
+import pytest
+from real_photos import picture_of
+
+from kogao_core.base.geometry import Box
+from kogao_core.faces.landmarks import MeshSource
+from kogao_core.pipeline import render
+from kogao_core.reading.controls import CONTROLS, NOTHING_PERCENT, ControlFit, fit_controls, style
+from kogao_core.reading.displacement import read_faces, width_px
+from kogao_core.reading.flow import NotRead
+from kogao_core.recipe.recipe import SETTINGS, Recipe
+from kogao_core.warp.field import shown_at
+
+
+@pytest.fixture(scope="module")
+def scene(source: MeshSource, portrait):
+    """The sample on a textured ground, and its face."""
+    picture = picture_of(portrait, 600.0)
+    ground = np.random.default_rng(3).integers(60, 200, (45, 40, 3), np.uint8)
+    wide = cv2.resize(ground, (800, 900), interpolation=cv2.INTER_CUBIC)
+    height, width = picture.shape[:2]
+    wide[150 : 150 + height, 100 : 100 + width] = picture
+    (face,) = source.find(wide)
+    return wide, face
+
+
+def retouched(picture, face, **settings):
+    """Return a toned, smoothed and compressed result, and where it shows the outline."""
+    recipe = Recipe(**{"percent": 0.0, "hold_background": False, **settings})
+    rendering = render(picture, [face], recipe)
+    toned = np.clip(255.0 * (rendering.pixels / 255.0) ** 0.9, 0, 255).astype(np.uint8)
+    smooth = cv2.addWeighted(toned, 0.6, cv2.bilateralFilter(toned, 7, 25, 7), 0.4, 0)
+    stored = cv2.imencode(".jpg", smooth, [cv2.IMWRITE_JPEG_QUALITY, 88])[1]
+    return cv2.imdecode(stored, cv2.IMREAD_COLOR), shown_at(rendering.field, face.outline)
+
+
+def error_percent(reading, outline):
+    away = np.linalg.norm(reading.targets.targets - outline, axis=1).mean()
+    return 100.0 * away / width_px(reading.face)
+
+
+def test_an_outline_is_read_beneath_tone_smoothing_and_compression(scene):
+    picture, face = scene
+    copy, outline = retouched(picture, face, percent=5.0, jaw_width=-4.0)
+    (reading,) = read_faces(picture, copy, [face])
+    assert error_percent(reading, outline) < 0.3
+    assert reading.moved_percent > 2.0
+
+
+def test_a_cropped_turned_and_reduced_copy_is_aligned(scene):
+    picture, face = scene
+    copy, outline = retouched(picture, face, percent=5.0)
+    turn = cv2.getRotationMatrix2D((400.0, 450.0), 1.5, 0.8)
+    turn[:, 2] -= 30.0, 20.0
+    crop = cv2.warpAffine(copy, turn, (700, 820), flags=cv2.INTER_AREA)
+    (reading,) = read_faces(picture, crop, [face])
+    assert error_percent(reading, outline) < 0.4
+
+
+def test_nothing_moved_reads_as_nothing_moved(scene):
+    picture, face = scene
+    (reading,) = read_faces(picture, retouched(picture, face)[0], [face])
+    assert reading.moved_percent < NOTHING_PERCENT
+    assert max(abs(reading.narrower(row)) for row in range(8)) < 0.5
+
+
+def test_settings_explain_a_retouch_made_with_them(scene):
+    picture, face = scene
+    copy, _ = retouched(picture, face, percent=5.0, jaw_width=-4.0)
+    (reading,) = read_faces(picture, copy, [face])
+    found = fit_controls(reading, Box.of(picture))
+    assert found.unexplained_percent < 0.3
+    assert found.recipe.percent == pytest.approx(5.0, abs=0.8)
+    assert any(getattr(found.recipe, name) for name in CONTROLS[1:])
+
+
+def test_another_picture_and_a_small_face_are_refused(scene):
+    picture, face = scene
+    with pytest.raises(NotRead):
+        read_faces(picture, np.ascontiguousarray(picture[::-1]), [face])
+    small = cv2.resize(picture, None, fx=0.15, fy=0.15, interpolation=cv2.INTER_AREA)
+    with pytest.raises(NotRead, match="too small"):
+        read_faces(picture, small, [face])
+    with pytest.raises(NotRead, match="no face"):
+        read_faces(picture, picture, [])
+
+
+def test_a_style_is_the_median_of_each_control():
+    assert set(CONTROLS) <= set(SETTINGS)
+    each = [ControlFit(Recipe(percent=percent), 0.0) for percent in (2.0, 5.0, 14.0)]
+    recipe, spread = style(each)
+    assert recipe == dataclasses.replace(Recipe(), percent=5.0)
+    assert spread["percent"] == 3.0
+    assert spread[CONTROLS[1]] == 0.0

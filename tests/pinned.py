@@ -1,0 +1,180 @@
+"""Scenes whose results are stored, so that a change of any tuned constant is noticed.
+
+``python tests/pinned.py`` (in the folder `tests`) writes the results of this version to
+``labels/pinned.json``. Do that only after a deliberate change of the pictures, and say why.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any, Final
+
+import cv2
+import numpy as np
+
+from kogao_core.background.find import BackgroundFinder, held_of, measure
+from kogao_core.base.assets import sample
+from kogao_core.base.geometry import Box, Image
+from kogao_core.faces.doubt import AllDoubted, choose
+from kogao_core.faces.landmarks import MeshSource
+from kogao_core.faces.landmarks.aam.source import AamSource
+from kogao_core.photo import read
+from kogao_core.pipeline import render
+from kogao_core.projects.sidecar import Applied
+from kogao_core.recipe.recipe import Recipe
+from kogao_core.warp.brush import UNTOUCHED, Brushwork
+from kogao_core.warp.protection import NOTHING, Protection
+
+FILE: Final = Path(__file__).parent / "labels" / "pinned.json"
+_GRID: Final = 14  # displacements are stored on so many positions per axis
+_DIGITS: Final = 3
+_TOLERANCES: Final = {"": 0.3, "faces": 0.04, "displacement": 0.012, "bends": 0.03}
+
+
+def _portrait(name: str = "average") -> Image:
+    return read(sample().with_name(f"{name}.jpg")).pixels
+
+
+def _with_lines(photo: Image) -> Image:
+    """Draw a door frame and a shelf behind the head."""
+    photo = photo.copy()
+    for x in (118, 790):
+        cv2.line(photo, (x, 0), (x - 12, 899), (90, 80, 70), 5, cv2.LINE_AA)
+    cv2.line(photo, (0, 210), (235, 200), (60, 60, 60), 4, cv2.LINE_AA)
+    cv2.line(photo, (655, 120), (899, 128), (60, 60, 60), 4, cv2.LINE_AA)
+    return photo
+
+
+def _rotated(photo: Image, degrees: float) -> Image:
+    height, width = photo.shape[:2]
+    turn = cv2.getRotationMatrix2D((width / 2, height / 2), degrees, 0.8)
+    return np.asarray(cv2.warpAffine(photo, turn, (width, height), borderMode=cv2.BORDER_REFLECT))
+
+
+def _wide(photo: Image) -> Image:
+    """Place a portrait near the right edge of a wide photo."""
+    small = cv2.resize(photo, (420, 420), interpolation=cv2.INTER_AREA)
+    wide = np.full((600, 900, 3), small[0, 0], np.uint8)
+    wide[120:540, 470:890] = small
+    return wide
+
+
+def _pair(gap_px: int) -> Image:
+    """Place two heads next to each other; a smaller gap lets them touch."""
+    men, women = _portrait("men")[60:860, 200:700], _portrait("women")[60:860, 200:700]
+    return np.hstack([men[:, : 450 - gap_px], women[:, 50 + gap_px :]])
+
+
+def _covered(photo: Image) -> Image:
+    """Cover the mouth like a mask."""
+    photo = photo.copy()
+    cv2.ellipse(photo, (450, 640), (150, 110), 0, 0, 360, (40, 60, 120), -1, cv2.LINE_AA)
+    return photo
+
+
+_STROKE: Final = Protection().with_stroke([(250, 380), (262, 560)], radius_px=14)
+_BRUSH: Final = (
+    Brushwork()
+    .with_stroke("push", [(620, 560), (570, 556)], radius_px=90)
+    .with_stroke("push", [(590, 640), (450, 640)], radius_px=60, strength=1.0)
+    .with_stroke("restore", [(440, 690), (470, 690)], radius_px=70)
+)
+SCENES: Final[dict[str, tuple[Callable[[], Image], dict[str, Any]]]] = {
+    "lines": (lambda: _with_lines(_portrait()), {"percent": 8.0}),
+    "tight": (
+        lambda: _portrait("women")[110:720, 215:700],
+        {"percent": 10.0, "jaw_width": -6.0, "forehead_height": -6.0, "chin_length": 4.0},
+    ),
+    "cut": (lambda: _portrait("men")[180:900, 330:900], {"percent": 8.0, "width": -5.0}),
+    "edge": (lambda: _portrait("men")[200:745, 200:700], {"percent": 9.0, "scope": "face"}),
+    "pair": (lambda: _pair(70), {"percent": 8.0}),
+    "hand": (_portrait, {"percent": 6.0}),
+    "squeezed": (_portrait, {"percent": 12.0, "jaw_width": -10.0, "cheeks_width": -10.0,
+                             "length": -10.0}),
+    "lens": (lambda: _wide(_portrait("women")), {"percent": 4.0, "lens": 20.0}),
+    "lens-pair": (lambda: _wide(_pair(70)), {"percent": 0.0, "lens": 20.0}),
+    "tilted": (lambda: _rotated(_portrait("women"), 24.0), {"percent": 8.0, "even_out": 60.0}),
+    "face": (_portrait, {"percent": 8.0, "scope": "face", "left_width": 5.0}),
+    "small": (lambda: cv2.resize(_portrait("men"), (150, 150), interpolation=cv2.INTER_AREA), {}),
+    "blurred": (lambda: cv2.GaussianBlur(_portrait(), (0, 0), 7), {}),
+    "covered": (lambda: _covered(_portrait("men")), {}),
+}  # fmt: skip
+_AGAIN: Final = (
+    Brushwork()
+    .with_stroke("push", [(310, 610), (330, 608)], radius_px=120, strength=0.6)
+    .with_stroke("push", [(300, 600), (420, 600)], radius_px=70, strength=1.0)
+)
+_BY_HAND: Final = {"hand": (_STROKE, _BRUSH), "squeezed": (NOTHING, _AGAIN)}
+
+
+def result(name: str) -> dict[str, Any]:
+    """Return the landmarks, doubts, displacements and notes of a scene."""
+    draw, settings = SCENES[name]
+    photo = np.ascontiguousarray(draw())
+    found = MeshSource().find(photo)
+    told: dict[str, Any] = {
+        "faces": [_rounded(face.points, 2) for face in found],
+        "confidence": [_rounded(face.confidence, 2) for face in found],
+        "score": [round(face.score, 2) for face in found],
+    }
+    try:
+        chosen = choose(found, "all", Box.of(photo), doubtful=name == "cut")
+    except AllDoubted as doubts:
+        return told | {"note": str(doubts)}
+    protection, brushwork = _BY_HAND.get(name, (NOTHING, UNTOUCHED))
+    applied = Applied(
+        chosen.faces, Recipe(**settings), protection, others=chosen.others, brushwork=brushwork
+    )
+    finder = BackgroundFinder()
+    rendering = render(
+        photo, applied.faces, applied.recipe, protection=protection,
+        held=held_of(photo, applied, finder), brushwork=brushwork,
+    )  # fmt: skip
+    xs, ys = (np.linspace(0, side - 1, _GRID) for side in photo.shape[1::-1])
+    bends = measure(photo, rendering, applied, finder)
+    return told | {
+        "note": str(chosen.note),
+        "edge": str(rendering.note),
+        "displacement": _rounded(rendering.field.on_grid(xs, ys), _DIGITS),
+        "shares": _rounded(rendering.shares, _DIGITS),
+        "brush": _rounded(rendering.brush_shares, _DIGITS),
+        "bends": _rounded(sorted(line.bend_px for line in bends.lines), 2),
+    }
+
+
+def aam_points() -> Any:
+    """Return the landmarks of the AAM on the sample."""
+    return [_rounded(face.points, 1) for face in AamSource().find(_portrait())]
+
+
+def all_results() -> Iterator[tuple[str, Any]]:
+    """Yield the name and the result of each scene."""
+    yield from ((name, result(name)) for name in SCENES)
+    yield "aam", aam_points()
+
+
+def difference(name: str, now: Any, then: Any) -> str:
+    """Return a sentence on the first difference of two results, or "" if they are equal.
+
+    Numbers may differ by the rounding of other processors and libraries.
+    """
+    for field in {**then, **now} if isinstance(then, dict) else ("",):
+        a, b = (one.get(field) if field else one for one in (now, then))
+        if isinstance(a, str) or isinstance(b, str) or a is None or b is None:
+            if a != b:
+                return f"{name}: {field} is {a!r}, was {b!r}"
+        elif np.shape(a) != np.shape(b):
+            return f"{name}: {field} has shape {np.shape(a)}, was {np.shape(b)}"
+        elif (off := np.abs(np.subtract(a, b)).max(initial=0.0)) > _TOLERANCES.get(field, 0.02):
+            return f"{name}: {field} differs by {off:.3f}"
+    return ""
+
+
+def _rounded(values: Any, digits: int) -> Any:
+    return None if values is None else (np.round(values, digits) + 0.0).tolist()
+
+
+if __name__ == "__main__":
+    FILE.write_text(json.dumps(dict(all_results()), separators=(",", ":")), encoding="utf-8")
