@@ -463,20 +463,24 @@ class Interleaving:
         self._push()
         for row in range(film.count()):
             film.item(row).setSelected(film.path(row) in others)
-        percent = editor.document.state.recipe.percent
+        percent = round(editor.document.state.recipe.percent, 4)
+        files = {path: kept(path, self._storage.edits) for path in others}
+        signs = {path: sign_in(file) for path, file in files.items() if file is not None}
         editor.sync.start()
         self._until(lambda: not editor.sync.busy)
         for path in others:
             if self._restored and path == editor.document.path:
                 continue  # it was opened meanwhile, with other edits
-            before, newest = self._left.get(path.name), kept(path, self._storage.edits)
+            newest, before = kept(path, self._storage.edits), signs.get(path)
             held = None if newest is None else sign_in(newest)
             if held is None or held[0] not in self._called(path.name):
                 continue  # the strip doesn't show this photo, or its faces aren't found yet
-            if before is not None and held[1] not in (before, (round(percent, 4), *before[1:])):
-                raise Lost(f"sync made {held[1]} of {before} of {path.name}")
-            if before is not None and held[1] != before:
-                self._synced[path.name] = before
+            if before is not None:
+                after = _as_if_sought(held[1], before[1])
+                if after not in (before[1], (percent, *before[1][1:])):
+                    raise Lost(f"sync made {held[1]} of {before} of {path.name}")
+                if after != before[1]:
+                    self._synced[path.name] = before[1]
             self._left[path.name] = held[1]
 
     def _called(self, name: str) -> set[str]:

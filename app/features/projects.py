@@ -23,7 +23,15 @@ from . import preferences
 from .faces import Faces
 from .feature import Context, Feature
 from .files import Files, history
-from .files.opening import EarlierWork, is_project, is_sample, stamp_of, stamps_of, to_keep_beside
+from .files.opening import (
+    EarlierWork,
+    Opened,
+    is_project,
+    is_sample,
+    stamp_of,
+    stamps_of,
+    to_keep_beside,
+)
 from .files.saver import Request, Saver, Then
 
 
@@ -241,14 +249,15 @@ class Projects(Feature):
     def _forget(self) -> None:
         self._own = None
 
-    def _know(self, work: EarlierWork) -> None:
+    def _know(self, opened: Opened) -> None:
         """Store the stamps of the project files before the first write."""
-        path = self.document.path
-        places = [] if path is None else self.places(path)
-        elsewhere = work.file is not None and work.file not in places
-        self._stamps |= stamps_of([work.file] if work.file is not None and elsewhere else places)
-        if elsewhere and work.moved_from is None:
-            self._own = work.file
+        file = None if opened.work is None else opened.work.file
+        if opened.work is None or file is None or file in opened.stamps:
+            self._stamps |= opened.stamps
+            return
+        self._stamps |= stamps_of([file])
+        if opened.work.moved_from is None:
+            self._own = file
 
     def adopt(self, path: Path) -> bool:
         """Accept files that this program wrote for the open photo; return True for a new file."""

@@ -231,7 +231,7 @@ class Files(Feature):
             self._sought.stop()
 
     def _go_on(self, opened: Opened, work: EarlierWork, state: State) -> None:
-        self.resuming.emit(work)
+        self.resuming.emit(opened)
         if work.file is None:
             self.document.step(state, tr("Restore"))
             self.did.emit(tr("The unsaved changes are back"))
