@@ -15,7 +15,7 @@ from PIL import Image as Pillow
 
 from kogao_core.base.atomic import put
 from kogao_core.base.display import png, reduced, rgb8
-from kogao_core.base.geometry import Affine, Image
+from kogao_core.base.geometry import Affine, Array, Image
 from kogao_core.base.language import Text
 from kogao_core.base.wording import shown
 from kogao_core.batch.measures import codebook_of, measured, write
@@ -25,7 +25,6 @@ from kogao_core.lab.subjects import Progress, no_progress
 from kogao_core.photo import Photo
 from kogao_core.pipeline import Rendering, render
 from kogao_core.projects import evidence, interchange
-from kogao_core.projects.interchange import PointSet
 from kogao_core.recipe.recipe import PAPER, SETTINGS, Recipe
 from kogao_core.warp.field import Field, shown_at
 from kogao_core.warp.lattice import ORDER, Lattice
@@ -74,7 +73,7 @@ class Posed:
 
     photo: Photo
     faces: tuple[Face, ...]
-    points: tuple[PointSet, ...] = ()  # as a file has them, of each face; empty where none had
+    points: tuple[Array, ...] = ()  # as a file has them, of each face; empty where none had
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,7 +84,7 @@ class Stimulus:
     percent: float  # the dose asked for
     pixels: Image  # (H, W, 3) or, masked, (H, W, 4): uint8
     faces: tuple[Face, ...]  # where the picture shows them
-    points: tuple[PointSet, ...]  # likewise all points of the files
+    points: tuple[Array, ...]  # likewise all points of the files
     records: list[dict[str, Any]] = field(default_factory=list)  # measures, one for each face
     files: dict[str, bytes] = field(default_factory=dict)  # fields by their endings
 
@@ -98,7 +97,7 @@ def stimuli(posed: Posed, wanted: Wanted) -> Iterator[Stimulus]:
         align = aligning(posed.faces[0], wanted.size)
         pixels = np.asarray(cv2.warpAffine(pixels, align.opencv, wanted.size))
     faces = tuple(face.mapped(align) for face in posed.faces)
-    points = tuple(PointSet(align(one.points), one.lines) for one in posed.points)
+    points = tuple(align(one) for one in posed.points)
     for percent in wanted.percents:
         rendering = render(pixels, faces, dataclasses.replace(wanted.recipe, percent=percent))
         result = rendering.pixels
@@ -112,9 +111,7 @@ def stimuli(posed: Posed, wanted: Wanted) -> Iterator[Stimulus]:
             percent,
             _masked(rgb8(result), there, wanted.mask),
             there,
-            tuple(
-                PointSet(shown_at(rendering.field, one.points), one.lines) for one in points
-            ),
+            tuple(shown_at(rendering.field, one) for one in points),
             measured(f"{name}.png", posed.photo.path.name, rendering, faces),
             dict(_exported(rendering, wanted.exports)),
         )  # fmt: skip
@@ -159,7 +156,7 @@ def _masked(pixels: Image, faces: Sequence[Face], mask: Mask | None) -> Image:
 
 
 def written(
-    posed: Posed, wanted: Wanted, folder: Path, form: str = "tem", progress: Progress = no_progress
+    posed: Posed, wanted: Wanted, folder: Path, form: str = "csv", progress: Progress = no_progress
 ) -> list[Stimulus]:
     """Write a photo's pictures with their points and fields; the folder is made if need be.
 
@@ -171,7 +168,7 @@ def written(
         out = io.BytesIO()
         Pillow.fromarray(one.pixels).save(out, "PNG", icc_profile=posed.photo.icc_profile)
         put(out.getvalue(), folder / f"{one.name}.png")
-        points = one.points or [interchange.TEMPLATES["27"].points(face) for face in one.faces]
+        points = one.points or [interchange.own_points(face) for face in one.faces]
         interchange.write_points(points, folder / f"{one.name}.{form}")
         for suffix, data in one.files.items():
             put(data, folder / f"{one.name}{suffix}")

@@ -285,7 +285,7 @@ def test_the_photos_faces_are_made_at_several_doses(opened, tmp_path):
     labels = {label.accessibleName() for label in shown.findChildren(QLabel)}
     assert {"Pictures: -6 %", "Pictures: +0 %", "Pictures: +6 %"} < labels
     made = {path.name for path in out.iterdir()}
-    assert {"portrait_-06.00.png", "portrait_-06.00.tem", "measures.csv", "contact.png"} < made
+    assert {"portrait_-06.00.png", "portrait_-06.00.csv", "measures.csv", "contact.png"} < made
     QTest.keyClick(shown, KEYS.Key_Escape)
     opened.window.actions_by_name["experiment-stimuli"].trigger()
     again = opened.dialog(DosesDialog)

@@ -12,7 +12,6 @@ from scenes import oval_face, textured_photo
 
 from kogao_core.lab.stimuli import STIMULI, Posed, Wanted, sheet, stimuli
 from kogao_core.pipeline import render
-from kogao_core.projects.interchange import PointSet
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.warp.measures import measures
 
@@ -24,7 +23,7 @@ EVERYWHERE = np.random.default_rng(3).uniform((60, 40), (420, 320), (189, 2))
 
 def posed(face=FACE) -> Posed:
     photo = SimpleNamespace(pixels=PIXELS, path=Path("a photo.jpg"))
-    return Posed(photo, (face,), (PointSet(EVERYWHERE),))
+    return Posed(photo, (face,), (EVERYWHERE,))
 
 
 def field_at(percent):
@@ -60,8 +59,8 @@ def test_a_recipe_may_go_below_zero(recipe):
 def test_all_points_of_a_file_are_where_the_picture_shows_them(made):
     for dose, one in made.items():
         (points,) = one.points
-        assert len(points.points) == 189
-        read = points.points + field_at(dose).at(points.points)
+        assert len(points) == 189
+        read = points + field_at(dose).at(points)
         np.testing.assert_allclose(read, EVERYWHERE, atol=1e-3)
 
 

@@ -2,29 +2,27 @@
 
 import csv
 import json
-import re
 
 import numpy as np
 import pytest
 from scenes import oval_face
 
 from kogao_core.projects import interchange
-from kogao_core.projects.interchange import PointSet
+from kogao_core.projects.interchange.pointmap import along
 
 FACE = oval_face(300, 300)
-ALL = np.random.default_rng(4).uniform((80, 60), (220, 240), (189, 2))
+ALL = np.random.default_rng(4).uniform((80, 60), (220, 240), (68, 2))
 
 
 @pytest.fixture
 def points(tmp_path):
-    """A folder with 189 points of the photo, 27 of them the made-up face's."""
-    template = interchange.TEMPLATES["189"]
-    own = template.points(FACE).points
+    """A folder with 68 points of the photo; jaw and corners are the made-up face's."""
     everything = np.array(ALL)
-    everything[list(template.ours)] = own[list(template.ours)]
+    everything[:17] = along(FACE.outline, 17)
+    everything[[36, 39, 42, 45]], everything[[48, 54]] = FACE.eyes, FACE.mouth
     folder = tmp_path / "points"
     folder.mkdir()
-    interchange.write_points([PointSet(everything, template.lines)], folder / "small.tem")
+    interchange.write_points([everything], folder / "small.csv")
     return folder
 
 
@@ -37,18 +35,17 @@ def test_a_series_comes_out_whole(cli, small_png, points, tmp_path):
     )  # fmt: skip
     assert (code, err) == (0, "")
     names = [f"small_{dose}" for dose in ("-05.00", "+00.00", "+05.00")]
-    every = [f"{name}{end}" for name in names for end in (".png", ".tem", "-face1.tfm")]
+    every = [f"{name}{end}" for name in names for end in (".png", ".csv", "-face1.tfm")]
     assert {p.name for p in out.iterdir()} == {
         *every, "measures.csv", "measures-codebook.csv", "contact.png",
     }  # fmt: skip
     assert "small_-05.00.png" in said
-    ((_, still),) = interchange.read_all(out / "small_+00.00.tem")
-    ((_, given),) = interchange.read_all(points / "small.tem")
-    np.testing.assert_allclose(still.points, given.points, atol=0.0011)
-    assert still.lines == given.lines
-    ((_, moved),) = interchange.read_all(out / "small_+05.00.tem")
-    assert len(moved.points) == 189
-    assert np.abs(moved.points - given.points).max() > 1.0
+    ((_, still),) = interchange.read_all(out / "small_+00.00.csv")
+    ((_, given),) = interchange.read_all(points / "small.csv")
+    np.testing.assert_allclose(still, given, atol=0.0011)
+    ((_, moved),) = interchange.read_all(out / "small_+05.00.csv")
+    assert len(moved) == 68
+    assert np.abs(moved - given).max() > 1.0
     with (out / "measures.csv").open(encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     assert [float(row["asked_percent"]) for row in rows] == [-5.0, 0.0, 5.0]
@@ -107,4 +104,4 @@ def test_points_that_are_not_there_are_named(cli, small_png, tmp_path):
     for command in (("experiment", "figures"), ("batch",)):
         code, _, err = cli(*command, small_png, "--points", empty, "-o", tmp_path / "out")
         assert code == 3
-        assert re.search(r"no points of small\.png in .*empty: small with one of \.json", err)
+        assert "empty has no points for small.png; expected small with one of .json" in err

@@ -141,7 +141,7 @@ def _size(_: click.Context, __: click.Parameter, value: str | None) -> tuple[int
     "displacement, lattices and domains; repeatable.",
 )  # fmt: skip
 @words.option(
-    "--format", "form", type=click.Choice(["tem", "pts", "csv"]), default="tem",
+    "--format", "form", type=click.Choice(["csv", "pts"]), default="csv",
     show_default=True, help="Of the points of each picture.",
 )  # fmt: skip
 @options.chooses_as_the_paper
