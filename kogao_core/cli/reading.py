@@ -9,7 +9,7 @@ from typing import Any, Final
 import click
 
 from kogao_core.base import assets
-from kogao_core.base.geometry import Array, Box
+from kogao_core.base.geometry import Box
 from kogao_core.base.language import Text
 from kogao_core.base.strict import BadFile
 from kogao_core.cli import ending, words
@@ -171,19 +171,16 @@ def point_files() -> tuple[Path | None, str | None]:
     return place, mapping
 
 
-def points_of(photo: Photo) -> list[tuple[Face, Array]] | None:
-    """Return the faces of a photo from ``--points``, with all points of the file.
-
-    Return None without ``--points``. Raises Stop.
-    """
+def points_of(photo: Photo) -> list[Face] | None:
+    """Return the faces of a photo from ``--points``, or None without ``--points``. Raises Stop."""
     place, mapping = point_files()
     if place is None:
         return None
     point_map = None if mapping is None else interchange.point_map(mapping)
     with ending.stopping(BadFile, ending.UNREADABLE):
-        found = interchange.read_all(interchange.file_for(photo.path, place), point_map)
-        interchange.check_inside([face for face, _ in found], Box.of(photo.pixels))
-    return found
+        faces = interchange.read(interchange.file_for(photo.path, place), point_map)
+        interchange.check_inside(faces, Box.of(photo.pixels))
+    return faces
 
 
 def find_faces(
@@ -195,7 +192,7 @@ def find_faces(
     Raises Stop if there is no face.
     """
     if (given := points_of(photo)) is not None:
-        return [face for face, _ in given]
+        return given
     with ending.stopping((assets.AssetMissing, ModelRefused), ending.BROKEN):
         try:
             faces = (known or landmark_source(landmarks)).find(photo.pixels)

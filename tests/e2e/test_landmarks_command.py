@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 from PIL import Image
+from scenes import oval_face
 
 from kogao_core.projects import interchange
 from kogao_core.projects.interchange.pointmap import along
@@ -26,13 +27,18 @@ def test_exported_points_warp_like_those_found(cli, works, small_portrait, tmp_p
     assert np.abs(found - given).max() <= (0 if form == "json" else 2)
 
 
+def _ibug(face):
+    """68 points; jaw and corners are the face's."""
+    points = np.random.default_rng(4).uniform((80, 60), (220, 240), (68, 2))
+    points[:17] = along(face.outline, 17)
+    points[[36, 39, 42, 45]], points[[48, 54]] = face.eyes, face.mouth
+    return points
+
+
 def test_68_points_need_no_map(works, small_portrait, tmp_path):
     works("landmarks", "export", small_portrait, "--format", "csv", "-o", tmp_path)
     (face,) = interchange.read(tmp_path / "small.csv")
-    points = np.zeros((68, 2))
-    points[:17] = along(face.outline, 17)
-    points[[36, 39, 42, 45]], points[[48, 54]] = face.eyes, face.mouth
-    interchange.write_points([points], tmp_path / "small.pts")
+    interchange.write_points([_ibug(face)], tmp_path / "small.pts")
     report = []
     for options in ((), ("--points-map", "0-16/36,39,42,45/48,54")):
         out = tmp_path / f"out{len(options)}.png"
@@ -81,3 +87,40 @@ def test_figures_are_drawn_and_not_over_others(cli, works, small_portrait, tmp_p
     code, _, err = cli(*arguments[:3], small_portrait, "-o", tmp_path / "x")
     assert (code, (tmp_path / "x").exists()) == (2, False)
     assert "give those their own folder" in err
+
+
+def test_every_command_reads_landmarks_from_files(cli, small_png, tmp_path):
+    face = oval_face(300, 300)
+    every = _ibug(face)
+    points = tmp_path / "points"
+    points.mkdir()
+    interchange.write_points([every], points / "small.pts")
+    ours = np.round(face.outline[0], 1).tolist()
+    code, _, _ = cli("landmarks", "export", small_png, "--points", points, "--format", "json",
+                     "-o", tmp_path / "json")  # fmt: skip
+    assert code == 0
+    (found,) = json.loads((tmp_path / "json" / "small.json").read_text(encoding="utf-8"))["faces"]
+    assert np.abs(np.subtract(found["eyes"], face.eyes)).max() < 0.002
+    assert np.abs(np.subtract(found["outline"][0], ours)).max() < 0.06
+    report = tmp_path / "out" / "kogao-batch.jsonl"
+    batch = "batch", small_png, "--points", points, "-o", tmp_path / "out", "--jobs", "1"
+    assert cli(*batch)[0] == 0
+    assert json.loads(report.read_text(encoding="utf-8"))["status"] == "done"
+    drawn = "experiment", "figures", small_png, "--points", points, "--width", "240"
+    assert cli(*drawn, "-o", tmp_path / "f")[0] == 0
+    given = "experiment", "domains", small_png, "--points", points, "--repeats", "1"
+    code, said, _ = cli(*given, "--json", "-")
+    assert code == 0
+    assert json.loads(said)["photos"][0]["photo"] == "small.png"
+    code, said, _ = cli("experiment", "study", "make", small_png, "--points", points,
+                        "-o", tmp_path / "study", "--lattices", "", "--percents", "4")  # fmt: skip
+    assert code == 0
+
+
+def test_missing_landmark_files_are_named(cli, small_png, tmp_path):
+    empty = tmp_path / "empty"
+    empty.mkdir()
+    for command in (("experiment", "figures"), ("batch",)):
+        code, _, err = cli(*command, small_png, "--points", empty, "-o", tmp_path / "out")
+        assert code == 3
+        assert "empty has no points for small.png; expected small with one of .json" in err

@@ -183,7 +183,9 @@ def unknown(text, page, photo):
 @pytest.mark.usefixtures("english")
 @pytest.mark.parametrize("way", [("--language", "ja"), ("--language=ja",)])
 def test_the_language_is_chosen_by_an_option(way, catalogues, tmp_path, monkeypatch, capsys):
-    (tmp_path / "ja.po").write_text('msgid "Overwrite existing files"\nmsgstr "見本"\n', encoding="utf-8")
+    (tmp_path / "ja.po").write_text(
+        'msgid "Overwrite existing files"\nmsgstr "見本"\n', encoding="utf-8"
+    )
     catalogues.compile_all(tmp_path)
     monkeypatch.setattr(language, "_folder", lambda: tmp_path)
     with pytest.raises(SystemExit):

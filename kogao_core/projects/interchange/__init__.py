@@ -33,7 +33,6 @@ __all__ = [
     "own_points",
     "point_map",
     "read",
-    "read_all",
     "write",
     "write_points",
 ]
@@ -88,18 +87,13 @@ def _format_of(path: Path) -> Format:
 
 def read(path: Path, mapping: PointMap | None = None) -> list[Face]:
     """Read the faces of a landmark file, px of the photo; at least one. Raises BadFile."""
-    return [face for face, _ in read_all(path, mapping)]
-
-
-def read_all(path: Path, mapping: PointMap | None = None) -> list[tuple[Face, Array]]:
-    """Read each face of a file, with all points (N, 2) that the file has. Raises BadFile."""
     form = _format_of(path)
     data = strict.read(path, formats.MOST_BYTES)
     try:
         if form.name == "json":
-            return [(face, own_points(face)) for face in formats.parse_faces(data)]
+            return formats.parse_faces(data)
         sets = formats.parse_csv(data) if form.name == "csv" else [formats.parse_pts(data)]
-        return [((mapping or default_map(points)).face(points), points) for points in sets]
+        return [(mapping or default_map(points)).face(points) for points in sets]
     except BadFile as error:
         raise BadFile(Text("{path} can't be used: {error}", path=path, error=error)) from None
 
