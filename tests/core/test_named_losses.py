@@ -141,7 +141,7 @@ def test_a_tiff_with_0_as_white_is_named(tmp_path, bits):
 def test_a_transparent_colour_of_a_png_is_named(tmp_path):
     key = struct.pack(">3H", *map(int, PICTURE[3, 4]))
     source = read(tmp_path, png(made(b"tRNS", key)))
-    assert (source.pixels[..., 3] == 0).sum() == (PICTURE == PICTURE[3, 4]).all(axis=2).sum()
+    assert (source.pixels[..., 3] == 0).sum() == (PICTURE[3, 4] == PICTURE).all(axis=2).sum()
     note = photo.write(source, 255 - source.pixels, tmp_path / "o.png")
     assert note == "the transparent colour became an alpha channel"
 

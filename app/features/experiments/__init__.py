@@ -187,7 +187,7 @@ class DosesDialog(Asking):
         photo = experiments.document.path
         self.doses = QLineEdit("-8, -4, 0, 4, 8")
         near = "" if photo is None else str(photo.with_name(f"{photo.stem}-doses"))
-        self.folder = PathLine(tr("Folder for the pictures"), near, kind="folder")
+        self.folder = PathLine(tr("Folder for the pictures"), near)
         how = tr(
             "A picture of this photo for each dose, in % of D; below 0 faces get larger. Besides "
             "the pictures the folder gets their points, a table of measures and a contact sheet."

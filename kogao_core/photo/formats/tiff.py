@@ -207,7 +207,6 @@ def _behind(file: IO[bytes]) -> Iterator[Extra]:
 TIFF: Final = FileFormat(
     name="TIFF",
     title="TIFF",
-    mime="image/tiff",
     suffixes=(".tif", ".tiff"),
     is_lossless=True,
     encode=_encode,
