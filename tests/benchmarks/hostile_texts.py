@@ -41,7 +41,7 @@ LONGEST_ARGUMENT = 100
 Rng = np.random.Generator
 WARP = ["warp", "photo.png", "-o", "out.png", "--json"]
 OPTIONS = (
-    ("--percent", "4"), ("--center", "2"), ("--lattice", "1"), ("--threshold", "0.5"),
+    ("--amount", "4"), ("--center", "2"), ("--lattice", "1"), ("--threshold", "0.5"),
     ("--face", "1"), ("--protect", "10,20 60,70"), ("--protect-width", "3"),
     ("--points-map", "0-20/21-24/25-26"), ("--label", "Retouched"),
     ("--max-megapixels", "50"), ("--lattice-unit", "warp"), ("--recipe", "recipe.json"),
