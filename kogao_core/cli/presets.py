@@ -72,15 +72,22 @@ def import_presets(files: tuple[Path, ...], name: str | None, force: bool) -> No
         ]
         targets = [presets.file_of(folder, one) for one, _ in named]
     for (one, _), target in zip(named, targets, strict=True):
-        if one in presets.BUILT_IN:
-            raise ending.Stop(Text("{one} is a built-in preset; choose another --name", one=one))
         if targets.count(target) > 1:
             raise ending.Stop(Text("several files are called {one}; rename one", one=one))
-        common.check_free(target, force)
+        check_name(one, force)
     for one, recipe in named:
         with ending.writing(presets.file_of(folder, one)):
             presets.add(folder, one, recipe)
         ending.print_text(one)
+
+
+def check_name(name: str, force: bool) -> None:
+    """Check that a preset can be saved under a name. Raises Stop."""
+    if name in presets.BUILT_IN:
+        raise ending.Stop(Text("{name} is a built-in preset; choose another name", name=name))
+    with ending.stopping(ValueError, ending.USAGE):
+        target = presets.file_of(presets.user_folder(), name)
+    common.check_free(target, force)
 
 
 def _all() -> dict[str, Recipe]:
