@@ -24,6 +24,10 @@ PROGRAM = "kogao-cli"
 DEBUG = "KOGAO_DEBUG"
 """Environment variable that enables tracebacks."""
 _LONGEST_ERROR = 200
+_REMOVED = (
+    *("--label-picture", "--label-corner", "--label-share"),
+    *("--sign-certificate", "--sign-key"),
+)
 
 EPILOG = Text("""\
 Exit codes:
@@ -110,10 +114,15 @@ def run(arguments: Sequence[str] | None) -> int:
     except Stop as stop:
         return _end(_sentence(stop), stop.code)
     except click.UsageError as error:
+        problem = _sentence(error)
+        if isinstance(error, click.NoSuchOption) and error.option_name in _REMOVED:
+            problem = tr(
+                "{option} was removed; use --label or --disclose", option=error.option_name
+            )
         return _end(
             tr(
                 "{problem} (see {command} --help)",
-                problem=_sentence(error),
+                problem=problem,
                 command=error.ctx.command_path if error.ctx else PROGRAM,
             ),
             USAGE,

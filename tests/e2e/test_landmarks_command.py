@@ -1,12 +1,15 @@
 """Landmarks out by one command and in by another."""
 
 import json
+import re
 
 import numpy as np
 import pytest
 from PIL import Image
+from scenes import oval_face
 
 from kogao_core.projects import interchange
+from kogao_core.projects.interchange import PointSet
 
 
 @pytest.mark.parametrize("form", ["json", "tem"])
@@ -77,3 +80,43 @@ def test_figures_are_drawn_and_not_over_others(cli, works, small_portrait, tmp_p
     code, _, err = cli(*arguments[:3], small_portrait, "-o", tmp_path / "x")
     assert (code, (tmp_path / "x").exists()) == (2, False)
     assert "give those their own folder" in err
+
+
+def test_every_command_reads_landmarks_from_files(cli, small_png, tmp_path):
+    face, template = oval_face(300, 300), interchange.TEMPLATES["189"]
+    own = template.points(face).points
+    every = np.random.default_rng(4).uniform((80, 60), (220, 240), (189, 2))
+    every[list(template.ours)] = own[list(template.ours)]
+    points = tmp_path / "points"
+    points.mkdir()
+    interchange.write_points([PointSet(every, template.lines)], points / "small.tem")
+    ours = np.round(face.outline[0], 1).tolist()
+    code, _, _ = cli("landmarks", "export", small_png, "--points", points, "--format", "json",
+                     "-o", tmp_path / "json")  # fmt: skip
+    assert code == 0
+    (found,) = json.loads((tmp_path / "json" / "small.json").read_text(encoding="utf-8"))["faces"]
+    # A template of 189 begins its outline where its own mark-up does.
+    assert np.abs(np.subtract(found["eyes"], face.eyes)).max() < 0.002
+    assert np.abs(np.subtract(found["outline"][0], ours)).max() < 20.0
+    report = tmp_path / "out" / "kogao-batch.jsonl"
+    batch = "batch", small_png, "--points", points, "-o", tmp_path / "out", "--jobs", "1"
+    assert cli(*batch)[0] == 0
+    assert json.loads(report.read_text(encoding="utf-8"))["status"] == "done"
+    drawn = "experiment", "figures", small_png, "--points", points, "--width", "240"
+    assert cli(*drawn, "-o", tmp_path / "f")[0] == 0
+    given = "experiment", "domains", small_png, "--points", points, "--repeats", "1"
+    code, said, _ = cli(*given, "--json", "-")
+    assert code == 0
+    assert json.loads(said)["photos"][0]["photo"] == "small.png"
+    code, said, _ = cli("experiment", "study", "make", small_png, "--points", points,
+                        "-o", tmp_path / "study", "--lattices", "", "--percents", "4")  # fmt: skip
+    assert code == 0
+
+
+def test_missing_landmark_files_are_named(cli, small_png, tmp_path):
+    empty = tmp_path / "empty"
+    empty.mkdir()
+    for command in (("experiment", "figures"), ("batch",)):
+        code, _, err = cli(*command, small_png, "--points", empty, "-o", tmp_path / "out")
+        assert code == 3
+        assert re.search(r"no points of small\.png in .*empty: small with one of \.json", err)

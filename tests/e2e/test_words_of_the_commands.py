@@ -18,7 +18,6 @@ from kogao_core.cli.integrate import HOSTS
 from kogao_core.faces.landmarks import CHOICES
 from kogao_core.lab.study.design import Task
 from kogao_core.recipe.recipe import SETTINGS
-from kogao_core.recipe.settings import CORNERS
 
 WORD = re.compile(r"[A-Za-z]{2,}")
 # What is typed or shown as it is: options, what stands for a value, files, places, programs.
@@ -41,8 +40,7 @@ NAMED = {"satisfaction", "WebP", "ms", *HOSTS}
 TYPED = {*NAMED, *(word for way in COMMANDS for word in way.split())}
 TYPED |= {one.name for setting in SETTINGS.values() for one in setting.alternatives}
 TYPED |= {choice.name for choice in CHOICES} | {"all", "both", "control", "points", "lanczos"}
-TYPED |= {word for corner in CORNERS for word in corner.split("-")} | {"desktop"}
-TYPED |= {*language.languages(), *get_args(Task), "percent", "format", "faces", "fit"}
+TYPED |= {"desktop", *language.languages(), *get_args(Task), "percent", "format", "faces", "fit"}
 TYPED |= {"drop", "amount", "tem"}
 
 

@@ -30,7 +30,6 @@ __all__ = [
     "file_for",
     "files",
     "read",
-    "read_all",
     "template",
     "write",
     "write_points",
@@ -96,19 +95,13 @@ def read(path: Path, mapping: Template | None = None) -> list[Face]:
 
     Result: at least one, px of the photo it was made on. Raises BadFile.
     """
-    return [face for face, _ in read_all(path, mapping)]
-
-
-def read_all(path: Path, mapping: Template | None = None) -> list[tuple[Face, PointSet]]:
-    """Read the faces of a file, each with all points that the file has of it. Raises BadFile."""
     form = _format_of(path)
     data = strict.read(path, formats.MOST_BYTES)
     try:
         if form.name == "json":
-            own = TEMPLATES["27"]
-            return [(face, own.points(face)) for face in formats.parse_faces(data)]
+            return formats.parse_faces(data)
         found = formats.parse_csv(data) if form.several else [_OF_ONE[form.name][0](data)]
-        return [((mapping or fitting(points)).face(points), points) for points in found]
+        return [(mapping or fitting(points)).face(points) for points in found]
     except BadFile as error:
         raise BadFile(Text("{path} can't be used: {error}", path=path, error=error)) from None
 
