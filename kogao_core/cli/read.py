@@ -9,7 +9,6 @@ import click
 
 from kogao_core.base.language import Text, tr, translated
 from kogao_core.cli import common, ending, reading, words
-from kogao_core.cli.presets import check_name
 from kogao_core.photo import Photo
 from kogao_core.projects.project import Project, Sheet, save
 from kogao_core.projects.sidecar import original
@@ -51,7 +50,10 @@ def command(
     for report in (project_file, json_file):
         common.check_report(report, force)
     if style is not None:
-        check_name(style, force)
+        if style in presets.BUILT_IN:
+            raise ending.Stop(Text("{name} is a built-in preset; choose another name", name=style))
+        with ending.stopping(ValueError, ending.USAGE):
+            common.check_free(presets.file_of(presets.user_folder(), style), force)
     found = []
     for before, after in zip(inputs[::2], inputs[1::2], strict=True):
         photo = reading.read_photo(before, max_megapixels)
