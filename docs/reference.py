@@ -33,7 +33,8 @@ def page() -> str:
 def _entry(name: str) -> Iterator[str]:
     value = getattr(kogao, name)
     if not callable(value):
-        yield f"## `{name}`\n\n`{type(value).__name__}`: the paper's choices. The notes of `Recipe` list those that the paper leaves open.\n"
+        notes = "The notes of `Recipe` list the choices that the paper leaves open."
+        yield f"## `{name}`\n\n`{type(value).__name__}`: the paper's choices. {notes}\n"
         return
     yield f"## `{name}`\n"
     if signature := _signature(value):
