@@ -52,6 +52,7 @@ _RIDGE: Final = 1e-9  # of the equations of the landmarks
 _SCREEN: Final = 0.06  # in L beside neighbours' differences: a change fades over four spacings
 # The change acts in a square of this half side, moved up from the middle of the outline by so much.
 _HALF: Final = 16.0
+_WIDER: Final = 1.25  # factor if a lens correction displaces more than that square
 _HALF_NEAR: Final = 8.0  # the same of a first change, which holds neighbours alone
 _UP: Final = 2.5
 _SOFT: Final = 2.0  # its outermost control points change less and less
@@ -299,6 +300,8 @@ def _room(
         spacing *= 2.0
     up = (outline[0] + outline[-1]) / 2.0 - outline.mean(axis=0)
     middle = (outline.min(axis=0) + outline.max(axis=0)) / 2.0
+    if problem.around_px is not None and np.abs(problem.around_px - middle).max() > half * h:
+        half *= _WIDER
     middle = middle + _UP * h * up / max(1e-9, float(np.hypot(*up)))
     low, high = ((middle + way * half * h - origin) / spacing for way in (-1.0, 1.0))
     first, last = np.floor(low).astype(int), np.ceil(high).astype(int)
