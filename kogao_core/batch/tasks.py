@@ -61,7 +61,7 @@ class Task:
     results: str = ""  # list of Kogao's own results to skip; "" processes them again
     export: Export = AS_IT_IS  # size, quality and colours of the result
     points: str = ""  # file of landmarks to use instead of face detection, or ""
-    points_map: str | None = None  # template of the landmark file, see `interchange.template`
+    points_map: str | None = None  # see `interchange.point_map`
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,7 +139,7 @@ def _found(task: Task, photo: Photo) -> Applied:
 
 
 def _given(task: Task, photo: Photo) -> list[Face]:
-    mapping = None if task.points_map is None else interchange.template(task.points_map)
+    mapping = None if task.points_map is None else interchange.point_map(task.points_map)
     faces = interchange.read(Path(task.points), mapping)
     interchange.check_inside(faces, Box.of(photo.pixels))
     return faces

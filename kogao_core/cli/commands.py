@@ -61,7 +61,7 @@ _LATER = {
     "detect": Text("Find the faces in a photo."),
     "read": Text("Measure how a retouch moved the faces of a photo."),
     "landmarks": Text("Export landmarks for other programs."),
-    "presets": Text("List, show, export and import presets."),
+    "presets": Text("List the presets, or print the recipe of preset NAME as JSON."),
     "experiment": Text("Repeat the paper's tables and figures on your own photos."),
     "integrate": Text("Add Kogao to the desktop, darktable, GIMP or Krita."),
     "doctor": Text("Check the installation: versions, networks, libraries."),

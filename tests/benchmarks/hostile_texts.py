@@ -143,7 +143,7 @@ def recipe_case(rng: Rng) -> Trial:
 
 def points_case(rng: Rng) -> Trial:
     """Return a warp by damaged points."""
-    name = f"p.{list(interchange.FORMATS)[rng.integers(4)]}"
+    name = f"p.{list(interchange.FORMATS)[rng.integers(3)]}"
     return _warp(f"points {name[1:]}", ["--points", name], {name: damaged(points(name), rng)})
 
 
