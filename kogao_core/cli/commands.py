@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import logging
 import os
 import shlex
 import sys
@@ -103,6 +104,8 @@ def run(arguments: Sequence[str] | None) -> int:
     end_at_once()
     without_blas_threads()
     use_language(*system_languages())
+    if logging.lastResort:  # the handler of warnings if no other handler is installed
+        logging.lastResort.setFormatter(logging.Formatter(f"{PROGRAM}: %(message)s"))
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")  # file names can contain any bytes
     try:
