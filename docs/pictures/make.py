@@ -74,11 +74,11 @@ WINDOWS: Final = {
     "japanese": ("--language", "ja", "--show", "landmarks,targets"),
     "both": ("--workspace", "compare"),
     "inspect": (*_INSPECT, "--show", "landmarks,targets,centre,lattice,domains,legend"),
-    "maps": (*_INSPECT, "--show", "heat,landmarks", "--percent", "7"),
-    "compare": (*_INSPECT, "--show", "wipe,loupe", "--percent", "8"),
+    "maps": (*_INSPECT, "--show", "heat,landmarks", "--amount", "7"),
+    "compare": (*_INSPECT, "--show", "wipe,loupe", "--amount", "8"),
     "protect": (
         *("--show", "protection,line,landmarks", "--theme", "light"),
-        *("--protect", "262,230 262,660", "--percent", "5"),
+        *("--protect", "262,230 262,660", "--amount", "5"),
     ),
 }
 FIGURES: Final = ("centers", "domains", "landmarks", "lattice")
@@ -238,7 +238,7 @@ def _labelled(picture: Image, word: str) -> Image:
 
 def _warped(picture: Image, percent: float | None = None, *options: str) -> Image:
     """Return a picture as ``kogao-cli warp`` makes it, by the default Amount if None."""
-    amount = () if percent is None else ("--percent", f"{percent:g}")
+    amount = () if percent is None else ("--amount", f"{percent:g}")
     with tempfile.TemporaryDirectory() as folder:
         before, after = Path(folder, "before.png"), Path(folder, "after.png")
         cv2.imwrite(str(before), cv2.cvtColor(picture, cv2.COLOR_RGB2BGR))
@@ -265,26 +265,6 @@ def blocks() -> Image:
     changed = changed[: shown.shape[0], : shown.shape[1]]
     shown[changed] = (0.55 * shown[changed] + 0.45 * np.array(ORANGE)).astype(np.uint8)
     return shown
-
-
-def templates() -> Image:
-    """Return our 27 landmarks of the sample next to the 189 points of other programs."""
-    photo = read(assets.sample()).pixels
-    (face,) = MeshSource().find(photo)
-    ours = np.vstack([face.outline, face.eyes, face.mouth])
-    with tempfile.TemporaryDirectory() as folder:
-        _kogao_cli("landmarks", "export", "--sample", "--format", "tem", "-o", folder)
-        (file,) = Path(folder).iterdir()
-        count, *rows = file.read_text(encoding="utf-8").splitlines()
-    theirs = np.array([row.split()[:2] for row in rows[: int(count)]], float)
-    return np.hstack([_marked(photo, ours, 5), _marked(photo, theirs, 3)])[150:800]
-
-
-def _marked(photo: Image, points: Image, radius: int) -> Image:
-    marked = photo.copy()
-    for x, y in points:
-        cv2.circle(marked, (round(x), round(y)), radius, ORANGE, -1, cv2.LINE_AA)
-    return marked[:, 150:750]
 
 
 def doses() -> Image:
@@ -360,7 +340,7 @@ def main(arguments: list[str]) -> None:
         for name, file in gallery(sheets).items():
             put(file, folder / name)
         put(tried(sheets).encode(), folder.parent / "site/landing/faces.js")
-    for make in (blocks, templates, doses, lens):
+    for make in (blocks, doses, lens):
         put(_jpeg(make()), folder / f"{make.__name__}.jpg")
     for name, figure in drawn().items():
         put(figure, folder / name)

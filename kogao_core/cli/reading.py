@@ -21,7 +21,6 @@ from kogao_core.faces.landmarks import CHOICES, ModelRefused, networks_are_here
 from kogao_core.faces.landmarks import source as landmark_source
 from kogao_core.photo import READABLE, Photo, UnreadablePhoto, bits_of, formats, read
 from kogao_core.projects import interchange
-from kogao_core.projects.interchange import PointSet
 from kogao_core.projects.project import sha256_of
 from kogao_core.projects.results import Results
 
@@ -75,13 +74,13 @@ takes_point_files = words.section(
     words.option(
         "--points", type=click.Path(path_type=Path), metavar="PATH", excludes=("--landmarks",),
         expose_value=False, callback=_keep("place"),
-        help="Read landmarks from a .tem, .pts, .csv or .json file, or from a folder (file with "
+        help="Read landmarks from a .pts, .csv or .json file, or from a folder (file with "
         "the photo's name); skips the face search",
     ),
     words.option(
         "--points-map", metavar="MAP", needs="--points", expose_value=False, callback=_keep("map"),
         help="Point numbers of outline/eyes/mouth, such as 0-16/36,39,42,45/48,54 "
-        "[by count: 27, 68 or 189]",
+        "[by count: 27 or 68]",
     ),
 )  # fmt: skip
 takes_photos = words.together(
@@ -168,23 +167,20 @@ def point_files() -> tuple[Path | None, str | None]:
     place, mapping = given.get(f"{_POINTS}.place"), given.get(f"{_POINTS}.map")
     if mapping is not None:
         with ending.stopping(ValueError, ending.USAGE):
-            interchange.template(mapping)
+            interchange.point_map(mapping)
     return place, mapping
 
 
-def points_of(photo: Photo) -> list[tuple[Face, PointSet]] | None:
-    """Return the faces of a photo from ``--points``, with all points of the file.
-
-    Return None without ``--points``. Raises Stop.
-    """
+def points_of(photo: Photo) -> list[Face] | None:
+    """Return the faces of a photo from ``--points``, or None without ``--points``. Raises Stop."""
     place, mapping = point_files()
     if place is None:
         return None
-    template = None if mapping is None else interchange.template(mapping)
+    point_map = None if mapping is None else interchange.point_map(mapping)
     with ending.stopping(BadFile, ending.UNREADABLE):
-        found = interchange.read_all(interchange.file_for(photo.path, place), template)
-        interchange.check_inside([face for face, _ in found], Box.of(photo.pixels))
-    return found
+        faces = interchange.read(interchange.file_for(photo.path, place), point_map)
+        interchange.check_inside(faces, Box.of(photo.pixels))
+    return faces
 
 
 def find_faces(
@@ -196,7 +192,7 @@ def find_faces(
     Raises Stop if there is no face.
     """
     if (given := points_of(photo)) is not None:
-        return [face for face, _ in given]
+        return given
     with ending.stopping((assets.AssetMissing, ModelRefused), ending.BROKEN):
         try:
             faces = (known or landmark_source(landmarks)).find(photo.pixels)

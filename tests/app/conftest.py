@@ -459,7 +459,7 @@ def dialogs(two: Driver) -> Iterator[list[QWidget]]:
         asks = action.text().endswith("…") and not name.startswith("experiment-")
         if asks or name == "about":
             action.trigger()
-    experiment = ExperimentDialog("An experiment", two.window)
+    experiment = ExperimentDialog("An experiment", two.window, "the paper's settings")
     caption = "How long each of the methods takes for this photo, median of ten runs, ms"
     experiment.show_findings(Findings("timing", "What it asks", [Table(caption, ["a"], [["1"]])]))
     experiment.open()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 
 import pytest
-from kogao_app.features.experiments import TRIALS, DosesDialog, measure, session
+from kogao_app.features.experiments import TRIALS, measure, session
 from kogao_app.features.experiments.dialog import ExperimentDialog
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
@@ -222,7 +222,7 @@ def test_a_session_leads_one_person_through_all_photos_practice_first(
     empty.key(KEYS.Key_5, CONTROL, ALT)
     dialog = empty.dialog(session.SessionDialog)
     QTest.mouseClick(dialog.start, Qt.MouseButton.LeftButton)
-    assert "Say who" in dialog.wrong.text()
+    assert "Enter a code" in dialog.wrong.text()
     dialog.person.setText("anna")
     dialog.folder.line.setText(str(folder))
     QTest.mouseClick(dialog.start, Qt.MouseButton.LeftButton)
@@ -264,37 +264,3 @@ def test_another_photo_ends_the_session(empty, photo, tmp_path, encoded):
     empty.settle()
     assert "ends the session" in empty.say()
     assert empty.editor.session.places == []
-
-
-def test_the_photos_faces_are_made_at_several_doses(opened, tmp_path):
-    opened.key(KEYS.Key_8, CONTROL, ALT)
-    dialog = opened.dialog(DosesDialog)
-    for doses, folder, words in (("4, x", "made", "within -15..15"), ("4", "", "Choose a folder")):
-        dialog.doses.setText(doses)
-        dialog.folder.line.setText(folder and str(tmp_path / folder))
-        QTest.mouseClick(dialog.start, Qt.MouseButton.LeftButton)
-        assert words in dialog.wrong.text()
-    out = tmp_path / "made"
-    dialog.doses.setText("-6,0,6")
-    dialog.folder.line.setText(str(out))
-    QTest.mouseClick(dialog.start, Qt.MouseButton.LeftButton)
-    finish(opened)
-    shown = window_of(opened)
-    (table,) = shown.tables
-    assert [text(table, row, 2) for row in range(3)] == ["-6.00", "0.00", "6.00"]
-    labels = {label.accessibleName() for label in shown.findChildren(QLabel)}
-    assert {"Pictures: -6 %", "Pictures: +0 %", "Pictures: +6 %"} < labels
-    made = {path.name for path in out.iterdir()}
-    assert {"portrait_-06.00.png", "portrait_-06.00.tem", "measures.csv", "contact.png"} < made
-    QTest.keyClick(shown, KEYS.Key_Escape)
-    opened.window.actions_by_name["experiment-stimuli"].trigger()
-    again = opened.dialog(DosesDialog)
-    again.folder.line.setText(str(out))
-    again.doses.setText("6")
-    QTest.mouseClick(again.start, Qt.MouseButton.LeftButton)
-    assert "portrait_+06.00.png is in that folder already" in again.wrong.text()
-
-
-def test_doses_need_a_face(empty):
-    empty.key(KEYS.Key_8, CONTROL, ALT)
-    assert "needs a photo" in empty.say()

@@ -2,6 +2,7 @@
 
 import dataclasses
 
+import cv2
 import numpy as np
 import pytest
 from scenes import oval_face, textured_photo
@@ -9,8 +10,13 @@ from scipy.optimize import fsolve
 
 from kogao_core.faces.targets import aim
 from kogao_core.pipeline import render
-from kogao_core.recipe.recipe import PAPER
-from kogao_core.warp.measures import achieved_percent, asked_percent, toward_center_percent
+from kogao_core.recipe.recipe import PAPER, Recipe
+from kogao_core.warp.measures import (
+    achieved_percent,
+    asked_percent,
+    measures,
+    toward_center_percent,
+)
 
 PHOTO = textured_photo()
 
@@ -63,3 +69,23 @@ def test_what_the_guard_holds_back_isnt_achieved():
 def test_a_face_that_isnt_moved_achieves_nothing():
     assert rendering(percent=0.0).achieved == (0.0,)
     assert render(PHOTO, [], PAPER).achieved == ()
+
+
+@pytest.mark.parametrize("recipe", [dataclasses.replace(PAPER, fit="exact"), Recipe()])
+def test_negative_amounts_enlarge(recipe):
+    found = render(PHOTO, [oval_face()], dataclasses.replace(recipe, percent=-6.0))
+    assert found.achieved[0] == pytest.approx(-6.0, abs=0.01)
+    assert found.one_to_one.certified
+
+
+def test_measures_are_those_of_known_shapes():
+    """An ellipse's width, its chord at the mouth, and its area."""
+    face = oval_face(width=960, height=720, size=0.6)
+    height = 0.6 * 720
+    found = measures(face)
+    assert found.width_px == pytest.approx(0.78 * height, rel=0.01)
+    down = 0.28 / 0.5
+    assert found.jaw_px == pytest.approx(0.78 * height * np.sqrt(1.0 - down**2), rel=0.01)
+    assert found.interocular_px == pytest.approx(0.60 * 0.78 * height, rel=1e-6)
+    area = cv2.contourArea(face.outline.astype(np.float32))
+    assert found.area_px2 == pytest.approx(area, rel=1e-5)

@@ -5,6 +5,7 @@ import json
 import zipfile
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 from scenes import oval_face, textured_photo
@@ -60,6 +61,14 @@ def test_numpy_alone_reads_every_array_that_is_documented(file):
     page = (Path(__file__).parents[2] / "docs" / "python.md").read_text(encoding="utf-8")
     assert all(f"| `{name}` |" in page for name in evidence.ARRAYS)
     assert json.loads(str(arrays["recipe"]))["percent"] == 4.0
+
+
+def test_opencv_makes_the_picture_from_the_displacement(rendering, file):
+    xs, ys = np.arange(240, dtype=np.float32), np.arange(180, dtype=np.float32)
+    x, y = np.moveaxis(np.load(file)["displacement_px"], 2, 0)
+    shown = cv2.remap(PHOTO, x + xs, y + ys[:, None], cv2.INTER_LINEAR)
+    apart = np.abs(shown.astype(int) - rendering.pixels)
+    assert apart.max() <= 2, "except for rounding to 1/32 px"
 
 
 def changed(file, **arrays):

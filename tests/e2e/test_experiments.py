@@ -13,12 +13,14 @@ import numpy as np
 import pytest
 from scenes import oval_face
 
+import kogao_core as kogao
 from kogao_core.base import atomic
 from kogao_core.cli import common
 from kogao_core.lab import experiments
 from kogao_core.lab.experiments import EXPERIMENTS, timing
 from kogao_core.lab.experiments.trials import Trial, append, now
 from kogao_core.lab.methods import METHODS
+from kogao_core.warp.field import Field
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "experiments.md"
 # Each number of rounds at its least.
@@ -48,7 +50,7 @@ def test_every_experiment_is_in_the_table_and_has_its_section():
     ]
     assert sorted(one.name for one in declared) == sorted(ONCE)
     sections = re.findall(r"^## .*: `experiment (\w+)`$", DOCUMENT.read_text("utf-8"), re.MULTILINE)
-    assert ONCE.keys() == set(sections) - {"stimuli"}
+    assert ONCE.keys() == set(sections)
 
 
 @pytest.mark.parametrize("name", ONCE)
@@ -157,3 +159,21 @@ def test_a_full_disk_is_named_with_what_to_do(cli, small_png, tmp_path, monkeypa
     code, _, err = cli("domains", small_png, "--repeats", 1, *given)
     assert code == 3
     assert re.fullmatch(r"kogao-cli: .*out.* can't be written \(No space .+\); choose .+\n", err)
+
+
+def test_the_documented_series_has_pictures_landmarks_and_evidence(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (block,) = re.findall(r"^```python\n(.*?)^```", DOCUMENT.read_text("utf-8"), re.M | re.S)
+    exec(compile(block, DOCUMENT, "exec"), {})
+    with Path("points.csv").open(encoding="ascii") as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == 5 * 21
+    for row in rows:
+        assert float(row["achieved"]) == pytest.approx(float(row["amount"]), abs=1e-3)
+        evidence = kogao.load_evidence(f"series{int(row['amount']):+d}.npz")
+        there = [float(row["x"]), float(row["y"])]
+        field = Field(evidence.lattices)
+        read = there + field.at([there])[0]
+        np.testing.assert_allclose(read, evidence.points_px[int(row["point"])], atol=1e-3)
+    chins = [float(row["y"]) for row in rows if row["point"] == "10"]
+    assert chins == sorted(chins, reverse=True)

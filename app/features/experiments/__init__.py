@@ -10,24 +10,21 @@ from typing import Final
 
 from PySide6.QtCore import QUrl, Signal
 from PySide6.QtGui import QAction, QDesktopServices
-from PySide6.QtWidgets import QLineEdit
 
 from kogao_core.base import atomic
 from kogao_core.faces.landmarks import source
 from kogao_core.lab.experiments import EXPERIMENTS
 from kogao_core.lab.experiments.experiment import Experiment
-from kogao_core.lab.stimuli import doses, files_of
 from kogao_core.lab.subjects import Progress, Subject
 
 from ...actions import Item
 from ...i18n import sentence, tr, translated, unwritten
-from ...widgets.controls import named, row_of
-from ...widgets.dialogs import PathLine, ask_path
+from ...widgets.dialogs import ask_path
 from ..feature import Context, Feature
 from ..landmarks import LandmarkSources
 from ..readings import settings_text
-from .dialog import Asking, ExperimentDialog, Findings
-from .measure import dosed, measured
+from .dialog import ExperimentDialog, Findings
+from .measure import measured
 
 TRIALS: Final = "trials.jsonl"
 _NUMBERS: Final = (1, 2, 3, 4, 6, 7, 9, 0)  # digits of their keys: 5 and 8 are taken
@@ -56,15 +53,6 @@ class Experiments(Feature):
             entry, tip = translated(one.entry), translated(one.tip)
             command = Item(f"experiment-{one.name}", entry, key, tip)
             self.starts[one.name] = self.bind(command, slot)
-        self.bind(
-            Item(
-                "experiment-stimuli",
-                "&Faces at several doses…",
-                "Ctrl+Alt+8",
-                "Save a picture for each dose",
-            ),
-            self._ask_doses,
-        )
 
     def start(self, experiment: Experiment) -> None:
         """Run an experiment on the photo's faces that are on."""
@@ -82,24 +70,6 @@ class Experiments(Feature):
         self.actions["paper-settings"].trigger()
         self.start(experiment)
 
-    def _ask_doses(self) -> None:
-        if self._subject() is None:
-            self._say_what_it_takes()
-        else:
-            DosesDialog(self).open()
-
-    def make_doses(self, percents: tuple[float, ...], folder: Path) -> str:
-        """Start making the faces at several doses. Return an error, or an empty text."""
-        photo, state = self.document.photo, self.document.state
-        if photo is None or not state.active:
-            return tr("An experiment needs a photo with a face that is on.")
-        there = [file for file in files_of(photo.path, percents, folder) if file.exists()]
-        if there:
-            return tr("{name} is in that folder already; choose another.", name=there[0].name)
-        work = partial(dosed, photo, tuple(state.active), state.recipe, percents, folder)
-        self._run(tr("Faces at several doses"), work)
-        return ""
-
     def _say_what_it_takes(self) -> None:
         text = tr("An experiment needs a photo with a face that is on.")
         self.say(text, applies=lambda: self._subject() is None)
@@ -114,16 +84,15 @@ class Experiments(Feature):
         self,
         title: str,
         work: Callable[[Progress], Findings],
-        as_paper: Callable[[], None] | None = None,
+        as_paper: Callable[[], None],
     ) -> None:
         """Run an experiment in a dialog; `as_paper` repeats it with the paper's settings."""
         if self._dialog is not None:
             self._dialog.close()
-        settings = settings_text(self.document.state.recipe) if as_paper is not None else ""
+        settings = settings_text(self.document.state.recipe)
         self._dialog = dialog = ExperimentDialog(title, self.window, settings)
-        if as_paper is not None:
-            dialog.paper.setEnabled(self.actions["paper-settings"].isEnabled())
-            dialog.paper.clicked.connect(as_paper)
+        dialog.paper.setEnabled(self.actions["paper-settings"].isEnabled())
+        dialog.paper.clicked.connect(as_paper)
         dialog.finished.connect(lambda _: self._let_go())
         dialog.open()
         self.stop()
@@ -177,34 +146,6 @@ class Experiments(Feature):
             endings=[f".{kind}" for kind in kinds],
             at=Path.home() / f"{findings.name}.html",
         )
-
-
-class DosesDialog(Asking):
-    """Asks which doses, and where the pictures go."""
-
-    def __init__(self, experiments: Experiments) -> None:
-        self._experiments = experiments
-        photo = experiments.document.path
-        self.doses = QLineEdit("-8, -4, 0, 4, 8")
-        near = "" if photo is None else str(photo.with_name(f"{photo.stem}-doses"))
-        self.folder = PathLine(tr("Folder for the pictures"), near, kind="folder")
-        how = tr(
-            "A picture of this photo for each dose, in % of D; below 0 faces get larger. Besides "
-            "the pictures the folder gets their points, a table of measures and a contact sheet."
-        )
-        line = row_of(named(tr("&Doses"), self.doses), self.doses)
-        controls = line, self.folder
-        title = tr("Faces at several doses")
-        super().__init__(title, experiments.window, how, controls, self._begun)
-
-    def _begun(self) -> str:
-        if not self.folder.path:
-            return tr("Choose a folder for the pictures.")
-        try:
-            percents = doses(self.doses.text())
-        except ValueError as problem:
-            return sentence(problem)
-        return self._experiments.make_doses(percents, Path(self.folder.path))
 
 
 def _saved(dialog: ExperimentDialog, findings: Findings, file: Path) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
@@ -12,7 +12,6 @@ from PySide6.QtWidgets import (
     QGridLayout,
     QHeaderView,
     QLabel,
-    QLayout,
     QProgressBar,
     QPushButton,
     QScrollArea,
@@ -35,7 +34,6 @@ if TYPE_CHECKING:
 _SIZE_PX: Final = (900, 680)
 _PICTURE_PX: Final = 260
 _COLUMNS: Final = 3
-_ASKING_PX: Final = (520, 320)
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,13 +53,11 @@ class Findings:
 class ExperimentDialog(Dialog):
     """Shows the progress and the results of an experiment."""
 
-    def __init__(self, title: str, parent: QWidget, settings: str = "") -> None:
+    def __init__(self, title: str, parent: QWidget, settings: str) -> None:
         super().__init__(title, parent, _SIZE_PX)
         self.settings = muted_label(settings, wraps=True)
         self.paper = QPushButton(tr("Repeat with the &paper's settings"))
         row = row_of(self.settings, None, self.paper)
-        for widget in (self.settings, self.paper):
-            widget.setVisible(bool(settings))
         self.progress = QProgressBar()
         self.progress.setAccessibleName(tr("Progress"))
         self.progress.setTextVisible(False)
@@ -134,34 +130,6 @@ class ExperimentDialog(Dialog):
             label.setPixmap(scaled(pixels, _PICTURE_PX, self.devicePixelRatioF()))
             self._gallery.addWidget(muted_label(caption, wraps=True), 2 * row, column)
             self._gallery.addWidget(label, 2 * row + 1, column)
-
-
-class Asking(Dialog):
-    """Asks for the input of a run; `begin` starts the run, or returns a sentence why it can't."""
-
-    def __init__(
-        self,
-        title: str,
-        parent: QWidget,
-        how: str,
-        controls: Sequence[QWidget | QLayout],
-        begin: Callable[[], str],
-    ) -> None:
-        super().__init__(title, parent, _ASKING_PX)
-        self._begin = begin
-        self.wrong = muted_label("", wraps=True)
-        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Cancel)
-        self.start = buttons.addButton(tr("&Begin"), QDialogButtonBox.ButtonRole.AcceptRole)
-        buttons.accepted.connect(self._start)
-        buttons.rejected.connect(self.reject)
-        content = heading(title), muted_label(how, wraps=True), *controls, self.wrong, None, buttons
-        column_of(self, *content, margin=4 * GRID_PX, spacing=3 * GRID_PX)
-
-    def _start(self) -> None:
-        why = self._begin()
-        self.wrong.setText(why)
-        if not why:
-            self.accept()
 
 
 def _scrolled(page: QVBoxLayout) -> QScrollArea:

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 
-from kogao_core.faces.face import Face, LandmarkSource
-from kogao_core.lab import stimuli
+from kogao_core.faces.face import LandmarkSource
 from kogao_core.lab.experiments.experiment import Experiment, ExperimentOption, Work
-from kogao_core.lab.reports.report import Made, Report, files, translated_report
+from kogao_core.lab.reports.report import Made, files, translated_report
 from kogao_core.lab.subjects import Progress, Subject
-from kogao_core.photo import Photo
 from kogao_core.recipe.recipe import Recipe
 
 from ...i18n import tr, translated
@@ -43,22 +40,11 @@ def measured(
         left_out.append,
         lambda _: None,
     )
-    return _told(experiment.name, subject.name, experiment.run(work), left_out)
-
-
-def chosen(option: ExperimentOption, data: Path) -> object:
-    """Return the value of an option in the window, where the user isn't asked."""
-    if option.read is None:
-        return option.default if option.in_window is None else option.in_window
-    kept = data / f"{option.name}.jsonl"
-    return option.read(kept) if kept.exists() else ()
-
-
-def _told(name: str, photo: str, report: Report, left_out: Sequence[str] = ()) -> Findings:
-    made = Made.now(tr("the editor, {photo}", photo=photo), left_out)
+    report = experiment.run(work)
+    made = Made.now(tr("the editor, {photo}", photo=subject.name), left_out)
     shown = translated_report(report)
     return Findings(
-        name,
+        experiment.name,
         shown.lead,
         shown.tables,
         shown.gallery,
@@ -67,17 +53,9 @@ def _told(name: str, photo: str, report: Report, left_out: Sequence[str] = ()) -
     )
 
 
-def dosed(
-    photo: Photo,
-    faces: Sequence[Face],
-    recipe: Recipe,
-    percents: tuple[float, ...],
-    folder: Path,
-    progress: Progress,
-) -> Findings:
-    """Make a photo's faces at several doses, alike and without targets of their own."""
-    alike = tuple(replace(face, recipe=None, targets=None) for face in faces)
-    wanted = stimuli.Wanted(percents, recipe)
-    row = stimuli.written(stimuli.Posed(photo, alike), wanted, folder, progress=progress)
-    stimuli.finish([row], folder)
-    return _told("stimuli", photo.path.name, stimuli.report([row], recipe))
+def chosen(option: ExperimentOption, data: Path) -> object:
+    """Return the value of an option in the window, where the user isn't asked."""
+    if option.read is None:
+        return option.default if option.in_window is None else option.in_window
+    kept = data / f"{option.name}.jsonl"
+    return option.read(kept) if kept.exists() else ()

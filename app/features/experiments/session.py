@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from PySide6.QtWidgets import QLineEdit
+from PySide6.QtWidgets import QDialogButtonBox, QLineEdit
 
 from kogao_core.base.wording import system_reason
 from kogao_core.faces.face import Face
@@ -20,8 +20,9 @@ from kogao_core.photo import READABLE
 
 from ...actions import Item
 from ...i18n import tr
-from ...widgets.controls import WholeNumber, named, row_of
-from ...widgets.dialogs import PathLine
+from ...theme import GRID_PX
+from ...widgets.controls import WholeNumber, column_of, heading, muted_label, named, row_of
+from ...widgets.dialogs import Dialog, PathLine
 from ...widgets.messages import BarAction
 from ..faces import Faces
 from ..feature import Context, Feature
@@ -29,10 +30,10 @@ from ..files import Files
 from ..files.saver import Saver
 from ..manual import Manual
 from . import TRIALS, Experiments
-from .dialog import Asking
 
 _PRACTICE: Final = 1
 _MOST_PRACTICE: Final = 20
+_DIALOG_PX: Final = (520, 320)
 
 
 @dataclass(frozen=True)
@@ -195,13 +196,15 @@ class TimingSession(Feature):
         trials.append(self._file, trial)
 
 
-class SessionDialog(Asking):
+class SessionDialog(Dialog):
     """Asks who sets, which photos, and how many are for practice."""
 
     def __init__(self, session: TimingSession) -> None:
+        title = tr("Timing session")
+        super().__init__(title, session.window, _DIALOG_PX)
         self._session = session
         self.person = QLineEdit()
-        self.folder = PathLine(tr("Folder of photos"), "", kind="folder")
+        self.folder = PathLine(tr("Folder of photos"), "")
         self.practice = WholeNumber(0, _MOST_PRACTICE, _PRACTICE)
         who = row_of(named(tr("Person, a &code"), self.person), self.person)
         practice = row_of(named(tr("P&ractice photos"), self.practice), self.practice, None)
@@ -209,12 +212,22 @@ class SessionDialog(Asking):
             "Each photo is shown in random order. Set all its points by hand; the clock runs "
             "from the moment you see it until you apply. The machine finds its own meanwhile."
         )
-        controls = who, self.folder, practice
-        super().__init__(tr("Timing session"), session.window, how, controls, self._begun)
+        self.wrong = muted_label("", wraps=True)
+        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Cancel)
+        self.start = buttons.addButton(tr("&Begin"), QDialogButtonBox.ButtonRole.AcceptRole)
+        buttons.accepted.connect(self._begin)
+        buttons.rejected.connect(self.reject)
+        controls = who, self.folder, practice, self.wrong, None, buttons
+        content = heading(title), muted_label(how, wraps=True), *controls
+        column_of(self, *content, margin=4 * GRID_PX, spacing=3 * GRID_PX)
 
-    def _begun(self) -> str:
+    def _begin(self) -> None:
         folder = Path(self.folder.path)
         person = self.person.text().strip()
-        if not person or not self.folder.path or not folder.is_dir():
-            return tr("Say who sets the points, and choose a folder that exists.")
-        return self._session.begin(person, folder, self.practice.value())
+        if person and self.folder.path and folder.is_dir():
+            why = self._session.begin(person, folder, self.practice.value())
+        else:
+            why = tr("Enter a code for the person, and choose an existing folder.")
+        self.wrong.setText(why)
+        if not why:
+            self.accept()

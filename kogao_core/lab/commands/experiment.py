@@ -115,7 +115,7 @@ class _Run:
         photo = reading.read_photo(path, self._given["max_megapixels"])
         known = reading.points_of(photo)
         with ending.stopping((AssetMissing, ModelRefused), ending.BROKEN):
-            faces = [face for face, _ in known] if known else source.find(photo.pixels)
+            faces = known or source.find(photo.pixels)
         if not faces:
             raise ending.Stop(
                 Text("no face in {path}; leave it out or crop closer", path=path), ending.NO_FACE
@@ -158,8 +158,5 @@ def _command_of(experiment: Experiment) -> click.Command:
     return words.command(experiment.name)(takes(run))
 
 
-for one in (
-    *map(_command_of, EXPERIMENTS),
-    *(pictures.figures, pictures.stimuli, study.command),
-):
+for one in (*map(_command_of, EXPERIMENTS), pictures.figures, study.command):
     command.add_command(one)
