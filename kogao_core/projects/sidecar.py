@@ -130,7 +130,7 @@ def _without_photo(folder: Path) -> dict[str, Path]:
     """Return the sidecars in a folder whose photo is missing, by the photo's SHA-256."""
     changed_ns = folder.stat().st_mtime_ns
     # The next change of a recently changed folder may leave the folder's time as it is.
-    settled = abs(time.time_ns() - changed_ns) > _SETTLED_NS
+    settled = time.time_ns() - changed_ns > _SETTLED_NS
     return (_scan if settled else _scan.__wrapped__)(folder, changed_ns)
 
 
