@@ -74,6 +74,14 @@ class RenderedFrame:
         return self.to_photo.scale
 
 
+@dataclass(frozen=True, eq=False)
+class RetouchedCopy:
+    """A retouched copy of the open photo; replaces the original in the wipe comparison."""
+
+    picture: PicturePyramid  # in the frame of the photo
+    outlines: tuple[Array, ...]  # of the faces in the copy, px of the photo
+
+
 @dataclass(frozen=True, slots=True)
 class Brush:
     """The selected tool."""
@@ -136,8 +144,7 @@ class ViewState:
     people: Rgb8 | None = None
     compare: CompareName = "off"  # comparison mode
     wipe: float = 0.5  # divider position, as a fraction of the canvas width
-    # The retouched copy; replaces the original in the wipe comparison.
-    retouched: PicturePyramid | None = None
+    retouched: RetouchedCopy | None = None
     loupe: bool = False  # whether a magnifier is shown at the cursor
     brush: Brush = field(default_factory=Brush)  # the selected tool
     # Points that follow a dragged landmark or target.

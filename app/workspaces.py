@@ -35,7 +35,7 @@ RETOUCH: Final = Workspace(
     key="Alt+1",
     help=Text("The photo, how much smaller its faces get, and a saved copy"),
     panels=("recipe", "faces"),
-    overlays=("targets", "folds", "protection"),
+    overlays=("targets", "read", "folds", "protection"),
     tools=(
         *("open", "save", None),
         *("undo", "redo", None),
@@ -52,7 +52,7 @@ COMPARE: Final = Workspace(
     key="Alt+2",
     help=Text("Landmarks set by hand, timed, next to automatic landmarks"),
     panels=("recipe", "both"),
-    overlays=("landmarks", "targets", "folds", "protection"),
+    overlays=("landmarks", "targets", "read", "folds", "protection"),
     tools=(
         *("open", "save", None),
         *("mode-automatic", "mode-manual", None),
@@ -67,7 +67,7 @@ INSPECT: Final = Workspace(
     key="Alt+3",
     help=Text("What the machine does and why: every overlay, every figure"),
     panels=("recipe", "protect", "overlays", "faces", "readings", "history"),
-    overlays=("landmarks", "targets", "centre", "folds", "protection", "legend"),
+    overlays=("landmarks", "targets", "read", "centre", "folds", "protection", "legend"),
     tools=(
         *("open", "save", None),
         *("mode-automatic", "mode-manual", None),

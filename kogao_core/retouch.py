@@ -11,32 +11,31 @@ from kogao_core.background.find import BackgroundFinder, held_of
 from kogao_core.base.geometry import Image
 from kogao_core.faces import identity
 from kogao_core.photo import Photo, accompanied, write, write_in_place
-from kogao_core.photo.disclosure.disclosing import Disclosure, disclose, signing, undisclosed
+from kogao_core.photo.disclosure.disclosing import Disclosure, disclose, undisclosed
 from kogao_core.photo.export import AS_IT_IS, Export
 from kogao_core.photo.formats.jpeg import JPEG
 from kogao_core.photo.model import is_same
 from kogao_core.photo.optics import optics_of
 from kogao_core.photo.originals import Originals
-from kogao_core.photo.writing import Sign
 from kogao_core.pipeline import Rendering, render
 from kogao_core.projects.sidecar import Applied
 
-Write = Callable[[Photo, Image, Sign | None], str]
+Write = Callable[[Photo, Image], str]
 """A function that writes a photo's new pixels and returns a note on the file."""
 
 
 def to_file(path: Path, *, force: bool, export: Export = AS_IT_IS) -> Write:
     """Return a writer for `path`. The caller must create the folder."""
 
-    def writes(photo: Photo, pixels: Image, sign: Sign | None) -> str:
-        return write(photo, pixels, path, force=force, sign=sign, quality=export.coding)
+    def writes(photo: Photo, pixels: Image) -> str:
+        return write(photo, pixels, path, force=force, quality=export.coding)
 
     return writes
 
 
 def over_itself(originals: Originals | None) -> Write:
     """Return a writer that replaces the photo's file; `originals` first stores the original."""
-    return lambda photo, pixels, sign: write_in_place(photo, pixels, originals, sign)
+    return lambda photo, pixels: write_in_place(photo, pixels, originals)
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +63,7 @@ def retouch(
     threads: int | None = None,
     export: Export = AS_IT_IS,
 ) -> Retouched:
-    """Apply edits to a photo: keep the background straight, render, disclose, sign and write.
+    """Apply edits to a photo: keep the background straight, render, disclose and write.
 
     `drawn` is an existing result of full size; `look` receives a new rendering. `to` writes the
     file in the format of `export`.
@@ -94,6 +93,6 @@ def retouch(
         told, pixels = disclose(told, pixels, disclosure, what=done.what)
     if rendering is not None and goes_along:
         told = accompanied(told, rendering.warped, film=disclosure.film)
-    written = to(told, pixels, signing(disclosure, done.what))
+    written = to(told, pixels)
     form = identity.note(photo.pixels, done.faces) if is_changed else ""
     return Retouched(rendering, written, tuple(filter(None, (left, left_out, form))))

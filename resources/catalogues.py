@@ -24,7 +24,7 @@ _SOURCES: Final = ("app", "kogao_core")
 _MACHINERY: Final = "kogao_core/base/language.py"  # not scanned: texts are passed as variables
 _COMMENT: Final = "# Translators:"
 _WIDTH: Final = 100
-# Texts of click and argparse shown by the programs; looked up in this catalogue.
+# Texts of click shown by the programs; looked up in this catalogue.
 LIBRARIES: Final[dict[str, tuple[str | tuple[str, str], ...]]] = {
     "click": (
         "Usage:",
@@ -53,20 +53,6 @@ LIBRARIES: Final[dict[str, tuple[str | tuple[str, str], ...]]] = {
         ("{value!r} is not {choice}.", "{value!r} is not one of {choices}."),
         ("Option {name!r} requires an argument.", "Option {name!r} requires {nargs} arguments."),
         ("Got unexpected extra argument ({args})", "Got unexpected extra arguments ({args})"),
-    ),
-    "argparse": (
-        "usage: ",
-        "positional arguments",
-        "options",
-        "show this help message and exit",
-        "unrecognized arguments: %s",
-        "argument %(argument_name)s: %(message)s",
-        "not allowed with argument %s",
-        "expected one argument",
-        "expected at most one argument",
-        "invalid choice: %(value)r (choose from %(choices)s)",
-        "invalid %(type)s value: %(value)r",
-        "%(prog)s: error: %(message)s\n",
     ),
 }
 _CONTEXT: Final = "in_context"

@@ -94,7 +94,7 @@ class PhotoItem(pg.GraphicsObject):
         if copy is None:
             self.draw_original(painter)
         else:
-            _draw_level(painter, copy, copy.shown)
+            _draw_level(painter, copy.picture, copy.picture.shown)
         painter.restore()
 
     def draw_original(self, painter: QPainter) -> None:

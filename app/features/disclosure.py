@@ -11,24 +11,17 @@ from PySide6.QtCore import QSettings
 from PySide6.QtWidgets import QMessageBox, QWidget
 
 from kogao_core.photo import CannotDisclose
-from kogao_core.photo.disclosure.credentials import Signer, check_signer
 from kogao_core.photo.disclosure.disclosing import NO_DISCLOSURE, Disclosure
-from kogao_core.photo.disclosure.label import LONGEST, LabelPicture, check_label, check_picture
-from kogao_core.recipe.settings import CORNERS, LABEL_CORNER, LABEL_PERCENT, LABEL_SHARE, Corner
+from kogao_core.photo.disclosure.label import LONGEST, check_label
 
-from ..i18n import sentence, tr, translated
+from ..i18n import sentence, tr
 from ..theme import GRID_PX
 from ..widgets.controls import column_of, muted_label
-from ..widgets.dialogs import photo_filter, question
+from ..widgets.dialogs import question
 from ..widgets.form import Form, FormField
 from .feature import Context, Feature
 
 _GROUP: Final = "saving"
-
-
-def _pem() -> list[str]:
-    keys = tr("PEM files ({patterns})", patterns="*.pem *.crt *.cer *.key")
-    return [keys, tr("All files (*)")]
 
 
 FIELDS: Final = (
@@ -40,53 +33,6 @@ FIELDS: Final = (
     ),
     FormField("labelled", "Draw a &label", "Write a text into the bottom right corner", "check"),
     FormField("label", "Label te&xt", "Text of the label", "text", needs="labelled"),
-    FormField(
-        "pictured",
-        "Add a pict&ure",
-        "Draw a mark, such as the one required in Norway for advertisements",
-        "check",
-    ),
-    FormField(
-        "picture",
-        "Picture &file",
-        "Picture to draw",
-        "file",
-        needs="pictured",
-        filters=lambda: [photo_filter()],
-    ),
-    FormField(
-        "corner",
-        "&Corner",
-        "Corner of the photo for the picture",
-        choices=lambda: {name: translated(title) for name, title in CORNERS.items()},
-        needs="pictured",
-    ),
-    FormField(
-        "share",
-        "S&hare of the area",
-        "Size of the picture; Norway requires about 7 %",
-        "number",
-        limits=(1, int(LABEL_SHARE[1])),
-        unit=" %",
-        needs="pictured",
-    ),
-    FormField(
-        "signed",
-        "Si&gn content credentials (C2PA)",
-        "Sign with your own certificate and name the photo as source",
-        "check",
-    ),
-    FormField(
-        "certificate",
-        "Certific&ate",
-        "PEM file of the certificate",
-        "file",
-        needs="signed",
-        filters=_pem,
-    ),
-    FormField(
-        "key", "Private &key", "PEM file of the private key", "file", needs="signed", filters=_pem
-    ),
     FormField(
         "film",
         "Keep the &video of motion photos",
@@ -164,13 +110,6 @@ class Told:
     record: bool = False  # add an edit record
     labelled: bool = False  # draw a label
     label: str = ""
-    pictured: bool = False  # draw a picture
-    picture: str = ""  # file
-    corner: Corner = LABEL_CORNER
-    share: float = LABEL_PERCENT  # of the photo's area, %
-    signed: bool = False  # sign content credentials
-    certificate: str = ""  # file
-    key: str = ""  # file
     film: bool = False  # keep the video of motion photos
 
     @staticmethod
@@ -181,11 +120,7 @@ class Told:
             name: settings.value(f"{_GROUP}/{name}", value, type(value))
             for name, value in first.items()
         }
-        least, most = LABEL_SHARE
         kept["label"] = kept["label"][:LONGEST]
-        kept["share"] = min(max(kept["share"], least), most)
-        if kept["corner"] not in CORNERS:
-            kept["corner"] = LABEL_CORNER
         return Told(**kept)
 
     def remember(self, settings: QSettings) -> None:
@@ -196,22 +131,14 @@ class Told:
     @property
     def disclosure(self) -> Disclosure:
         """The options that are switched on."""
-        laid = LabelPicture(self.picture, self.corner, self.share) if self.pictured else None
-        signer = Signer(self.certificate, self.key) if self.signed else None
-        label = self.label if self.labelled else ""
-        return Disclosure(self.record, label, picture=laid, signer=signer, film=self.film)
+        return Disclosure(self.record, self.label if self.labelled else "", film=self.film)
 
     @property
     def problem(self) -> str:
         """Why these options cannot work, as a sentence; empty if they can."""
-        wanted = self.disclosure
         try:
             if self.labelled:
                 check_label(self.label)
-            if wanted.picture is not None:
-                check_picture(wanted.picture)
-            if wanted.signer is not None:
-                check_signer(wanted.signer)
         except CannotDisclose as problem:
             return sentence(problem)
         return ""

@@ -40,7 +40,7 @@ class Presets(Feature):
     def __init__(self, context: Context, recipe: RecipeEditing) -> None:
         super().__init__(context)
         self._recipe = recipe
-        self.bind("save-preset", self._ask_name)
+        self.bind("save-preset", self._ask_name_of_settings)
         self.bind("import-preset", self._ask_files)
         self.bind("export-preset", self._ask_target)
         self.menu = self.window.menus["presets"] = QMenu(tr("Prese&ts"), self.window)
@@ -74,13 +74,18 @@ class Presets(Feature):
             gone.triggered.connect(lambda _=False, n=name: self._remove(n))
         self.menu.addMenu(menu)
 
-    def _ask_name(self) -> None:
-        title, label = tr("Save settings as a preset"), tr("Name of the preset")
-        ask_name(self.window, title, label, self._save)
+    def _ask_name_of_settings(self) -> None:
+        self.ask_name(self.document.state.recipe_of(self.view.face))
 
-    def _save(self, name: str) -> None:
-        if name.strip():
-            self._keep(name.strip(), self.document.state.recipe_of(self.view.face))
+    def ask_name(self, recipe: Recipe, saved: Callable[[], object] = lambda: None) -> None:
+        """Save a recipe under the name that the user enters, then call `saved`."""
+        title, label = tr("Save settings as a preset"), tr("Name of the preset")
+        save = partial(self._save, recipe, saved)
+        ask_name(self.window, title, label, lambda name: save(name.strip()))
+
+    def _save(self, recipe: Recipe, saved: Callable[[], object], name: str) -> None:
+        if name and self._keep(name, recipe):
+            saved()
 
     def _ask_files(self) -> None:
         ask_path(self.window, tr("Import presets"), self._import, "files", filters=[_json_filter()])
@@ -99,14 +104,15 @@ class Presets(Feature):
         else:
             keep()
 
-    def _keep(self, name: str, recipe: Recipe) -> None:
+    def _keep(self, name: str, recipe: Recipe) -> bool:
         try:
             done = self._try(lambda: presets.add(self.storage.presets, name, recipe))
         except ValueError as error:
             self.say(sentence(error))
-            return
+            return False
         if done:
             self.say(tr("{name} is among your presets now.", name=name), wrong=False)
+        return done
 
     def _ask_target(self) -> None:
         ask_path(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Final
 
@@ -12,39 +12,30 @@ import numpy as np
 
 from kogao_core.base.display import rgb8
 from kogao_core.photo import Photo, read
-from kogao_core.reading.controls import ControlFit, fit_controls, report, style
-from kogao_core.reading.displacement import Reading, read_faces
-from kogao_core.recipe import presets
+from kogao_core.reading.controls import Match, match, style
+from kogao_core.recipe.recipe import Recipe
 
 from ..document import State
-from ..i18n import reason, sentence, tr, translated
+from ..i18n import reason, sentence, tr, tr_count, translated
 from ..render.colour import screen_colours
 from ..render.pictures import PicturePyramid
-from ..widgets.dialogs import ask_name, ask_path, photo_filter
+from ..view_state import RetouchedCopy
+from ..widgets.dialogs import ask_path, photo_filter
 from ..widgets.messages import BarAction
 from .feature import Context, Feature
+from .presets import Presets
 from .strip import Strip
 
 _WIPE: Final = "compare-wipe"
 
 
-@dataclass(frozen=True, eq=False)
-class Match:
-    """What was read from a retouched copy of a photo."""
-
-    photo: Photo
-    state: State  # of the document when the search began
-    rows: tuple[int, ...]  # indices of the faces that were read
-    readings: tuple[tuple[Reading, ControlFit], ...]
-    copy: PicturePyramid  # the retouched copy, in the frame of the photo
-
-
 class MatchRetouch(Feature):
     """Reads a retouched copy, applies it to the open photo, and compares both results."""
 
-    def __init__(self, context: Context, strip: Strip) -> None:
+    def __init__(self, context: Context, strip: Strip, presets: Presets) -> None:
         super().__init__(context)
-        self._fits: dict[Path, list[ControlFit]] = {}
+        self._presets = presets
+        self._recipes: dict[Path, list[Recipe]] = {}  # nearest settings of each matched photo
         self._lane = self.lane(self._apply, self._refuse)
         strip.film.addAction(self.bind("match-retouch", self._ask))
         self.document.opened.connect(self._forget_copy)
@@ -56,11 +47,10 @@ class MatchRetouch(Feature):
 
     def _read(self, path: Path) -> None:
         photo, state = self.document.photo, self.document.state
-        if photo is None:
-            return
-        self.window.bar.clear()
-        self.working.emit(tr("Reading the retouch…"))
-        self._lane.submit(lambda: matched(photo, state, path))
+        if photo is not None:
+            self.window.bar.clear()
+            self.working.emit(tr("Reading the retouch…"))
+            self._lane.submit(lambda: (photo, state, *matched(photo, state, path)))
 
     def _refuse(self, problem: Exception) -> None:
         self.working.emit("")
@@ -68,54 +58,42 @@ class MatchRetouch(Feature):
         photo = self.document.photo
         self.say(text, applies=lambda: self.document.photo is photo)
 
-    def _apply(self, match: Match) -> None:
+    def _apply(self, found: tuple[Photo, State, dict[int, Match], RetouchedCopy]) -> None:
         self.working.emit("")
-        if match.photo is not self.document.photo or match.state is not self.document.state:
+        photo, state, matches, copy = found
+        if photo is not self.document.photo or state is not self.document.state:
             return
-        faces = list(match.state.faces)
-        for row, (reading, fit) in zip(match.rows, match.readings, strict=True):
-            faces[row] = dataclasses.replace(reading.targets, recipe=fit.recipe)
-        state = dataclasses.replace(match.state, faces=tuple(faces))
-        self.document.step(state, tr("Match a retouch"))
-        self._fits[match.photo.path] = [fit for _, fit in match.readings]
-        self.view.retouched = match.copy
+        faces = [
+            matches[row].face if row in matches else face for row, face in enumerate(state.faces)
+        ]
+        self.document.step(dataclasses.replace(state, faces=tuple(faces)), tr("Match a retouch"))
+        self._recipes[photo.path] = [one.recipe for one in matches.values()]
+        self.view.retouched = copy
         self.actions[_WIPE].setChecked(True)
         self.window.canvas.redraw()
-        lines = [
-            translated(line)
-            for number, both in zip(match.rows, match.readings, strict=True)
-            for line in report(number + 1, *both)
-        ]
-        count = len(self._fits)
-        save = BarAction(tr("Save a style from {n} photos…", n=count), self._ask_name)
+        lines = [translated(line) for row, one in matches.items() for line in one.report(row + 1)]
+        recipe, _ = style([one for recipes in self._recipes.values() for one in recipes])
+        count = len(self._recipes)
+        text = tr_count(count, "Save a style from {n} photo…", "Save a style from {n} photos…")
+        save = BarAction(text, partial(self._presets.ask_name, recipe, self._recipes.clear))
         self.say("\n".join(map(sentence, lines)), save, wrong=False)
-
-    def _ask_name(self) -> None:
-        ask_name(self.window, tr("Save a style"), tr("Name of the preset"), self._save)
-
-    def _save(self, name: str) -> None:
-        recipe, _ = style([fit for fits in self._fits.values() for fit in fits])
-        try:
-            presets.add(self.storage.presets, name, recipe)
-        except (OSError, ValueError) as problem:
-            self.say(tr("The style can't be saved ({why}).", why=reason(problem)))
-            return
-        self._fits.clear()
-        self.say(tr("Saved the preset {name}.", name=name.strip()), wrong=False)
 
     def _forget_copy(self, wiped: bool = False) -> None:
         if not wiped:
             self.view.retouched = None
 
 
-def matched(photo: Photo, state: State, path: Path) -> Match:
-    """Read how a file moved the active faces of a photo. Raises NotRead, UnreadablePhoto."""
+def matched(photo: Photo, state: State, path: Path) -> tuple[dict[int, Match], RetouchedCopy]:
+    """Return the match of each active face by its index, and the retouched copy.
+
+    Raises NotRead, UnreadablePhoto.
+    """
     copy = read(path)
-    rows = tuple(row for row in range(len(state.faces)) if row not in state.off)
-    found = read_faces(photo.pixels, copy.pixels, [state.faces[row] for row in rows])
-    fits = tuple((one, fit_controls(one, state.image)) for one in found)
-    size = photo.width, photo.height
+    faces = {row: face for row, face in enumerate(state.faces) if row not in state.off}
+    found = match(photo.pixels, copy.pixels, list(faces.values()))
     flags = cv2.INTER_AREA | cv2.WARP_INVERSE_MAP
-    shown = cv2.warpAffine(rgb8(copy.pixels), found[0].to_copy.opencv, size, flags=flags)
-    pyramid = PicturePyramid(np.asarray(shown, np.uint8), screen_colours(copy).show)
-    return Match(photo, state, rows, fits, pyramid)
+    to_copy, size = found[0].reading.to_copy, (photo.width, photo.height)
+    shown = cv2.warpAffine(rgb8(copy.pixels), to_copy.opencv, size, flags=flags)
+    picture = PicturePyramid(np.asarray(shown, np.uint8), screen_colours(copy).show)
+    outlines = tuple(one.reading.outline for one in found)
+    return dict(zip(faces, found, strict=True)), RetouchedCopy(picture, outlines)

@@ -210,17 +210,11 @@ class PathEdit(QLineEdit):
 
 
 class PathLine(QWidget):
-    """A path field with a button for a file dialog."""
+    """A field for the path of a folder, with a button for a file dialog."""
 
-    def __init__(
-        self,
-        title: str,
-        path: str,
-        filters: Sequence[str] = (),
-        kind: Literal["file", "folder"] = "file",
-    ) -> None:
+    def __init__(self, title: str, path: str) -> None:
         super().__init__()
-        self._title, self._filters, self._kind = title, filters, kind
+        self._title = title
         self.line = PathEdit(path)
         self.line.setAccessibleName(title)
         self.line.setPlaceholderText(title)
@@ -235,10 +229,7 @@ class PathLine(QWidget):
 
     def _ask(self) -> None:
         at = Path(self.path) if os.path.exists(self.path) else None
-        put = self.line.setText
-        ask_path(
-            self, self._title, lambda it: put(str(it)), self._kind, filters=self._filters, at=at
-        )
+        ask_path(self, self._title, lambda one: self.line.setText(str(one)), "folder", at=at)
 
 
 def room(window: QWidget) -> QSize:

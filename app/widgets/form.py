@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from typing import Any, Final, Literal
 
 from PySide6.QtCore import Signal
@@ -18,7 +17,7 @@ from .controls import ChoiceBox, WholeNumber
 from .dialogs import PathLine
 
 Control = ChoiceBox | QCheckBox | WholeNumber | QLineEdit | PathLine
-Kind = Literal["choice", "check", "number", "text", "file", "folder"]
+Kind = Literal["choice", "check", "number", "text", "folder"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +33,6 @@ class FormField:
     unit: str = ""  # of a number
     lowest: str = ""  # words for the lowest number; of a path or text: the placeholder
     needs: str = ""  # name of the check box that enables the field
-    filters: Callable[[], Sequence[str]] = tuple  # of a file
 
 
 class Form(QWidget):
@@ -122,8 +120,8 @@ def _number(field: FormField) -> Control:
     return box
 
 
-def _path(kind: Literal["file", "folder"], field: FormField) -> Control:
-    row = PathLine(bare(looked_up(field.title)), "", field.filters(), kind)
+def _folder(field: FormField) -> Control:
+    row = PathLine(bare(looked_up(field.title)), "")
     row.line.setClearButtonEnabled(True)
     if field.lowest:
         row.line.setPlaceholderText(looked_up(field.lowest))
@@ -135,6 +133,5 @@ _MAKERS: Final[dict[Kind, Callable[[FormField], Control]]] = {
     "number": _number,
     "check": lambda field: QCheckBox(looked_up(field.title)),
     "text": lambda _: QLineEdit(),
-    "file": partial(_path, "file"),
-    "folder": partial(_path, "folder"),
+    "folder": _folder,
 }

@@ -267,26 +267,6 @@ def blocks() -> Image:
     return shown
 
 
-def templates() -> Image:
-    """Return our 27 landmarks of the sample next to the 189 points of other programs."""
-    photo = read(assets.sample()).pixels
-    (face,) = MeshSource().find(photo)
-    ours = np.vstack([face.outline, face.eyes, face.mouth])
-    with tempfile.TemporaryDirectory() as folder:
-        _kogao_cli("landmarks", "export", "--sample", "--format", "tem", "-o", folder)
-        (file,) = Path(folder).iterdir()
-        count, *rows = file.read_text(encoding="utf-8").splitlines()
-    theirs = np.array([row.split()[:2] for row in rows[: int(count)]], float)
-    return np.hstack([_marked(photo, ours, 5), _marked(photo, theirs, 3)])[150:800]
-
-
-def _marked(photo: Image, points: Image, radius: int) -> Image:
-    marked = photo.copy()
-    for x, y in points:
-        cv2.circle(marked, (round(x), round(y)), radius, ORANGE, -1, cv2.LINE_AA)
-    return marked[:, 150:750]
-
-
 def doses() -> Image:
     """Return one face of a study as its raters see it, at five Amounts."""
     photo = read(assets.sample()).pixels
@@ -360,7 +340,7 @@ def main(arguments: list[str]) -> None:
         for name, file in gallery(sheets).items():
             put(file, folder / name)
         put(tried(sheets).encode(), folder.parent / "site/landing/faces.js")
-    for make in (blocks, templates, doses, lens):
+    for make in (blocks, doses, lens):
         put(_jpeg(make()), folder / f"{make.__name__}.jpg")
     for name, figure in drawn().items():
         put(figure, folder / name)

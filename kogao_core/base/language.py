@@ -125,7 +125,7 @@ def use_language(*wanted: str) -> str:
             place = Path(str(found))
             with place.open("rb") as file:
                 use_catalogue(place.parts[-3], gettext.GNUTranslations(file))
-            # click and argparse look up their texts in this domain.
+            # click looks up its texts in this domain.
             gettext.bindtextdomain(DOMAIN, str(folder))
             gettext.textdomain(DOMAIN)
             os.environ["LANGUAGE"] = _code

@@ -24,7 +24,6 @@ from kogao_core.faces.landmarks import source
 from kogao_core.photo import Photo, bits_of, read
 from kogao_core.photo.disclosure.disclosing import NO_DISCLOSURE, Disclosure
 from kogao_core.photo.export import AS_IT_IS, Export
-from kogao_core.photo.writing import Sign
 from kogao_core.pipeline import Rendering
 from kogao_core.projects import interchange
 from kogao_core.projects.project import load, sha256_of
@@ -62,7 +61,7 @@ class Task:
     results: str = ""  # list of Kogao's own results to skip; "" processes them again
     export: Export = AS_IT_IS  # size, quality and colours of the result
     points: str = ""  # file of landmarks to use instead of face detection, or ""
-    points_map: str | None = None  # template of the landmark file, see `interchange.template`
+    points_map: str | None = None  # see `interchange.point_map`
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,9 +112,9 @@ def work(task: Task) -> Outcome:
 def _render(task: Task) -> tuple[tuple[dict[str, Any], ...], str, bool]:
     output, seen = Path(task.output), list[Rendering]()
 
-    def written(photo: Photo, pixels: Image, sign: Sign | None) -> str:
+    def written(photo: Photo, pixels: Image) -> str:
         output.parent.mkdir(parents=True, exist_ok=True)
-        return to_file(output, force=True, export=task.export)(photo, pixels, sign)
+        return to_file(output, force=True, export=task.export)(photo, pixels)
 
     photo = read(Path(task.source), max_megapixels=task.max_megapixels, bits=bits_of(output))
     done = _replayed(task, photo) if task.project else _found(task, photo)
@@ -140,7 +139,7 @@ def _found(task: Task, photo: Photo) -> Applied:
 
 
 def _given(task: Task, photo: Photo) -> list[Face]:
-    mapping = None if task.points_map is None else interchange.template(task.points_map)
+    mapping = None if task.points_map is None else interchange.point_map(task.points_map)
     faces = interchange.read(Path(task.points), mapping)
     interchange.check_inside(faces, Box.of(photo.pixels))
     return faces
@@ -162,8 +161,7 @@ def _key(task: Task) -> str:
     points = [task.points_map or ""] * bool(task.points)
     chosen = json.dumps([*choices, *told, *points], sort_keys=True)
     total = hashlib.sha256(chosen.encode())
-    label = task.disclosure.picture
-    files = task.source, task.project, task.points, task.output, label.file if label else ""
+    files = task.source, task.project, task.points, task.output
     for path in map(Path, filter(None, files)):
         if not path.is_file():  # reading a pipe would block
             return ""

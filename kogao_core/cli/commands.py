@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import logging
 import os
 import shlex
 import sys
@@ -24,6 +25,10 @@ PROGRAM = "kogao-cli"
 DEBUG = "KOGAO_DEBUG"
 """Environment variable that enables tracebacks."""
 _LONGEST_ERROR = 200
+_REMOVED = (
+    *("--label-picture", "--label-corner", "--label-share"),
+    *("--sign-certificate", "--sign-key"),
+)
 
 EPILOG = Text("""\
 Exit codes:
@@ -56,7 +61,7 @@ _LATER = {
     "detect": Text("Find the faces in a photo."),
     "read": Text("Measure how a retouch moved the faces of a photo."),
     "landmarks": Text("Export landmarks for other programs."),
-    "presets": Text("List, show, export and import presets."),
+    "presets": Text("List the presets, or print the recipe of preset NAME as JSON."),
     "experiment": Text("Repeat the paper's tables and figures on your own photos."),
     "integrate": Text("Add Kogao to the desktop, darktable, GIMP or Krita."),
     "doctor": Text("Check the installation: versions, networks, libraries."),
@@ -99,6 +104,8 @@ def run(arguments: Sequence[str] | None) -> int:
     end_at_once()
     without_blas_threads()
     use_language(*system_languages())
+    if logging.lastResort:  # the handler of warnings if no other handler is installed
+        logging.lastResort.setFormatter(logging.Formatter(f"{PROGRAM}: %(message)s"))
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")  # file names can contain any bytes
     try:
@@ -110,10 +117,15 @@ def run(arguments: Sequence[str] | None) -> int:
     except Stop as stop:
         return _end(_sentence(stop), stop.code)
     except click.UsageError as error:
+        problem = _sentence(error)
+        if isinstance(error, click.NoSuchOption) and error.option_name in _REMOVED:
+            problem = tr(
+                "{option} was removed; use --label or --disclose", option=error.option_name
+            )
         return _end(
             tr(
                 "{problem} (see {command} --help)",
-                problem=_sentence(error),
+                problem=problem,
                 command=error.ctx.command_path if error.ctx else PROGRAM,
             ),
             USAGE,

@@ -27,7 +27,6 @@ _EXTRAS: Final = {
     "heic": "pi-heif",
     "raw": "rawpy",
     "tiff": "tifffile",
-    "credentials": "c2pa-python",
     "experiments": "scipy",
 }
 _IMPORTED: Final = {"numpy": "numpy", "opencv-contrib-python-headless": "cv2", "Pillow": "PIL"}

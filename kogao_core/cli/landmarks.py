@@ -4,15 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Final
 
 import click
 
 from kogao_core.base.language import Text, translated
 from kogao_core.cli import common, ending, options, reading, words
 from kogao_core.projects import interchange
-
-_FORMATS: Final = ("tem", "pts", "csv", "json")
 
 
 @words.group("landmarks")
@@ -26,12 +23,8 @@ def command() -> None:
 @command.command("export")
 @reading.takes_photos
 @words.option(
-    "--format", "form", type=click.Choice(_FORMATS), required=True,
-    help="WebMorph, iBUG, a table, or the format of detect --json",
-)  # fmt: skip
-@words.option(
-    "--template", type=click.Choice(tuple(interchange.TEMPLATES)),
-    help="Number of points [tem, csv: 27; pts: 68, the rest from a mean face]",
+    "--format", "form", type=click.Choice(tuple(interchange.FORMATS)), required=True,
+    help="The format of detect --json, a table, or iBUG points",
 )  # fmt: skip
 @words.option(
     "-o", "--output", "folder", required=True, type=common.FOLDER, metavar="DIR",
@@ -43,7 +36,6 @@ def export(
     inputs: Sequence[Path],
     sample: bool,
     form: str,
-    template: str | None,
     folder: Path,
     which: str,
     force: bool,
@@ -61,8 +53,6 @@ def export(
                 twice=min(twice),
             )
         )
-    if template is not None and form == "json":
-        raise ending.Stop(Text("--template can't be combined with --format json"))
 
     def write(photo: Path) -> None:
         target = _target(photo, folder, form)
@@ -72,7 +62,7 @@ def export(
             common.check_free(file, force)
         with ending.writing(target):
             folder.mkdir(parents=True, exist_ok=True)
-            written = interchange.write(faces, target, template)
+            written = interchange.write(faces, target)
         for one in written:
             note = f" ({translated(one.note)})" if one.note else ""
             ending.print_text(f"{photo}: {one.path}{note}")

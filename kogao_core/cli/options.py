@@ -15,21 +15,13 @@ import click
 from kogao_core.base.language import Text
 from kogao_core.base.wording import shown
 from kogao_core.cli import common, ending, reading, words
-from kogao_core.photo.disclosure.credentials import Signer, check_signer
 from kogao_core.photo.disclosure.disclosing import Disclosure
-from kogao_core.photo.disclosure.label import LabelPicture, check_label, check_picture
-from kogao_core.photo.errors import CannotDisclose, MissingExtra
+from kogao_core.photo.disclosure.label import check_label
+from kogao_core.photo.errors import CannotDisclose
 from kogao_core.photo.export import LONGEST_PX, Export
 from kogao_core.recipe import presets
 from kogao_core.recipe.recipe import PAPER, SETTINGS, Recipe
-from kogao_core.recipe.settings import (
-    CORNERS,
-    LABEL_CORNER,
-    LABEL_PERCENT,
-    LABEL_SHARE,
-    Corner,
-    Setting,
-)
+from kogao_core.recipe.settings import Setting
 
 # Headings of the help.
 SHAPE: Final = Text("Shape of the face, % of the distance to the centre")
@@ -172,49 +164,6 @@ _DISCLOSING: Final = (
         help="Font of the label [built-in; a system font for missing letters]",
     ),
     words.option(
-        "--label-picture",
-        "picture",
-        metavar="FILE",
-        help="Place a picture over a corner, such as Norway's mandatory mark",
-    ),
-    words.option(
-        "--label-corner",
-        "corner",
-        needs="--label-picture",
-        type=click.Choice(tuple(CORNERS)),
-        default=LABEL_CORNER,
-        help=Text("Corner for the picture [{corner}]", corner=LABEL_CORNER),
-    ),
-    words.option(
-        "--label-share",
-        "share",
-        needs="--label-picture",
-        type=common.Number(*LABEL_SHARE),
-        default=LABEL_PERCENT,
-        metavar="PERCENT",
-        help=Text(
-            "Area of the picture, {low:g}..{high:g} % of the photo [{percent:g}]",
-            low=LABEL_SHARE[0],
-            high=LABEL_SHARE[1],
-            percent=LABEL_PERCENT,
-        ),
-    ),
-    words.option(
-        "--sign-certificate",
-        "certificate",
-        needs="--sign-key",
-        metavar="FILE",
-        help="Sign content credentials (C2PA) with this certificate chain, PEM; needs the extra "
-        "[credentials]",
-    ),
-    words.option(
-        "--sign-key",
-        "key",
-        needs="--sign-certificate",
-        metavar="FILE",
-        help="Private key, PEM; password in KOGAO_SIGN_PASSWORD",
-    ),
-    words.option(
         "--motion",
         type=click.Choice(("keep", _DROP)),
         default=_DROP,
@@ -237,31 +186,12 @@ def discloses(command: Callable[..., Any]) -> Callable[..., Any]:
     return words.section(DISCLOSURE, *_DISCLOSING)(disclosing)
 
 
-def _disclosure(
-    record: bool,
-    label: str | None,
-    font: str | None,
-    picture: str | None,
-    corner: Corner,
-    share: float,
-    certificate: str | None,
-    key: str | None,
-    motion: str,
-) -> Disclosure:
+def _disclosure(record: bool, label: str | None, font: str | None, motion: str) -> Disclosure:
     """Return the checked disclosure. Raises Stop."""
-    laid = None if picture is None else LabelPicture(picture, corner, share)
-    signer = None if certificate is None or key is None else Signer(certificate, key)
-    with (
-        ending.stopping(CannotDisclose, ending.USAGE),
-        ending.stopping(MissingExtra, ending.BROKEN),
-    ):
-        if label is not None:
+    if label is not None:
+        with ending.stopping(CannotDisclose, ending.USAGE):
             check_label(label, font)
-        if laid is not None:
-            check_picture(laid)
-        if signer is not None:
-            check_signer(signer)
-    return Disclosure(record, label or "", font, laid, signer, film=motion == "keep")
+    return Disclosure(record, label or "", font, film=motion == "keep")
 
 
 _EXPORTING: Final = (

@@ -2,25 +2,20 @@
 
 from __future__ import annotations
 
-import dataclasses
 from pathlib import Path
 from typing import Any
 
 import click
 
-from kogao_core.base.geometry import Box
 from kogao_core.base.language import Text, tr, translated
 from kogao_core.cli import common, ending, reading, words
 from kogao_core.photo import Photo
 from kogao_core.projects.project import Project, Sheet, save
 from kogao_core.projects.sidecar import original
 from kogao_core.reading import controls
-from kogao_core.reading.controls import ControlFit
-from kogao_core.reading.displacement import Reading, read_faces
+from kogao_core.reading.controls import Match
 from kogao_core.reading.flow import NotRead
 from kogao_core.recipe import presets
-
-_Read = list[tuple[Reading, ControlFit]]
 
 
 @words.command("read")
@@ -48,49 +43,48 @@ def command(
     BEFORE is the original, AFTER its retouched copy; it may be cropped, resized or toned. Name more
     pairs to read a style.
     """
-    pairs = list(zip(inputs[::2], inputs[1::2], strict=False))
     if len(inputs) % 2:
         raise ending.Stop(Text("name photos in pairs: the original, then its retouched copy"))
-    if project_file is not None and len(pairs) > 1:
+    if project_file is not None and len(inputs) > 2:
         raise ending.Stop(Text("--project takes one pair"))
-    common.check_report(project_file, force)
-    common.check_report(json_file, force)
+    for report in (project_file, json_file):
+        common.check_report(report, force)
     if style is not None:
-        with ending.stopping(ValueError, ending.USAGE):
-            target = presets.file_of(presets.user_folder(), style)
         if style in presets.BUILT_IN:
-            raise ending.Stop(
-                Text("{style} is a built-in preset; choose another name", style=style)
-            )
-        common.check_free(target, force)
-    found = [(pair, *_read(*pair, max_megapixels, landmarks)) for pair in pairs]
+            raise ending.Stop(Text("{name} is a built-in preset; choose another name", name=style))
+        with ending.stopping(ValueError, ending.USAGE):
+            common.check_free(presets.file_of(presets.user_folder(), style), force)
+    found = []
+    for before, after in zip(inputs[::2], inputs[1::2], strict=True):
+        photo = reading.read_photo(before, max_megapixels)
+        found.append((photo, after, _matches(photo, after, max_megapixels, landmarks)))
     if project_file is not None:
-        _, photo, faces = found[0]
-        _write_project(photo, faces, project_file)
-    recipe, spread = controls.style([one for _, _, faces in found for _, one in faces])
+        made = original(photo.path, reading.hash_of(photo.path), photo.pixels)
+        sheet = Sheet(tuple(one.face for one in found[0][2]))
+        with ending.writing(project_file):
+            save(Project(made, "automatic", sheet), project_file)
+    recipe, spread = controls.style([one.recipe for _, _, faces in found for one in faces])
     if style is not None:
-        with ending.writing(target):
+        with ending.writing(presets.user_folder()):
             presets.add(presets.user_folder(), style, recipe)
 
     def everything() -> dict[str, Any]:
-        return {
-            "pairs": [
-                {
-                    "before": str(before),
-                    "after": str(after),
-                    "faces": [{**one.to_dict(), "settings": near.to_dict()} for one, near in faces],
-                }
-                for (before, after), _, faces in found
-            ],
-            "style": {"settings": recipe.to_dict(), "spread": spread},
-        }
+        pairs = [
+            {
+                "before": str(photo.path),
+                "after": str(after),
+                "faces": [one.to_dict() for one in faces],
+            }
+            for photo, after, faces in found
+        ]
+        return {"pairs": pairs, "style": {"settings": recipe.to_dict(), "spread": spread}}
 
     def table() -> str:
         lines = []
-        for (_, after), _, faces in found:
+        for _, after, faces in found:
             lines.append(str(after))
-            for number, (one, near) in enumerate(faces, 1):
-                lines += [f"  {translated(line)}" for line in controls.report(number, one, near)]
+            for number, one in enumerate(faces, 1):
+                lines += [f"  {translated(line)}" for line in one.report(number)]
         if len(found) > 1:
             lines.append(tr("style: {settings}", settings=recipe.amount))
         return "\n".join(lines)
@@ -98,22 +92,14 @@ def command(
     common.deliver(everything, table, json_file)
 
 
-def _read(
-    before: Path, after: Path, max_megapixels: float, landmarks: str | None
-) -> tuple[Photo, _Read]:
-    photo, copy = (reading.read_photo(path, max_megapixels) for path in (before, after))
+def _matches(
+    photo: Photo, after: Path, max_megapixels: float, landmarks: str | None
+) -> list[Match]:
+    copy = reading.read_photo(after, max_megapixels)
     known = reading.find_faces(photo, landmarks)
     faces = reading.chosen(photo, known, "all", doubtful=False).faces
     try:
-        read = read_faces(photo.pixels, copy.pixels, faces)
+        return controls.match(photo.pixels, copy.pixels, faces)
     except NotRead as problem:
         why = Text("{after} can't be read: {problem}", after=after, problem=problem)
         raise ending.Stop(why, ending.NO_FACE) from problem
-    return photo, [(one, controls.fit_controls(one, Box.of(photo.pixels))) for one in read]
-
-
-def _write_project(photo: Photo, faces: _Read, file: Path) -> None:
-    targets = tuple(dataclasses.replace(one.targets, recipe=near.recipe) for one, near in faces)
-    made = original(photo.path, reading.hash_of(photo.path), photo.pixels)
-    with ending.writing(file):
-        save(Project(made, "automatic", Sheet(targets)), file)

@@ -74,13 +74,13 @@ takes_point_files = words.section(
     words.option(
         "--points", type=click.Path(path_type=Path), metavar="PATH", excludes=("--landmarks",),
         expose_value=False, callback=_keep("place"),
-        help="Read landmarks from a .tem, .pts, .csv or .json file, or from a folder (file with "
+        help="Read landmarks from a .pts, .csv or .json file, or from a folder (file with "
         "the photo's name); skips the face search",
     ),
     words.option(
         "--points-map", metavar="MAP", needs="--points", expose_value=False, callback=_keep("map"),
         help="Point numbers of outline/eyes/mouth, such as 0-16/36,39,42,45/48,54 "
-        "[by count: 27, 68 or 189]",
+        "[by count: 27 or 68]",
     ),
 )  # fmt: skip
 takes_photos = words.together(
@@ -167,7 +167,7 @@ def point_files() -> tuple[Path | None, str | None]:
     place, mapping = given.get(f"{_POINTS}.place"), given.get(f"{_POINTS}.map")
     if mapping is not None:
         with ending.stopping(ValueError, ending.USAGE):
-            interchange.template(mapping)
+            interchange.point_map(mapping)
     return place, mapping
 
 
@@ -176,9 +176,9 @@ def points_of(photo: Photo) -> list[Face] | None:
     place, mapping = point_files()
     if place is None:
         return None
-    template = None if mapping is None else interchange.template(mapping)
+    point_map = None if mapping is None else interchange.point_map(mapping)
     with ending.stopping(BadFile, ending.UNREADABLE):
-        faces = interchange.read(interchange.file_for(photo.path, place), template)
+        faces = interchange.read(interchange.file_for(photo.path, place), point_map)
         interchange.check_inside(faces, Box.of(photo.pixels))
     return faces
 

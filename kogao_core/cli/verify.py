@@ -108,26 +108,33 @@ def _blocks(path: Path) -> tuple[list[npt.NDArray[np.int16]], dict[str, Any]]:
         "size": (jpeg.width, jpeg.height),
         "subsampling": [(1, 1)] if len(planes) == 1 else jpeg.samp_factor.tolist(),
         "tables": [jpeg.qt[number].tolist() for number in used],
-        "components": _components(path.read_bytes()),
+        **_frame(path.read_bytes()),
     }
 
 
-def _components(data: bytes) -> list[int]:
-    """Return the identifiers of the components: decoders guess the colours from them."""
+def _frame(data: bytes) -> dict[str, Any]:
+    """Return the type of the frame and the identifiers of the components.
+
+    Decoders guess the colours from the identifiers.
+    """
     at = len(_START)
     while (marker := _MARKER.search(data, at)) is not None and marker[1][0] != _SCAN:
         at = marker.end()
         if marker[1][0] in _FRAMES:
-            return list(data[at + 8 : at + int.from_bytes(data[at : at + 2], "big") : 3])
+            components = data[at + 8 : at + int.from_bytes(data[at : at + 2], "big") : 3]
+            return {"frame": f"SOF{marker[1][0] - 0xC0}", "components": list(components)}
         at += max(2, int.from_bytes(data[at : at + 2], "big"))
-    return []
+    return {"frame": "", "components": []}
 
 
 def _compare_blocks(mine: Any, theirs: Any) -> dict[str, Any]:
     """Return the number and place of units of blocks that differ; None if incomparable."""
     (planes, frame), (others, other_frame) = mine, theirs
+    frames = [other_frame.pop("frame"), frame.pop("frame")]
     same = {name: value == other_frame[name] for name, value in frame.items()}
-    found: dict[str, Any] = {"same": same, "units": None, "changed_units": None, "box_px": None}
+    found: dict[str, Any] = {
+        "same": same, "frames": frames, "units": None, "changed_units": None, "box_px": None,
+    }  # fmt: skip
     if not all(same.values()):
         return found
     (width, height), factors = frame["size"], frame["subsampling"]
@@ -148,7 +155,11 @@ def _compare_blocks(mine: Any, theirs: Any) -> dict[str, Any]:
 def _described(found: dict[str, Any]) -> str:
     if found["same_file"]:
         return tr("The two files are the same, byte for byte.")
-    return " ".join(map(translated, [_blocks_described(found), _metadata_described(found)]))
+    said = [_blocks_described(found), _metadata_described(found)]
+    before, after = found["frames"]
+    if before != after:
+        said.append(Text("The frame type changed: {before} → {after}.", before=before, after=after))
+    return " ".join(map(translated, said))
 
 
 def _blocks_described(found: dict[str, Any]) -> Text:

@@ -17,7 +17,3 @@ class RefusedOutput(CannotWrite):
 
 class CannotDisclose(CannotWrite):
     """A disclosure can't be added to the photo."""
-
-
-class MissingExtra(CannotDisclose):
-    """Disclosure needs a library that isn't installed."""

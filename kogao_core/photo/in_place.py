@@ -21,7 +21,7 @@ from kogao_core.photo.metadata import kinds
 from kogao_core.photo.model import Photo, Stamp, is_same
 from kogao_core.photo.originals import Originals, StoreFull
 from kogao_core.photo.reading import read
-from kogao_core.photo.writing import Sign, check_output, write
+from kogao_core.photo.writing import check_output, write
 
 _PICTURES: Final = (kinds.LAYERS, kinds.CHANNELS, kinds.FURTHER)
 
@@ -85,7 +85,6 @@ def write_in_place(
     photo: Photo,
     pixels: Image,
     originals: Originals | None,
-    sign: Sign | None = None,
 ) -> str:
     """Overwrite the photo's file with new pixels. `write` lists the preserved data.
 
@@ -128,7 +127,7 @@ def write_in_place(
                 )
             ) from error
 
-    notes = [write(source, pixels, photo.path, force=True, before=keep, sign=sign)]
+    notes = [write(source, pixels, photo.path, force=True, before=keep)]
     if originals is not None:
         with suppress(OSError):  # photo and original are saved already
             originals.note_written(photo.path)

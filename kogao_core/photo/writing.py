@@ -10,7 +10,7 @@ import shutil
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import Literal, TypeAlias
+from typing import Literal
 
 import cv2
 import numpy as np
@@ -25,7 +25,6 @@ from kogao_core.photo import formats
 from kogao_core.photo.errors import CannotWrite, RefusedOutput
 from kogao_core.photo.formats import FORMATS
 from kogao_core.photo.formats.base import Content, FileFormat
-from kogao_core.photo.formats.companions import grown
 from kogao_core.photo.jpeg.segments import SOI
 from kogao_core.photo.metadata import (
     glance,
@@ -39,7 +38,6 @@ from kogao_core.photo.metadata.kinds import Extra
 from kogao_core.photo.metadata.upright import as_stored
 from kogao_core.photo.model import Photo, channels_of, is_same
 
-Sign: TypeAlias = Callable[[Photo, Pieces, str], Pieces]
 # Lengths of a thumbnail's longer side, tried in this order, and JPEG quality.
 _SMALL_PX, _SMALL_QUALITY = (512, 320, 160, 120), 80
 
@@ -51,7 +49,6 @@ def write(
     *,
     force: bool = False,
     before: Callable[[Pieces], object] | None = None,
-    sign: Sign | None = None,
     quality: int | None = None,
 ) -> str:
     """Write new pixels with the photo's metadata. The file extension selects the format.
@@ -77,9 +74,6 @@ def write(
     before : callable, optional
         Called with the new file content just before the file is replaced. The callback must back up
         the existing file; no ``NAME.original.jpg`` is created.
-    sign : callable, optional
-        Called with the photo, the content of a changed file and the format. Returns the content
-        with content credentials (`disclosure.signing`).
     quality : int, optional
         Re-encode the whole picture. JPEG and WebP use this quality, 1 to 100; 0 uses the source's
         quality. 16-bit pixels are reduced to 8 bits if the format needs 8 bits.
@@ -136,15 +130,7 @@ def write(
             encode = partial(_encoded, pixels=pixels, path=path, form=form, quality=quality)
             keep = form.keep if is_same_format else None
             pieces, kept = keep(photo, pixels, encode, path) if keep else (encode(photo, None), "")
-            if sign is not None:
-                signed = sign(photo, pieces, name)
-                if photo.companions:
-                    more = sum(map(len, signed)) - sum(map(len, pieces))
-                    signed = sign(photo, grown(pieces, more), name)
-                pieces = signed
-            note = _worth_knowing(
-                photo, pixels, form, kept, is_signed=sign is not None, is_export=quality is not None
-            )
+            note = _worth_knowing(photo, pixels, form, kept, is_export=quality is not None)
         if before is not None:
             before(pieces)
         elif path.exists() and photo.path.exists() and path.samefile(photo.path):
@@ -260,7 +246,7 @@ def _shows_through(pixels: Image) -> bool:
 
 
 def _worth_knowing(
-    photo: Photo, pixels: Image, form: FileFormat, kept: str, *, is_signed: bool, is_export: bool
+    photo: Photo, pixels: Image, form: FileFormat, kept: str, *, is_export: bool
 ) -> str:
     """Return notes about a changed photo: lost metadata, conversions and unchanged blocks."""
     blocks = {
@@ -272,10 +258,7 @@ def _worth_knowing(
         kinds.ASPECT: photo.aspect,
     }
     extras = [*photo.extras, *(Extra(kind) for kind, block in blocks.items() if block)]
-    along, signed = {one.kind for one in photo.companions}, ""
-    if is_signed:  # the new credentials include the photo's credentials
-        along.add(kinds.CREDENTIALS)
-        signed = "signed, with the photo as its source"
+    along = {one.kind for one in photo.companions}
     grey = ""
     if photo.icc_profile and form.becomes_colour(pixels):
         grey = Text("grey became RGB, without its colour profile")
@@ -284,7 +267,7 @@ def _worth_knowing(
     film = ""
     if kinds.VIDEO in along:
         film = Text("the motion photo's video still shows the face as it was")
-    notes = [*photo.notes, lost, film, lacks, grey, spread, kept, signed]
+    notes = [*photo.notes, lost, film, lacks, grey, spread, kept]
     return Text.joined("; ", notes)
 
 

@@ -9,10 +9,11 @@ from typing import Any, Final, cast
 
 import numpy as np
 
-from kogao_core.base.geometry import Affine, Array, Box
+from kogao_core.base.geometry import Affine, Array, Box, Image
 from kogao_core.base.language import Text
+from kogao_core.faces.face import Face
 from kogao_core.pipeline import render
-from kogao_core.reading.displacement import Reading, width_px
+from kogao_core.reading.displacement import Reading, read_faces, width_px
 from kogao_core.recipe.recipe import SETTINGS, SHAPE, Recipe
 from kogao_core.recipe.settings import ScopeName
 from kogao_core.warp.field import shown_at
@@ -31,19 +32,57 @@ NOTHING_PERCENT: Final = 0.15  # mean move of an outline that counts as none, % 
 
 
 @dataclass(frozen=True, slots=True)
-class ControlFit:
-    """The settings that come nearest to a reading."""
+class Match:
+    """A read retouch of one face, and the nearest settings."""
 
+    reading: Reading
     recipe: Recipe
     unexplained_percent: float  # mean distance of the outline from the read one, % of its width
+
+    @property
+    def face(self) -> Face:
+        """The face with the read outline as targets, and the nearest settings."""
+        reading = self.reading
+        return dataclasses.replace(reading.face, targets=reading.outline, recipe=self.recipe)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the JSON form."""
         settings = {name: getattr(self.recipe, name) for name in CONTROLS}
-        return {**settings, "unexplained_percent": round(self.unexplained_percent, 3)}
+        settings["unexplained_percent"] = round(self.unexplained_percent, 3)
+        return {**self.reading.to_dict(), "settings": settings}
+
+    def report(self, number: int) -> list[Text]:
+        """Return the lines of the report; faces are counted from 1."""
+        reading, last = self.reading, len(self.reading.face.outline) - 1
+        if reading.moved_percent < NOTHING_PERCENT:
+            return [Text("face {number}: nothing moved", number=number)]
+        return [
+            Text(
+                "face {number}: the outline moved by {moved:.2f} % of the face width, give or take "
+                "{doubt:.2f} %",
+                number=number,
+                moved=reading.moved_percent,
+                doubt=float(np.median(reading.doubt[: last + 1])),
+            ),
+            Text(
+                "width at the cheeks {cheeks:+.1f} %, at the jaw {jaw:+.1f} %",
+                cheeks=reading.narrower(round(0.15 * last)),
+                jaw=reading.narrower(round(0.35 * last)),
+            ),
+            Text(
+                "nearest settings: {settings}; they leave {left:.2f} % of the face width",
+                settings=self.recipe.amount,
+                left=self.unexplained_percent,
+            ),
+        ]
 
 
-def fit_controls(reading: Reading, image: Box) -> ControlFit:
+def match(before: Image, after: Image, faces: Sequence[Face]) -> list[Match]:
+    """Read how `after` moved the faces of `before`, and fit settings. Raises NotRead."""
+    return [fit_controls(one, Box.of(before)) for one in read_faces(before, after, faces)]
+
+
+def fit_controls(reading: Reading, image: Box) -> Match:
     """Fit the controls to a reading by Gauss-Newton steps, in each scope; return the better fit.
 
     The photo's box is `image`.
@@ -79,8 +118,8 @@ def fit_controls(reading: Reading, image: Box) -> ControlFit:
         away = np.linalg.norm((wanted - here)[:outline], axis=1).mean()
         recipe = dataclasses.replace(_with(start, values), hold_background=True)
         cost = float(np.mean(((wanted - here).ravel() * weights) ** 2))
-        fits.append((cost, ControlFit(recipe, float(100.0 * away / _FACE_PX))))
-    return min(fits, key=lambda one: one[0])[1]
+        fits.append((cost, recipe, float(100.0 * away / _FACE_PX)))
+    return Match(reading, *min(fits, key=lambda one: one[0])[1:])
 
 
 def _needed(effects: Array, wanted: Array) -> list[int]:
@@ -107,38 +146,11 @@ def _with(recipe: Recipe, values: Array) -> Recipe:
     return dataclasses.replace(recipe, **settings)
 
 
-def style(fits: Sequence[ControlFit]) -> tuple[Recipe, dict[str, float]]:
+def style(recipes: Sequence[Recipe]) -> tuple[Recipe, dict[str, float]]:
     """Return the median of each control as a recipe, and half the spread of its middle half."""
-    table = np.array([[getattr(one.recipe, name) for name in CONTROLS] for one in fits])
+    table = np.array([[getattr(one, name) for name in CONTROLS] for one in recipes])
     low, middle, high = np.percentile(table, (25.0, 50.0, 75.0), axis=0)
-    scope = max(SETTINGS["scope"].choices, key=[one.recipe.scope for one in fits].count)
+    scope = max(SETTINGS["scope"].choices, key=[one.scope for one in recipes].count)
     start = Recipe(scope=cast(ScopeName, scope))
-    return _with(start, np.round(middle, 1)), dict(
-        zip(CONTROLS, ((high - low) / 2.0).round(2).tolist(), strict=True)
-    )
-
-
-def report(number: int, reading: Reading, found: ControlFit) -> list[Text]:
-    """Return the lines of the report on a face of a number, counted from 1."""
-    if reading.moved_percent < NOTHING_PERCENT:
-        return [Text("face {number}: nothing moved", number=number)]
-    last = len(reading.face.outline) - 1
-    return [
-        Text(
-            "face {number}: the outline moved by {moved:.2f} % of the face width, give or take "
-            "{doubt:.2f} %",
-            number=number,
-            moved=reading.moved_percent,
-            doubt=float(np.median(reading.doubt[: last + 1])),
-        ),
-        Text(
-            "width at the cheeks {cheeks:+.1f} %, at the jaw {jaw:+.1f} %",
-            cheeks=reading.narrower(round(0.15 * last)),
-            jaw=reading.narrower(round(0.35 * last)),
-        ),
-        Text(
-            "nearest settings: {settings}; they leave {left:.2f} % of the face width",
-            settings=found.recipe.amount,
-            left=found.unexplained_percent,
-        ),
-    ]
+    spread = ((high - low) / 2.0).round(2).tolist()
+    return _with(start, np.round(middle, 1)), dict(zip(CONTROLS, spread, strict=True))

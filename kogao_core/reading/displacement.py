@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Final
@@ -45,12 +44,8 @@ class Reading:
     to_copy: Affine  # from px of the original to px of the copy, measured beside the heads
 
     @property
-    def targets(self) -> Face:
-        """The face with the read outline as targets."""
-        return dataclasses.replace(self.face, targets=self._outline)
-
-    @property
-    def _outline(self) -> Array:
+    def outline(self) -> Array:
+        """The outline in the copy, px of the original."""
         return self.moved[: len(self.face.outline)]
 
     def narrower(self, row: int) -> float:
@@ -64,7 +59,7 @@ class Reading:
     @property
     def moved_percent(self) -> float:
         """Mean move of the outline, % of its width."""
-        away = np.linalg.norm(self._outline - self.face.outline, axis=1).mean()
+        away = np.linalg.norm(self.outline - self.face.outline, axis=1).mean()
         return float(100.0 * away / width_px(self.face))
 
     def to_dict(self) -> dict[str, Any]:

@@ -18,7 +18,6 @@ Interpolation = Literal["bilinear", "cubic", "lanczos4"]
 LatticeUnit = Literal["spacing", "warp"]
 LensName = Literal["off", "auto"]
 ScopeName = Literal["head", "face"]
-Corner = Literal["top-left", "top-right", "bottom-left", "bottom-right"]
 Name = TypeVar("Name", bound=str, covariant=True)
 
 
@@ -301,15 +300,3 @@ LENSES: Final[tuple[Alternative[LensName], ...]] = (
 PAPER_CENTERS: Final = tuple(Center(share, Text("figure 7a")) for share in (1.0, 0.8, 0.6, 0.47))
 # The available centres. Experiments use the paper's centres, even if more are added here.
 CENTERS: Final = PAPER_CENTERS
-
-# Corner of the label picture on a result (`photo.disclosure`); not part of a recipe.
-CORNERS: Final[dict[Corner, Text]] = {
-    "top-left": Text("Top left"),
-    "top-right": Text("Top right"),
-    "bottom-left": Text("Bottom left"),
-    "bottom-right": Text("Bottom right"),
-}
-LABEL_SHARE: Final = (0.1, 50.0)  # of a photo's area, %
-# As Norway prescribes.
-LABEL_CORNER: Final[Corner] = "top-left"
-LABEL_PERCENT: Final = 7.0

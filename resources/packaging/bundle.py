@@ -9,7 +9,6 @@ lacks a library.
 
 from __future__ import annotations
 
-import argparse
 import shutil
 import sys
 import tempfile
@@ -37,23 +36,20 @@ _UNUSED_PLUGINS: Final = (
 
 def main() -> None:
     """Make the folder that the command line names."""
-    parser = argparse.ArgumentParser(description="Make a folder that runs where no Python is.")
-    parser.add_argument("folder", type=Path, help="where its folder `kogao` is made")
-    parser.add_argument("--wheel", type=Path, help="a built wheel [one of this checkout]")
-    given = parser.parse_args()
+    (folder,) = map(Path, sys.argv[1:])
     with tempfile.TemporaryDirectory(prefix="kogao-bundle-") as work:
-        made = bundle(given.folder.resolve(), given.wheel or ROOT, Path(work))
+        made = bundle(folder.resolve(), Path(work))
     if sys.platform == "linux":
         refuse(made)
     print(f"{made}: {_size(made) / 1e6:.0f} MB")
 
 
-def bundle(folder: Path, what: Path, work: Path) -> Path:
-    """Gather both programs. Result: the new folder."""
+def bundle(folder: Path, work: Path) -> Path:
+    """Make the folder `kogao` with both programs and return its path."""
     venv.create(work / "venv", with_pip=True)
     linux = sys.platform == "linux"
     python = work / "venv" / ("Scripts/python.exe" if sys.platform == "win32" else "bin/python")
-    run(python, "-m", "pip", "install", "--quiet", f"{what}[{_EXTRAS}]", _PYINSTALLER)
+    run(python, "-m", "pip", "install", "--quiet", f"{ROOT}[{_EXTRAS}]", _PYINSTALLER)
     site = Path(run(python, "-c", "import sysconfig; print(sysconfig.get_path('platlib'))").strip())
     _drop_unused_plugins(site / "PySide6")
     if linux:

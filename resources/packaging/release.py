@@ -7,7 +7,6 @@ zstd, dpkg-deb, and an environment with Kogao's extra [dev].
 
 from __future__ import annotations
 
-import argparse
 import hashlib
 import json
 import shutil
@@ -47,16 +46,12 @@ Description: make the faces in a photo slightly smaller
 
 def main() -> None:
     """Make all files of a release in one folder."""
-    parser = argparse.ArgumentParser(description="Make the files of a release.")
-    parser.add_argument("folder", type=Path, help="output folder")
-    parser.add_argument("bundle", type=Path, help="folder that the bundle command made")
-    given = parser.parse_args()
-    folder: Path = given.folder.resolve()
+    folder, bundle = (Path(argument).resolve() for argument in sys.argv[1:])
     folder.mkdir(parents=True, exist_ok=True)
     _run(sys.executable, "-m", "build", "--outdir", folder, ROOT)
     archive = folder / f"kogao-{VERSION}-linux-x86_64.tar.zst"
-    _run("tar", "--zstd", "-cf", archive, "-C", given.bundle.parent, given.bundle.name)
-    make_debian_package(given.bundle, folder / f"kogao_{VERSION}_amd64.deb")
+    _run("tar", "--zstd", "-cf", archive, "-C", bundle.parent, bundle.name)
+    make_debian_package(bundle, folder / f"kogao_{VERSION}_amd64.deb")
     (folder / f"kogao-{VERSION}.cdx.json").write_text(json.dumps(sbom(), indent=1) + "\n")
     write_sums(folder)
 

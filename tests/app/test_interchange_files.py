@@ -6,6 +6,7 @@ from PySide6.QtCore import Qt
 from scenes import oval_face
 
 from kogao_core.base.geometry import Affine
+from kogao_core.faces.face import Face
 from kogao_core.projects import interchange
 
 pytestmark = pytest.mark.usefixtures("one_window")
@@ -19,7 +20,7 @@ def shifted():
 
 @pytest.fixture
 def points(tmp_path):
-    path = tmp_path / "points.tem"
+    path = tmp_path / "points.csv"
     interchange.write([shifted()], path)
     return path
 
@@ -36,7 +37,7 @@ def test_imported_points_take_the_place_of_those_found_in_one_undo_step(opened, 
     choose(opened, Qt.Key.Key_I, points)
     np.testing.assert_allclose(opened.state.faces[0].points, shifted().points, atol=0.001)
     assert opened.editor.document.undo.undoText() == "Import landmarks"
-    assert "points.tem" in opened.window.status.hint_text
+    assert "points.csv" in opened.window.status.hint_text
     opened.key(Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
     np.testing.assert_array_equal(opened.state.faces[0].points, source.faces[0].points)
 
@@ -51,20 +52,23 @@ def test_points_come_into_the_mode_at_work(opened, points, source):
 
 
 def test_exported_points_are_those_on_screen_and_losses_are_said(opened, tmp_path):
-    for name in ("out.json", "out.pts"):
-        choose(opened, Qt.Key.Key_E, tmp_path / name)
+    choose(opened, Qt.Key.Key_E, tmp_path / "out.json")
     (face,) = interchange.read(tmp_path / "out.json")
     np.testing.assert_array_equal(face.points, opened.state.faces[0].points)
-    assert "45 of 68 points are a mean face's" in opened.window.status.hint_text
+    outline = np.repeat(face.outline, 2, axis=0)[:-1]
+    interchange.write([Face(outline, face.eyes, face.mouth)], tmp_path / "many.json")
+    choose(opened, Qt.Key.Key_I, tmp_path / "many.json")
+    choose(opened, Qt.Key.Key_E, tmp_path / "out.pts")
+    assert "resampled to 21" in opened.window.status.hint_text
 
 
 def test_strange_points_and_points_of_another_photo_change_nothing(opened, tmp_path):
     before = opened.state
-    (tmp_path / "text.tem").write_text("hello")
-    interchange.write([oval_face(4800, 3600)], tmp_path / "far.tem")
+    (tmp_path / "text.pts").write_text("hello")
+    interchange.write([oval_face(4800, 3600)], tmp_path / "far.csv")
     for name, words in (
-        ("text.tem", "can't be the number of points"),
-        ("far.tem", "another photo"),
+        ("text.pts", "must be 'version: 1'"),
+        ("far.csv", "another photo"),
     ):
         choose(opened, Qt.Key.Key_I, tmp_path / name)
         assert words in opened.say()
@@ -72,7 +76,7 @@ def test_strange_points_and_points_of_another_photo_change_nothing(opened, tmp_p
 
 
 def test_where_nothing_can_be_written_is_said(opened, tmp_path):
-    choose(opened, Qt.Key.Key_E, tmp_path / "no" / "out.tem")
+    choose(opened, Qt.Key.Key_E, tmp_path / "no" / "out.pts")
     assert "can't be written" in opened.say()
 
 

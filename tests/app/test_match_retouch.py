@@ -2,14 +2,18 @@
 
 import dataclasses
 
+import numpy as np
 import pytest
 from kogao_app.features.retouch import matched
 from PIL import Image
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QInputDialog, QLineEdit
 from scenes import oval_face
+from test_overlays import at, pixels_of
 
 from kogao_core.pipeline import render
 from kogao_core.reading.flow import NotRead
-from kogao_core.recipe import presets
 from kogao_core.recipe.recipe import Recipe
 
 pytestmark = pytest.mark.usefixtures("one_window")
@@ -29,20 +33,49 @@ def match(driver, path):
     driver.settle()
 
 
-def test_a_retouched_copy_becomes_targets_a_wipe_and_a_style(start, photo, copy):
+def test_a_retouched_copy_becomes_targets_and_a_wipe_with_its_outline(start, photo, copy):
     driver = start(photo)
     match(driver, copy)
     (face,) = driver.state.faces
     assert face.targets is not None
     assert face.recipe.percent == pytest.approx(6.0, abs=1.0)
     assert driver.editor.view.compare == "wipe"
-    assert driver.editor.view.retouched is not None
+    (outline,) = driver.editor.view.retouched.outlines
+    np.testing.assert_array_equal(outline, face.targets)
     assert "the outline moved by" in driver.say().casefold().replace("face 1: ", "")
-    driver.editor.match._save("Hers")
-    (recipe,) = presets.listed(driver.editor.match.storage.presets).values()
-    assert recipe.percent == face.recipe.percent
+    drawn = pixels_of(driver)
+    driver.window.actions_by_name["overlay-read"].trigger()
+    hidden = (pixels_of(driver) != drawn).any(axis=2)
+    assert sum(hidden[at(driver, *point)] for point in outline) > 18, "the divider hides some"
+    assert hidden.mean() < 0.05
     driver.window.actions_by_name["compare-wipe"].setChecked(False)
     assert driver.editor.view.retouched is None
+
+
+def test_five_pairs_become_a_style_for_a_sixth_photo(start, tmp_path, pixels):
+    for number, percent in enumerate((4.0, 5.0, 6.0, 7.0, 12.0)):
+        photo = np.roll(pixels, number, axis=2)
+        recipe = Recipe(percent=percent, hold_background=False)
+        Image.fromarray(photo).save(tmp_path / f"{number}.png")
+        copy = render(photo, [oval_face()], recipe).pixels
+        Image.fromarray(copy).save(tmp_path / f"{number}-copy.png")
+    driver = start()
+    for number in range(5):
+        driver.open(tmp_path / f"{number}.png")
+        match(driver, tmp_path / f"{number}-copy.png")
+    driver.take_step("from 5 photos")
+    line = driver.dialog(QInputDialog).findChild(QLineEdit)
+    QTest.keyClicks(line, "Hers")
+    QTest.keyClick(line, Qt.Key.Key_Return)
+    Image.fromarray(pixels[..., ::-1]).save(tmp_path / "sixth.png")
+    driver.open(tmp_path / "sixth.png")
+    menu = driver.window.menus["presets"]
+    menu.aboutToShow.emit()
+    next(one for one in menu.actions() if one.text() == "Hers").trigger()
+    driver.settle()
+    assert driver.state.recipe.percent == pytest.approx(6.0, abs=0.7)
+    match(driver, tmp_path / "sixth.png")
+    assert "from 1 photo" in driver.window.bar.buttons[0].text()
 
 
 def test_a_picture_of_something_else_is_refused(start, photo, tmp_path):

@@ -95,7 +95,7 @@ def test_blocks_are_those_of_the_open_photo(empty, jpeg, tmp_path):
 def test_nothing_is_disclosed_by_default(empty, jpeg, tmp_path):
     empty.open(jpeg)
     now = Options(empty).values()
-    assert not any(now[name] for name in ("record", "labelled", "pictured", "signed", "film"))
+    assert not any(now[name] for name in ("record", "labelled", "film"))
     save(empty, tmp_path / "copy.png")
     copy = read(tmp_path / "copy.png")
     assert copy.xmp is None
@@ -120,48 +120,8 @@ def test_a_record_and_a_label_are_written_and_remembered(empty, start, jpeg, tmp
     assert (now["record"], now["label"]) == (True, "retouched by hand")
 
 
-def test_a_picture_is_drawn_on_copies_and_remembered(empty, start, jpeg, tmp_path):
-    mark = tmp_path / "mark.png"
-    Image.new("RGB", (30, 30), "red").save(mark)
-    empty.open(jpeg)
+def test_options_that_cannot_work_are_named_at_once(empty, monkeypatch):
     options = Options(empty)
-    assert not options.form.controls["corner"].isEnabled()
-    options.set(pictured=True, picture=str(mark), corner="bottom-left", share=10)
-    assert options.form.controls["corner"].isEnabled()
-    empty.change_something()
-    save(empty, tmp_path / "copy.png")
-    red = (read(tmp_path / "copy.png").pixels == [255, 0, 0]).all(axis=2)
-    rows, columns = np.nonzero(red)
-    assert (rows.max(), columns.min()) == (red.shape[0] - 1, 0)
-    assert red.mean() == pytest.approx(0.1, abs=0.01)
-    now = Options(start()).values()
-    assert (now["pictured"], now["picture"]) == (True, str(mark))
-    assert (now["corner"], now["share"]) == ("bottom-left", 10)
-
-
-def test_a_copy_is_signed_by_the_users_own_certificate(empty, start, jpeg, tmp_path):
-    from signers import Person  # or skips
-
-    person = Person(tmp_path / "person")
-    empty.open(jpeg)
-    options = Options(empty)
-    options.set(signed=True, certificate=person.certificate, key=person.certificate)
-    assert "holds no private key" in options.note.text()
-    options.set(key=person.key_file)
-    assert not options.note.text()
-    empty.change_something()
-    save(empty, tmp_path / "copy.jpg")
-    assert "signed, with the photo as its source" in empty.say()
-    assert person.told(tmp_path / "copy.jpg")[0] == "Trusted"
-    now = Options(start()).values()
-    assert (now["signed"], now["key"]) == (True, person.key_file)
-
-
-def test_options_that_cannot_work_are_named_at_once(empty, monkeypatch, tmp_path):
-    options = Options(empty)
-    options.set(pictured=True, picture=str(tmp_path / "none.png"))
-    assert "none.png doesn't exist" in options.note.text()
-    options.set(pictured=False)
     monkeypatch.setattr(label, "_OF_SYSTEM", ("missing.ttf",))
     options.set(labelled=True, label="加工")
     assert options.note.text()

@@ -180,7 +180,8 @@ def test_a_file_that_is_no_preset_gets_a_sentence_and_nothing_is_kept(opened, tm
 def test_a_preset_that_cannot_be_written_gets_a_sentence(opened, storage):
     storage.data.mkdir(parents=True, exist_ok=True)
     storage.presets.write_text("a file where the folder should be")
-    opened.editor.presets._save("Mine")
+    opened.key(KEYS.Key_S, CONTROL, ALT)
+    opened.dialog(QInputDialog).textValueSelected.emit("Mine")
     assert "can't be written" in opened.say()
 
 

@@ -64,7 +64,7 @@ def project_case(rng: Rng) -> tuple[list[str], dict[str, bytes]]:
 
 def import_case(rng: Rng) -> tuple[list[str], dict[str, bytes]]:
     """Return damaged points to import."""
-    name = ("p.tem", "p.pts", "p.csv", "p.json")[rng.integers(4)]
+    name = ("p.pts", "p.csv", "p.json")[rng.integers(3)]
     files = {name: hostile_texts.damaged(hostile_texts.points(name), rng)}
     return ["open", "photo.png", "import", name], files
 

@@ -3,13 +3,10 @@
 import dataclasses
 import struct
 from datetime import UTC, datetime
-from pathlib import Path
 from xml.etree import ElementTree
 
-import jpeglib
 import numpy as np
 import pytest
-from colours import expected_srgb, lab_of_srgb, profile
 from PIL import Image, ImageFont
 from scenes import textured_photo
 
@@ -23,8 +20,7 @@ from kogao_core.photo.disclosure.disclosing import (
     disclose,
     undisclosed,
 )
-from kogao_core.photo.disclosure.label import LONGEST, LabelPicture, draw_label, lay_over
-from kogao_core.recipe.settings import CORNERS
+from kogao_core.photo.disclosure.label import LONGEST, draw_label
 
 WHEN = datetime(2026, 3, 4, 5, 6, 7, tzinfo=UTC)
 RDF = "{http://www.w3.org/1999/02/22-rdf-syntax-ns#}"
@@ -221,129 +217,6 @@ def test_letters_that_the_built_in_font_lacks_are_drawn_by_one_of_the_system():
     changed = draw_label(pixels, "レタッチ\u3000済み") != pixels
     assert changed[-1, -1]
     assert not changed[:200].any()
-
-
-# ---- a picture as label ----------------------------------------------------------------------
-
-
-@pytest.fixture
-def mark(tmp_path):
-    """A red disc on a transparent ground, its middle half transparent; 60 of 100 px across."""
-    rows, columns = np.mgrid[:100, :100] - 49.5
-    radius = np.hypot(rows, columns)
-    pixels = np.zeros((100, 100, 4), np.uint8)
-    pixels[...] = 200, 30, 60, 0
-    pixels[radius < 30, 3] = 255
-    pixels[radius < 12, 3] = 128
-    Image.fromarray(pixels).save(tmp_path / "mark.png")
-    return str(tmp_path / "mark.png")
-
-
-def as_photo(pixels, profile=None):
-    return photo.Photo(pixels, Path("a.png"), "PNG", icc_profile=profile)
-
-
-@pytest.mark.parametrize("corner", CORNERS)
-@pytest.mark.parametrize("percent", [7.0, 20.0])
-def test_a_picture_takes_its_share_of_the_area_in_its_corner(mark, corner, percent):
-    pixels = np.zeros((240, 360, 3), np.uint8)
-    told = disclose(
-        as_photo(pixels),
-        pixels + np.uint8(1),
-        Disclosure(picture=LabelPicture(mark, corner, percent)),
-    )[1]
-    rows, columns = (np.flatnonzero((told != 1).any(axis=(axis, 2))) for axis in (1, 0))
-    height, width = np.ptp(rows) + 1, np.ptp(columns) + 1
-    assert abs(height - width) <= 1
-    assert np.pi / 4 * height * width == pytest.approx(percent / 100 * 240 * 360, rel=0.03)
-    assert (rows[0] == 0, rows[-1] == 239) == (
-        corner.startswith("top"),
-        corner.startswith("bottom"),
-    )
-    assert (columns[0] == 0, columns[-1] == 359) == (
-        corner.endswith("left"),
-        corner.endswith("right"),
-    )
-
-
-@pytest.mark.parametrize("channels", [0, 2, 3, 4])
-@pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32])
-def test_a_picture_is_seen_through_as_its_alpha_says(mark, dtype, channels):
-    shape = (120, 200, channels) if channels else (120, 200)
-    white = np.iinfo(dtype).max if dtype != np.float32 else 1.0
-    pixels = (np.random.default_rng(2).random(shape) * white).astype(dtype)
-    before = pixels.copy()
-    told = lay_over(as_photo(pixels), pixels, LabelPicture(mark))
-    assert (told.dtype, told.shape) == (dtype, shape)
-    np.testing.assert_array_equal(pixels, before)
-    side = round((0.07 / (np.pi / 4) * 120 * 200) ** 0.5)
-    outside = np.ones((120, 200), bool)
-    outside[:side, :side] = False
-    outside[:3, :3] = True  # the disc leaves its own corners transparent
-    np.testing.assert_array_equal(told[outside], pixels[outside])
-    middle, ring = side // 2, side // 2 - round(21 / 60 * side)
-    red = {0: 0.3304, 2: 0.3304}.get(channels, np.array([200, 30, 60]) / 255)
-    colours = np.s_[..., : {0: None, 2: 1, 3: 3, 4: 3}[channels]] if channels else np.s_[...]
-    opaque = np.asarray(told[ring, middle] / white)
-    np.testing.assert_allclose(opaque[colours], red, atol=0.012)
-    if channels in (2, 4):
-        assert opaque[-1] == 1.0
-        ground = (1 - 128 / 255) * pixels[middle, middle, -1] / white
-        assert told[middle, middle, -1] / white == pytest.approx(128 / 255 + ground, abs=0.01)
-    else:
-        half = 128 / 255 * red + (1 - 128 / 255) * pixels[middle, middle] / white
-        np.testing.assert_allclose(told[middle, middle] / white, half, atol=0.012)
-
-
-@pytest.mark.parametrize("space", ["Display P3", "wide", "grey"])
-def test_a_pictures_colours_are_those_of_the_photos_profile(mark, space):
-    pixels = np.full((200, 200) if space == "grey" else (200, 200, 3), 9999, np.uint16)
-    told = lay_over(as_photo(pixels, profile(space)), pixels, LabelPicture(mark, percent=40.0))
-    ring = told[71, 14]
-    seen = expected_srgb(ring / 65535, space)
-    if space == "grey":
-        luminance = lab_of_srgb(np.array([200, 30, 60]) / 255)[0]
-        assert lab_of_srgb(seen)[0] == pytest.approx(luminance, abs=1.0)
-    else:
-        np.testing.assert_allclose(255 * seen, [200, 30, 60], atol=4)
-        assert np.abs(ring / 257 - [200, 30, 60]).max() > 6
-
-
-@pytest.mark.parametrize(
-    ("make", "label", "words"),
-    [
-        (None, {}, "label's picture can't be used: .*missing.png doesn't exist"),
-        (Image.new("RGBA", (9, 9)), {}, "transparent all over"),
-        (Image.new("RGB", (9, 90)), {"percent": 40.0}, "doesn't fit into the photo at 40 %"),
-        (Image.new("RGB", (9, 9)), {"percent": 0.001}, "doesn't fit into the photo"),
-    ],
-)
-def test_a_picture_that_cannot_be_laid_over_is_a_sentence(tmp_path, make, label, words):
-    path = tmp_path / "missing.png"
-    if make is not None:
-        make.save(path)
-    pixels = np.zeros((40, 60, 3), np.uint8)
-    with pytest.raises(CannotDisclose, match=words):
-        lay_over(as_photo(pixels), pixels, LabelPicture(str(path), **label))
-
-
-def test_a_profile_that_nobody_can_follow_leaves_a_pictures_colours_alone(mark):
-    pixels = np.zeros((200, 200, 3), np.uint8)
-    told = lay_over(as_photo(pixels, b"no profile"), pixels, LabelPicture(mark, percent=40.0))
-    np.testing.assert_array_equal(told[71, 14], [200, 30, 60])
-
-
-def test_a_jpeg_keeps_its_blocks_outside_the_picture(tmp_path, mark):
-    Image.fromarray(textured_photo(320, 240)).save(tmp_path / "in.jpg", subsampling="4:2:0")
-    source = photo.read(tmp_path / "in.jpg")
-    told = disclose(source, smaller(source), Disclosure(picture=LabelPicture(mark)))
-    assert "of the JPEG unchanged" in photo.write(*told, tmp_path / "out.jpg")
-    was, now = (jpeglib.read_dct(str(tmp_path / name)) for name in ("in.jpg", "out.jpg"))
-    blocks = -(-round((0.09 * 320 * 240) ** 0.5) // 16) * 2
-    same = (was.Y == now.Y).all(axis=(2, 3))
-    assert same[blocks:].all()
-    assert same[:, blocks:].all()
-    assert not same[:blocks, :blocks].all()
 
 
 # ---- both, and files ------------------------------------------------------------------------

@@ -311,7 +311,8 @@ def test_a_grey_that_is_transparent_is_so_at_any_depth(tmp_path, bits):
     expected = [grey * (white // most), np.where(grey == transparent, 0, white)]
     np.testing.assert_array_equal(source.pixels[..., [0, -1]], np.stack(expected, axis=-1))
     words = {1: "1 bit", 2: "2 bits", 4: "4 bits"}
-    assert source.notes == ((f"converted from {words[bits]} to 8-bit grey",) if bits < 8 else ())
+    converted = [f"converted from {words[bits]} to 8-bit grey"] if bits < 8 else []
+    assert source.notes == (*converted, "the transparent colour became an alpha channel")
 
 
 def test_deep_grey_that_becomes_colour_leaves_its_grey_profile_behind(tmp_path):

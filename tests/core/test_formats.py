@@ -7,7 +7,6 @@ import files
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from PIL import Image as Pillow
 
 from kogao_core import photo
 from kogao_core.cli.commands import program
@@ -83,9 +82,3 @@ def test_the_document_tells_what_each_format_holds():
     assert rows["grey"] == grey
     alpha = ["kept" if form.holds_alpha("uint8") else "refused" for form in written]
     assert rows["transparency"] == alpha
-
-
-@pytest.mark.parametrize("form", formats.WRITTEN, ids=lambda form: form.name)
-def test_credentials_name_the_type_that_others_know_a_format_by(form):
-    Pillow.init()
-    assert form.mime == Pillow.MIME[form.name]

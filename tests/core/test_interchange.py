@@ -11,10 +11,18 @@ from kogao_core.base.geometry import Affine, Box
 from kogao_core.base.strict import BadFile
 from kogao_core.faces.face import Face
 from kogao_core.projects import interchange
-from kogao_core.projects.interchange import formats, read, template, write
-from kogao_core.projects.interchange.formats import Line, PointSet
-from kogao_core.projects.interchange.templates import along, shares_of
+from kogao_core.projects.interchange import (
+    formats,
+    own_points,
+    point_map,
+    read,
+    write,
+    write_points,
+)
+from kogao_core.projects.interchange.pointmap import along, default_map
 
+# The map of WebMorph's 189 points, as docs/interchange.md tells.
+FRLL = "109,185,110,186,111,125-133,114,188,113,187,112/18,22,23,27/87,93"
 ROUNDED = 0.00051  # files hold thousandths of a px
 
 
@@ -22,33 +30,13 @@ def turned_face():
     return oval_face().mapped(Affine.similarity(1.7, 20.0, (40.0, -10.0)))
 
 
-def farthest(face, other):
-    """How far the corners of eyes and mouth, and the outlines as curves, lie apart, px."""
-    corners = np.abs(np.vstack([face.eyes - other.eyes, face.mouth - other.mouth])).max()
-    there = distance_to_line(face.outline, other.outline).max()
-    return corners, max(there, distance_to_line(other.outline, face.outline).max())
-
-
-@pytest.mark.parametrize("suffix", ["json", "csv", "tem", "pts"])
+@pytest.mark.parametrize("suffix", ["json", "csv", "pts"])
 def test_our_27_points_come_back_as_they_were(tmp_path, suffix):
     face, path = turned_face(), tmp_path / f"face.{suffix}"
-    (written,) = write([face], path, None if suffix == "json" else "27")
+    (written,) = write([face], path)
     assert written.note == ""
     (back,) = read(path)
     np.testing.assert_allclose(back.points, face.points, atol=0 if suffix == "json" else ROUNDED)
-
-
-@pytest.mark.parametrize(("suffix", "wanted"), [("pts", "68"), ("tem", "189"), ("csv", "68")])
-def test_larger_templates_keep_corners_exactly_and_the_outline_as_a_curve(tmp_path, suffix, wanted):
-    face, path = turned_face(), tmp_path / f"face.{suffix}"
-    (written,) = write([face], path, wanted)
-    guessed = {"68": 45, "189": 164}[wanted]
-    assert f"{guessed} of {wanted} points are a mean face's" in written.note
-    (back,) = read(path)
-    corners, apart = farthest(face, back)
-    assert corners < ROUNDED
-    # `apart` counts the sagitta between the points, which the curve through them doesn't have.
-    assert apart < 0.005 * face.interocular_px
 
 
 def test_resampling_follows_the_curve_and_not_its_chords():
@@ -61,45 +49,10 @@ def test_resampling_follows_the_curve_and_not_its_chords():
     np.testing.assert_allclose(along(straight, 3), [[0, 0], [1.5, 2], [3, 4]], atol=1e-12)
 
 
-@pytest.mark.parametrize("wanted", ["68", "189"])
-def test_what_isnt_ours_follows_the_face(wanted):
-    """The mean face turns, grows and moves with ours, and its eyes lie on ours."""
-    move = Affine.similarity(2.5, -35.0, (300.0, 80.0))
-    plain, moved = (
-        template(wanted).points(oval_face()),
-        template(wanted).points(oval_face().mapped(move)),
-    )
-    np.testing.assert_allclose(moved.points, move(plain.points), atol=1e-6)
-    rows = {"68": (range(36, 42), range(42, 48)), "189": ((0,), (1,))}[wanted]
-    face = oval_face()
-    for side, eye in zip(rows, (face.eyes[:2], face.eyes[2:]), strict=True):
-        middle = plain.points[list(side)].mean(axis=0)
-        assert np.linalg.norm(middle - eye.mean(axis=0)) < 0.1 * face.interocular_px
-
-
 def test_ibug_counts_pixels_from_one():
     first = formats.parse_pts(b"version: 1\nn_points: 1\n{\n1 1\n}\n")
-    np.testing.assert_array_equal(first.points, [[0.0, 0.0]])
-    assert "\n1.000 11.000\n" in formats.pts_text(PointSet([[0.0, 10.0]]))
-
-
-def test_webmorph_counts_pixels_from_zero_and_y_runs_down():
-    points = formats.parse_tem(b"2\n0\t0\n10\t20\n")
-    np.testing.assert_array_equal(points.points, [[0.0, 0.0], [10.0, 20.0]])
-    chin, eyes = template("189").points(oval_face()).points[[129, 18]]
-    assert chin[1] > eyes[1]
-
-
-def test_templates_keep_their_lines_and_read_comments_and_blank_rows():
-    lines = (Line((0, 2, 1), True), Line((1,)))
-    text = formats.tem_text(PointSet([[0, 0], [1.5, 2], [3, 4]], lines))
-    assert text == "3\n0.000\t0.000\n1.500\t2.000\n3.000\t4.000\n2\n1\n3\n0 2 1\n0\n1\n1\n"
-    spaced = b"# made by hand\r\n" + text.replace("\n", "\r\n\r\n").encode()
-    assert formats.parse_tem(spaced).lines == lines
-    for one in interchange.TEMPLATES.values():
-        again = formats.parse_tem(formats.tem_text(one.points(oval_face())).encode())
-        assert again.lines == one.lines
-        assert len(again.points) == one.count
+    np.testing.assert_array_equal(first, [[0.0, 0.0]])
+    assert "\n1.000 11.000\n" in formats.pts_text(np.array([[0.0, 10.0]]))
 
 
 def test_another_programs_68_points_become_the_outline_by_arc_length():
@@ -108,7 +61,7 @@ def test_another_programs_68_points_become_the_outline_by_arc_length():
     points[:17] = np.column_stack([100 * np.cos(angle), 100 * np.sin(angle)])
     points[[36, 39, 42, 45]] = [(-40, -10), (-15, -10), (15, -10), (40, -10)]
     points[[48, 54]] = [(-20, 50), (20, 50)]
-    face = template("68").face(PointSet(points))
+    face = default_map(points).face(points)
     steps = np.linalg.norm(np.diff(face.outline, axis=0), axis=1)
     assert np.ptp(steps) < 0.03 * steps.mean()
     np.testing.assert_array_equal(face.outline[[0, -1]], points[[0, 16]])
@@ -116,17 +69,17 @@ def test_another_programs_68_points_become_the_outline_by_arc_length():
     assert face.source == "points"
 
 
-def test_any_template_comes_in_by_a_mapping(tmp_path):
+def test_any_number_of_points_is_read_with_a_map(tmp_path):
     points = np.random.default_rng(3).uniform(0, 100, (50, 2))
-    path = tmp_path / "other.tem"
-    path.write_text(formats.tem_text(PointSet(points)))
-    with pytest.raises(BadFile, match="50 points are none of the templates"):
+    path = tmp_path / "other.pts"
+    path.write_text(formats.pts_text(points))
+    with pytest.raises(BadFile, match=r"50 points instead of 27 or 68; .* --points-map"):
         read(path)
-    (face,) = read(path, template("20-0/30,31,32,33/40,41"))
+    (face,) = read(path, point_map("20-0/30,31,32,33/40,41"))
     np.testing.assert_allclose(face.outline[[0, -1]], points[[20, 0]], atol=ROUNDED)
     np.testing.assert_allclose(face.eyes, points[30:34], atol=ROUNDED)
     with pytest.raises(BadFile, match="point 99"):
-        read(path, template("0-20/30,31,32,33/40,99"))
+        read(path, point_map("0-20/30,31,32,33/40,99"))
 
 
 @pytest.mark.parametrize(
@@ -134,12 +87,12 @@ def test_any_template_comes_in_by_a_mapping(tmp_path):
 )
 def test_mappings_that_are_none_are_refused(spec):
     with pytest.raises(ValueError, match="such as 0-16/36,39,42,45/48,54"):
-        template(spec)
+        point_map(spec)
 
 
 @pytest.mark.parametrize(
     ("suffix", "names"),
-    [("csv", ["group.csv"]), ("json", ["group.json"]), ("tem", ["group.tem", "group-2.tem"])],
+    [("csv", ["group.csv"]), ("json", ["group.json"]), ("pts", ["group.pts", "group-2.pts"])],
 )
 def test_several_faces_take_one_file_or_each_its_own(tmp_path, suffix, names):
     faces = [turned_face(), oval_face()]
@@ -153,7 +106,7 @@ def test_several_faces_take_one_file_or_each_its_own(tmp_path, suffix, names):
 def test_an_outline_of_another_count_is_resampled_and_said(tmp_path):
     face = oval_face()
     many = Face(np.repeat(face.outline, 2, axis=0)[:-1], face.eyes, face.mouth)
-    (written,) = write([many], tmp_path / "face.tem")
+    (written,) = write([many], tmp_path / "face.pts")
     assert "resampled to 21" in written.note
     (json_file,) = write([many], tmp_path / "face.json")
     assert len(read(json_file.path)[0].outline) == 41
@@ -168,7 +121,7 @@ def test_what_detect_prints_is_read(tmp_path):
 
 def by_hand(suffix):
     """A file of the oval face as a hand or another program may have left it."""
-    points, plain = oval_face().points.tolist(), formats.pts_text(PointSet(oval_face().points))
+    points, plain = oval_face().points.tolist(), formats.pts_text(oval_face().points)
     if suffix == "pts":  # with comments
         first, rest = plain.split("{\n")
         return f"# by hand\n{first}{{\n  # the jaw\n{rest}# end\n"
@@ -185,44 +138,38 @@ def test_files_by_hand_are_read(tmp_path, suffix):
     np.testing.assert_allclose(face.points, oval_face().points, atol=ROUNDED)
 
 
-@pytest.mark.parametrize("wanted", ["27", "68"])
-def test_a_table_that_was_sorted_is_read_by_its_names(tmp_path, wanted):
+@pytest.mark.parametrize("zeros", [0, 41])
+def test_a_table_that_was_sorted_is_read_by_its_names(tmp_path, zeros):
     path = tmp_path / "face.csv"
-    write([oval_face(), turned_face()], path, wanted)
+    sets = [own_points(face) for face in (oval_face(), turned_face())]
+    marked = [np.linspace((zeros, 0), (0, 100), 68), np.linspace((10, 0), (200, 99), 68)]
+    for points in marked:
+        points[[36, 39, 42, 45, 48, 54]] += 3
+    write_points(marked if zeros else sets, path)
     before = [face.points.tobytes() for face in read(path)]
     first, *rows = path.read_text().splitlines()
     path.write_text("\n".join([first, *sorted(rows, key=lambda row: float(row.split(",")[3]))]))
     assert sorted(face.points.tobytes() for face in read(path)) == sorted(before)
 
 
-@pytest.mark.parametrize("suffix", ["json", "csv", "tem", "pts"])
+@pytest.mark.parametrize("suffix", ["json", "csv", "pts"])
 def test_files_of_windows_editors_begin_with_a_byte_order_mark(tmp_path, suffix):
     path = tmp_path / f"face.{suffix}"
-    write([oval_face()], path, None if suffix == "json" else "27")
+    write([oval_face()], path)
     path.write_bytes(b"\xef\xbb\xbf" + path.read_bytes().replace(b"\n", b"\r\n"))
     np.testing.assert_allclose(read(path)[0].points, oval_face().points, atol=ROUNDED)
 
 
 HEAD = "version: 1\nn_points: 2\n{\n"
 HOSTILE = {
-    "empty.tem": b"",
-    "binary.tem": bytes(range(256)),
-    "words.tem": b"hello there",
-    "short.tem": b"3\n1 2\n",
-    "huge-count.tem": b"99999999999\n1 2\n",
-    "minus.tem": b"-1\n",
-    "nan.tem": b"1\nnan 2\n",
-    "infinite.tem": b"1\n1 inf\n",
-    "far.tem": b"1\n1e300 0\n",
-    "three.tem": b"1\n1 2 3\n",
-    "lines.tem": b"1\n1 2\n1\n0\n1\n",
-    "line-to-nowhere.tem": b"1\n1 2\n1\n0\n1\n7\n",
-    "line-count.tem": b"1\n1 2\n1\n0\n2\n0\n",
-    "open-or-not.tem": b"1\n1 2\n1\n2\n1\n0\n",
-    "digits.tem": "\N{SUPERSCRIPT TWO}\n1 2\n".encode(),
-    "few.tem": b"2\n1 2\n3 4\n0\n",
     "empty.pts": b"",
     "binary.pts": b"\x89PNG\r\n\x1a\n\0\0",
+    "words.pts": b"hello there",
+    "digits.pts": "version: 1\nn_points: \N{SUPERSCRIPT TWO}\n{\n1 2\n}".encode(),
+    "infinite.pts": b"version: 1\nn_points: 1\n{\n1 inf\n}",
+    "far.pts": b"version: 1\nn_points: 1\n{\n1e300 0\n}",
+    "three.pts": b"version: 1\nn_points: 1\n{\n1 2 3\n}",
+    "huge-count.pts": b"version: 1\nn_points: 99999999999\n{\n1 2\n}",
     "two.pts": HEAD.encode() + b"1 2\n}",
     "version.pts": b"version: 2\nn_points: 0\n{\n}\n",
     "open.pts": HEAD.encode() + b"1 2\n3 4\n",
@@ -266,7 +213,6 @@ def test_strange_files_are_refused_in_a_sentence(tmp_path, name):
     [
         ("a.json", b'{"faces": [{"outline": [' + b"0," * 50_000 + b"0]}]}", "landmarks together"),
         ("a.csv", b"x,y\n" + b"1,2\n" * 400_001, "too many lines"),
-        ("a.tem", b"1\n" + b"1 " * 100_000, "too long ones, for landmarks"),
         ("a.pts", b"1 " * 100_000 + b"\n", "too long ones, for landmarks"),
     ],
 )
@@ -286,26 +232,25 @@ def test_more_points_than_photos_have_faces_for_are_refused(tmp_path, name, cont
 )
 def test_json_of_others_is_named_with_a_way_out(tmp_path, content, found, advice):
     (tmp_path / "a.json").write_text(content)
-    with pytest.raises(BadFile, match=f"it (holds|is) .*{found}.*; .*{advice}"):
+    with pytest.raises(BadFile, match=f"it (has|is) .*{found}.*; .*{advice}"):
         read(tmp_path / "a.json")
 
 
 def test_files_too_large_missing_and_folders_are_refused(tmp_path, monkeypatch):
-    (tmp_path / "folder.tem").mkdir()
-    for name in ("folder.tem", "missing.pts"):
+    (tmp_path / "folder.csv").mkdir()
+    for name in ("folder.csv", "missing.pts"):
         with pytest.raises(BadFile, match="can't be read"):
             read(tmp_path / name)
-    (tmp_path / "large.tem").write_bytes(b"1\n1 2\n" + b"# x\n" * 100)
+    (tmp_path / "large.pts").write_bytes(b"# x\n" * 100)
     monkeypatch.setattr(formats, "MOST_BYTES", 100)
     with pytest.raises(BadFile, match="too many for landmarks"):
-        read(tmp_path / "large.tem")
+        read(tmp_path / "large.pts")
 
 
-def test_templates_that_a_format_hasnt_are_refused_and_nothing_is_written(tmp_path):
-    with pytest.raises(BadFile, match="not in '68'"):
-        write([oval_face()], tmp_path / "face.json", "68")
-    with pytest.raises(BadFile, match=r"must end in one of \.json"):
-        write([oval_face()], tmp_path / "face.doc")
+@pytest.mark.parametrize("suffix", ["doc", "tem"])
+def test_other_formats_are_refused_with_advice_and_nothing_is_written(tmp_path, suffix):
+    with pytest.raises(BadFile, match=r"must end in one of \.json.* as \.csv with columns"):
+        write([oval_face()], tmp_path / f"face.{suffix}")
     assert not list(tmp_path.iterdir())
 
 
@@ -320,7 +265,7 @@ def test_points_of_another_photo_are_told_from_this_ones():
         interchange.check_inside([Face(outline, face.eyes, face.mouth)], photo)
 
 
-def test_labels_of_the_189_template_agree_with_the_mesh(shared_data, weights):
+def test_labels_of_189_points_agree_with_the_mesh(shared_data, weights):
     """Hand labels come in where the faces are: corners and outline near those found."""
     del weights
     from kogao_core.faces.landmarks import MeshSource
@@ -330,7 +275,7 @@ def test_labels_of_the_189_template_agree_with_the_mesh(shared_data, weights):
     for person in ("002", "003", "007"):
         photo = read_photo(shared_data / "frll" / f"{person}_neutral.jpg")
         (found,) = MeshSource().find(photo.pixels)
-        (labelled,) = read(shared_data / "frll" / f"{person}_neutral.csv")
+        (labelled,) = read(shared_data / "frll" / f"{person}_neutral.csv", point_map(FRLL))
         inner = labelled.outline[3:-3]
         errors = [
             np.linalg.norm(found.eyes - labelled.eyes, axis=1).mean(),
@@ -347,8 +292,3 @@ def test_csv_text_names_our_points():
     assert rows[0] == "face,point,x,y"
     assert rows[11].startswith("1,outline-11,")
     assert rows[-1].startswith("1,mouth-2,")
-
-
-def test_shares_of_a_line_go_by_length():
-    corners = np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 3.0)])
-    assert shares_of(corners).tolist() == [0.0, 0.25, 1.0]

@@ -48,7 +48,7 @@ def test_what_is_not_kept_is_named_and_leaves_no_word(tmp_path, case, suffix):
     said, written, _ = changed(tmp_path, f"in{case.suffix}", case.data, f"out{suffix}")
     form, name = OUTPUTS[suffix], case.name or case.kind.name
     # What goes along is warped: pixels alone don't tell how.
-    asked = case.kind in (*form.companions, kinds.CREDENTIALS)
+    asked = case.kind in form.companions
     fate = "left out" if asked else form.fate(case.kind)
     left = [mark for mark in case.marks if mark in written]
     assert (f"not kept: {name}" in said) == (fate == "left out")
@@ -83,7 +83,7 @@ def test_the_document_holds_the_table():
         said = "left out" if kind.is_reported else "left out, unsaid"
         if kind is kinds.THUMBNAIL and word == "kept":
             return "made anew"
-        asked = {kinds.VIDEO: "by `--motion keep`, said", kinds.CREDENTIALS: "where signed, said"}
+        asked = {kinds.VIDEO: "by `--motion keep`, said"}
         words = {"kept": "yes", "moved": "moved, said", "on request": asked.get(kind)}
         return words.get(word, said)
 

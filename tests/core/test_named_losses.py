@@ -9,6 +9,7 @@ import zlib
 
 import numpy as np
 import pytest
+import tifffile
 from files import saved
 from PIL import Image, ImageCms
 from scenes import textured_photo
@@ -125,6 +126,24 @@ def test_a_tiff_with_nan_is_copied_where_nothing_changes(tmp_path):
     again = photo.read(tmp_path / "in.tif")
     photo.write(source, again.pixels, tmp_path / "o.tif")
     assert (tmp_path / "o.tif").read_bytes() == data
+
+
+@pytest.mark.parametrize("bits", [8, 16])
+def test_a_tiff_with_0_as_white_is_named(tmp_path, bits):
+    grey = PICTURE[..., 0].astype(np.uint16 if bits == 16 else np.uint8)
+    tifffile.imwrite(tmp_path / "in.tif", grey.max() - grey, photometric="miniswhite")
+    source = photo.read(tmp_path / "in.tif")
+    assert (source.pixels == np.iinfo(grey.dtype).max - (grey.max() - grey)).all()
+    note = photo.write(source, source.pixels // 2, tmp_path / "o.tif")
+    assert note == "grey values are stored with 0 as black instead of white"
+
+
+def test_a_transparent_colour_of_a_png_is_named(tmp_path):
+    key = struct.pack(">3H", *map(int, PICTURE[3, 4]))
+    source = read(tmp_path, png(made(b"tRNS", key)))
+    assert (source.pixels[..., 3] == 0).sum() == (PICTURE[3, 4] == PICTURE).all(axis=2).sum()
+    note = photo.write(source, 255 - source.pixels, tmp_path / "o.png")
+    assert note == "the transparent colour became an alpha channel"
 
 
 def test_the_limit_counts_bytes_not_pixels(tmp_path, monkeypatch):

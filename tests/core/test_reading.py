@@ -10,7 +10,7 @@ from real_photos import picture_of
 from kogao_core.base.geometry import Box
 from kogao_core.faces.landmarks import MeshSource
 from kogao_core.pipeline import render
-from kogao_core.reading.controls import CONTROLS, NOTHING_PERCENT, ControlFit, fit_controls, style
+from kogao_core.reading.controls import CONTROLS, NOTHING_PERCENT, fit_controls, style
 from kogao_core.reading.displacement import read_faces, width_px
 from kogao_core.reading.flow import NotRead
 from kogao_core.recipe.recipe import SETTINGS, Recipe
@@ -40,7 +40,7 @@ def retouched(picture, face, **settings):
 
 
 def error_percent(reading, outline):
-    away = np.linalg.norm(reading.targets.targets - outline, axis=1).mean()
+    away = np.linalg.norm(reading.outline - outline, axis=1).mean()
     return 100.0 * away / width_px(reading.face)
 
 
@@ -92,8 +92,7 @@ def test_another_picture_and_a_small_face_are_refused(scene):
 
 def test_a_style_is_the_median_of_each_control():
     assert set(CONTROLS) <= set(SETTINGS)
-    each = [ControlFit(Recipe(percent=percent), 0.0) for percent in (2.0, 5.0, 14.0)]
-    recipe, spread = style(each)
+    recipe, spread = style([Recipe(percent=percent) for percent in (2.0, 5.0, 14.0)])
     assert recipe == dataclasses.replace(Recipe(), percent=5.0)
     assert spread["percent"] == 3.0
     assert spread[CONTROLS[1]] == 0.0

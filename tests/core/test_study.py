@@ -740,8 +740,10 @@ def test_the_answers_leave_as_one_table_with_a_codebook(copy):
     assert {one["rater"]: one["rater_counts"] for one in raters} == {"bot": "0", "r1": "1"}
 
 
-def test_the_tables_read_as_jamovi_and_jasp_read_them(tmp_path):
-    """By the source of their importers, and with names that could mislead them.
+def test_r_jamovi_and_jasp_import_the_tables(tmp_path):
+    """By the rules of the importers, with misleading names.
+
+    R: a column of T and F, or TRUE and FALSE, becomes logical.
 
     jamovi guesses the separator from the first 4096 characters, spaces and semicolons among the
     candidates; JASP counts separators in the first line. A column is whole numbers, numbers with a
@@ -772,7 +774,7 @@ def test_the_tables_read_as_jamovi_and_jasp_read_them(tmp_path):
                 if cell
             }
             assert len(kinds) < 2, column[:3]
-            assert not {"NA", "nan", "NaN", "None", "True", "False"} & {*column}
+            assert not {"NA", "nan", "NaN", "None", "True", "False", "T", "F"} & {*column}
 
 
 def test_a_copy_and_an_early_copy_count_once(copy):

@@ -553,7 +553,7 @@ def test_only_files_are_replaced(fails, small_portrait, tmp_path):
     for name, *command in (
         ("out.jpg", "warp", photo, "-o", tmp_path / "out.jpg"),
         ("photo.jpg.kogao.json", "warp", photo, "-o", tmp_path / "new.jpg", "--save-project"),
-        ("photo.tem", "landmarks", "export", photo, "--format", "tem", "-o", tmp_path),
+        ("photo.pts", "landmarks", "export", photo, "--format", "pts", "-o", tmp_path),
         ("photo-lattice.png", "experiment", "figures", photo, "-o", tmp_path),
         ("report.html", "experiment", "domains", photo, "--html", tmp_path / "report.html"),
     ):
@@ -632,7 +632,7 @@ def test_only_the_programs_help_has_the_exit_codes(works):
         assert works(option) == "kogao-cli 0.1.0\n"
 
 
-@pytest.mark.parametrize("group", ["presets", "landmarks", "experiment", "experiment study"])
+@pytest.mark.parametrize("group", ["landmarks", "experiment", "experiment study"])
 def test_a_group_alone_prints_its_help(works, group):
     assert works(*group.split()) == works(*group.split(), "--help")
 

@@ -1,6 +1,7 @@
 """Photos written over in place: files of the same kind, whose originals come back."""
 
 import json
+import os
 import shutil
 import subprocess
 import sys
@@ -385,3 +386,15 @@ def test_a_file_that_another_program_changed_is_not_written_over(jpeg, store):
     with pytest.raises(photo.CannotWrite, match="changed by another program since"):
         photo.write_in_place(shown, shown.pixels // 2, Originals(store))
     assert jpeg.read_bytes() == theirs
+
+
+def test_a_damaged_list_of_results_is_a_warning_of_the_program(tmp_path):
+    place = tmp_path / "kogao" / "results.jsonl"
+    place.parent.mkdir()
+    place.write_text("damaged\n")
+    done = subprocess.run(
+        [sys.executable, "-c", "from kogao_core.cli import main; main()", "forget", "a.jpg"],
+        capture_output=True, text=True, check=True, cwd=tmp_path,
+        env=os.environ | {"XDG_DATA_HOME": str(tmp_path)},
+    )  # fmt: skip
+    assert done.stderr == f"kogao-cli: {place}: skipped 1 damaged line\n"

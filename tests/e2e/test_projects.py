@@ -309,61 +309,16 @@ def test_a_result_tells_only_when_asked(cli, works, kept, tmp_path):
     assert (tmp_path / "zero.jpg").read_bytes() == kept.read_bytes()
 
 
-@pytest.fixture
-def mark(tmp_path):
-    path = tmp_path / "mark.png"
-    Image.new("RGBA", (50, 20), (255, 0, 0, 255)).save(path)
-    return path
+@pytest.mark.parametrize("option", ["--label-picture", "--label-share", "--sign-key"])
+def test_an_option_of_the_former_disclosure_is_answered_in_a_sentence(fails, kept, option):
+    fails(2, f"{option} was removed; use --label or --disclose", "warp", kept, option, "x")
 
 
-def test_a_picture_is_laid_over_a_result_that_was_asked_for_it(
-    cli, works, fails, kept, tmp_path, mark
-):
-    told = tmp_path / "told.jpg"
-    asked = "--label-picture", mark, "--label-corner", "bottom-right", "--label-share", 20
-    works("warp", kept, "-o", told, *asked)
-    red = (photo.read(told).pixels - np.array([255, 0, 0]) == 0).all(axis=2)
-    red |= np.abs(photo.read(told).pixels - np.array([255, 0, 0])).max(axis=2) < 24
-    rows, columns = np.nonzero(red)
-    height, width = photo.read(told).pixels.shape[:2]
-    assert red.mean() == pytest.approx(0.2, abs=0.01)
-    assert (rows.max(), columns.max()) == (height - 1, width - 1)
-    for wrong in (["--label-share", "nan"], ["--label-share", 99], ["--label-corner", "middle"]):
-        assert cli("warp", kept, "-o", told, "--force", *asked, *wrong)[0] == 2
-    absent = ("warp", kept, "-o", told, "--force", "--label-picture", tmp_path / "none")
-    fails(2, "the label's picture can't be used: .*none doesn't exist", *absent)
-
-
-def test_a_result_is_signed_by_whoever_was_named(cli, works, kept, tmp_path):
-    from signers import Person  # or skips
-
-    person = Person(tmp_path / "person")
-    asked = "--sign-certificate", person.certificate, "--sign-key", person.key_file
-    said = works("warp", kept, "-o", tmp_path / "a.jpg", *asked, "--disclose")
-    assert "signed, with the photo as its source" in said
-    state, manifest, _ = person.told(tmp_path / "a.jpg")
-    assert state == "Trusted"
-    assert "1 face made smaller: 6 %" in str(manifest)
-    assert "1 done" in cli("batch", kept, "-o", tmp_path / "out", "-j", 1, *asked)[2]
-    assert person.told(tmp_path / "out" / "a.jpg")[0] == "Trusted"
-    shutil.copy(kept, tmp_path / "mine.jpg")
-    assert cli("warp", "--in-place", tmp_path / "mine.jpg", *asked)[0] == 0
-    assert person.told(tmp_path / "mine.jpg")[0] == "Trusted"
-
-
-def test_what_it_takes_to_sign_is_said_before_work_begins(fails, kept, tmp_path, monkeypatch):
-    monkeypatch.setitem(sys.modules, "c2pa", None)
-    asked = "--sign-key", "k.pem", "--sign-certificate", "c.pem"
-    fails(1, "an extra: .*pip install", "warp", kept, "-o", tmp_path / "a.jpg", *asked)
-
-
-def test_a_batch_tells_and_does_again_when_it_is_to_tell_more(cli, fails, kept, tmp_path, mark):
-    call = ("batch", kept, "-o", tmp_path / "out", "-j", 1, "--label-picture", mark)
+def test_a_batch_tells_and_does_again_when_it_is_to_tell_more(cli, fails, kept, tmp_path):
+    call = ("batch", kept, "-o", tmp_path / "out", "-j", 1)
     cli(*call)
     assert "1 done" in cli(*call, "--disclose", "--label", "Retouched")[2]
     assert b"humanEdits" in photo.read(tmp_path / "out" / "a.jpg").xmp
     assert "1 skipped" in cli(*call, "--disclose", "--label", "Retouched")[2]
-    assert "1 done" in cli(*call, "--disclose")[2]
-    Image.new("RGB", (50, 20), "blue").save(mark)
     assert "1 done" in cli(*call, "--disclose")[2]
     fails(2, "one line", *call, "--label", "two\nlines")

@@ -18,7 +18,6 @@ from kogao_core.cli.integrate import HOSTS
 from kogao_core.faces.landmarks import CHOICES
 from kogao_core.lab.study.design import Task
 from kogao_core.recipe.recipe import SETTINGS
-from kogao_core.recipe.settings import CORNERS
 
 WORD = re.compile(r"[A-Za-z]{2,}")
 # What is typed or shown as it is: options, what stands for a value, files, places, programs.
@@ -41,9 +40,8 @@ NAMED = {"satisfaction", "WebP", "ms", *HOSTS}
 TYPED = {*NAMED, *(word for way in COMMANDS for word in way.split())}
 TYPED |= {one.name for setting in SETTINGS.values() for one in setting.alternatives}
 TYPED |= {choice.name for choice in CHOICES} | {"all", "both", "control", "points", "lanczos"}
-TYPED |= {word for corner in CORNERS for word in corner.split("-")} | {"desktop"}
-TYPED |= {*language.languages(), *get_args(Task), "percent", "format", "faces", "fit"}
-TYPED |= {"drop", "amount", "tem"}
+TYPED |= {"desktop", *language.languages(), *get_args(Task), "percent", "format", "faces", "fit"}
+TYPED |= {"drop", "amount"}
 
 
 def plain(text, names=TYPED):
@@ -113,7 +111,7 @@ def said(pseudolocale, monkeypatch, capsys):  # noqa: ARG001
         (["warp", "--sample", "-o", "a.png", "--points", "points.json"], 3),
         (["batch", "no.folder", "-o", "out"], 2),
         (["experiment", "timing", "--sample", "--trials", "no.file"], 3),
-        (["presets", "show", "no.preset"], 2),
+        (["presets", "no.preset"], 2),
         (["restore", "none.jpg"], 2),
         (["experiment", "timing"], 2),
         (["experiment", "study", "report", "no.folder"], 3),
@@ -183,11 +181,13 @@ def unknown(text, page, photo):
 @pytest.mark.usefixtures("english")
 @pytest.mark.parametrize("way", [("--language", "ja"), ("--language=ja",)])
 def test_the_language_is_chosen_by_an_option(way, catalogues, tmp_path, monkeypatch, capsys):
-    (tmp_path / "ja.po").write_text('msgid "Print a preset."\nmsgstr "見本"\n', encoding="utf-8")
+    (tmp_path / "ja.po").write_text(
+        'msgid "Overwrite existing files"\nmsgstr "見本"\n', encoding="utf-8"
+    )
     catalogues.compile_all(tmp_path)
     monkeypatch.setattr(language, "_folder", lambda: tmp_path)
     with pytest.raises(SystemExit):
-        cli.main([*way, "presets", "show", "--help"])
+        cli.main([*way, "presets", "--help"])
     assert "見本" in capsys.readouterr().out
     assert os.environ["LANGUAGE"] == "ja", "processes that it starts speak it, too"
 

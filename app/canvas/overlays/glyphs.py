@@ -88,6 +88,7 @@ DISPLACEMENT: Final = light(QColor(OKABE_ITO["orange"]))
 LATTICE: Final = light(QColor(OKABE_ITO["purple"]))
 STRAIGHT: Final = light(QColor(OKABE_ITO["sky"]))
 BENT: Final = light(QColor(OKABE_ITO["vermilion"]))
+READ: Final = light(QColor(OKABE_ITO["green"]))
 DOMAIN_EDGES: Final = {name: light(colour) for name, colour in DOMAINS.items()}
 
 

@@ -17,7 +17,7 @@ from ...view_state import Kind
 from . import glyphs
 from .background import BentLines, People
 from .field import Displacement, DomainRegions, Folds, HeatMap, JacobianMap, LatticeLines
-from .marks import Centre, Landmarks, LensStretch, Protected, Targets
+from .marks import Centre, Landmarks, LensStretch, Protected, ReadOutline, Targets
 from .overlay import Overlay, Place
 
 Swatch = Callable[[QPainter, QRectF], object]
@@ -87,7 +87,7 @@ class Legend(Overlay):
 
 
 LISTED: Final[tuple[type[Overlay], ...]] = (
-    *(Landmarks, Targets, Centre),
+    *(Landmarks, Targets, ReadOutline, Centre),
     *(Displacement, LatticeLines, DomainRegions, Folds),
     *(HeatMap, JacobianMap),
     *(BentLines, People, LensStretch, Protected, Legend),

@@ -33,6 +33,7 @@ _ROUND: Final = np.column_stack([np.cos(_TURNS), np.sin(_TURNS)])
 _BALL: Final = 6.0  # radius of the sphere that models a head, in landmark spacings
 _FOLLOWER: Final = 0.5  # size of a follower's mark, relative to a target's mark
 _THINNEST_PX: Final = 3.0
+_READ_PX: Final = 1.6
 # The protected area is sampled at every fifth px of the screen.
 _SAMPLE_PX: Final = 5
 _IN_FULL: Final = 0.98  # a position with this share of its displacement counts as fully moved
@@ -120,6 +121,32 @@ def _draw_ways(
     glyphs.lines(painter, place.to_screen(ways), glyphs.WAY)
     for at in place.points(targets_px):
         glyphs.ring(painter, at, glyphs.TARGET, size)
+
+
+class ReadOutline(Overlay):
+    """The outline of each face as read from a retouched copy."""
+
+    name = "read"
+    title = Text("Read outline")
+    height = 105
+    key = "Shift+T"
+
+    @classmethod
+    def swatch(cls, painter: QPainter, box: QRectF) -> None:
+        """Draw its mark."""
+        chin = [box.topLeft(), QPointF(box.center().x(), box.bottom()), box.topRight()]
+        glyphs.polyline(painter, chin, glyphs.READ, _READ_PX, dotted=False)
+
+    @classmethod
+    def is_there(cls, view: ViewState) -> bool:
+        """Return whether the photo has a retouched copy."""
+        return view.retouched is not None
+
+    def draw(self, painter: QPainter, place: Place) -> None:
+        """Draw a line for each face."""
+        copy = self.shown.retouched
+        for outline in () if copy is None else copy.outlines:
+            glyphs.polyline(painter, place.points(outline), glyphs.READ, _READ_PX, dotted=False)
 
 
 class Centre(Overlay):

@@ -204,7 +204,7 @@ class SessionDialog(Dialog):
         super().__init__(title, session.window, _DIALOG_PX)
         self._session = session
         self.person = QLineEdit()
-        self.folder = PathLine(tr("Folder of photos"), "", kind="folder")
+        self.folder = PathLine(tr("Folder of photos"), "")
         self.practice = WholeNumber(0, _MOST_PRACTICE, _PRACTICE)
         who = row_of(named(tr("Person, a &code"), self.person), self.person)
         practice = row_of(named(tr("P&ractice photos"), self.practice), self.practice, None)

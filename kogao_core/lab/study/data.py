@@ -82,7 +82,8 @@ ANSWERS: Final[Sequence[Column[Answered]]] = (
            lambda _, row: row.meaning.measured.lattice_in_warps),
     Column("fit", "how the lattice takes up the moves", lambda _, row: row.variant.fit),
     Column("side", "where it lies beside the photo as it is", lambda _, row: row.meaning.side),
-    Column("natural_key", "the key that said natural", lambda _, row: row.session.keys[0].upper()),
+    # In lower case: R reads a column of F as FALSE.
+    Column("natural_key", "the key for natural", lambda _, row: row.session.keys[0]),
     Column("answer", "natural or unnatural; of a pair left or right, same or different",
            lambda _, row: row.record.answer),
     Column("unnatural", "1 where the answer was unnatural; of a pair less natural, or different",

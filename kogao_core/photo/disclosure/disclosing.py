@@ -7,18 +7,16 @@ import html
 import re
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from functools import partial, reduce
+from functools import reduce
 from typing import Final, NoReturn
 
 import kogao_core
 from kogao_core.base.geometry import Image
 from kogao_core.base.language import Text
-from kogao_core.photo.disclosure.credentials import Signer, signed
-from kogao_core.photo.disclosure.label import LabelPicture, draw_label, lay_over
+from kogao_core.photo.disclosure.label import draw_label
 from kogao_core.photo.errors import CannotDisclose
 from kogao_core.photo.metadata import xmp
 from kogao_core.photo.model import Photo, is_same
-from kogao_core.photo.writing import Sign
 
 _MEDIA: Final = "http://ns.adobe.com/xap/1.0/mm/"
 _EVENT: Final = "http://ns.adobe.com/xap/1.0/sType/ResourceEvent#"
@@ -45,19 +43,12 @@ class Disclosure:
     label: str = ""  # text to draw into the bottom right corner; none if empty
     # A font file for the label, for letters that the built-in Latin font lacks.
     font: str | None = None
-    picture: LabelPicture | None = None  # a picture to lay over a corner
-    signer: Signer | None = None  # who signs content credentials, see `signing`
     film: bool = False  # keep a motion photo's video, which shows the face as it was
 
     @property
     def is_wanted(self) -> bool:
         """Whether anything is to be disclosed."""
-        return self.record or self.is_labelled or self.signer is not None
-
-    @property
-    def is_labelled(self) -> bool:
-        """Whether the picture shows it."""
-        return bool(self.label) or self.picture is not None
+        return self.record or bool(self.label)
 
 
 NO_DISCLOSURE = Disclosure()
@@ -80,8 +71,6 @@ def disclose(
     """
     if not disclosure.is_wanted or is_same(photo.pixels, pixels):
         return photo, pixels
-    if disclosure.picture is not None:
-        pixels = lay_over(photo, pixels, disclosure.picture)
     if disclosure.label:
         pixels = draw_label(pixels, disclosure.label, disclosure.font)
     if disclosure.record:
@@ -90,21 +79,13 @@ def disclose(
     return photo, pixels
 
 
-def signing(disclosure: Disclosure, what: str) -> Sign | None:
-    """Return what signs a result on its way into a file, for `write`; None, where nobody does."""
-    if disclosure.signer is None:
-        return None
-    return partial(signed, signer=disclosure.signer, what=what)
-
-
 def undisclosed(photo: Photo, pixels: Image, disclosure: Disclosure) -> str:
     """Return in words what `disclose` leaves out of a result that equals the photo, or ""."""
     if not disclosure.is_wanted or not is_same(photo.pixels, pixels):
         return ""
     wanted = {
-        Text("label"): disclosure.is_labelled,
+        Text("label"): disclosure.label,
         Text("edit record"): disclosure.record,
-        Text("signature"): disclosure.signer is not None,
     }
     missing = reduce(_and, (name for name, asked in wanted.items() if asked))
     return Text("nothing was changed, so there is no {missing}", missing=missing)

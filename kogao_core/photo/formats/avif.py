@@ -95,7 +95,6 @@ def _inside(photo: Photo, file: IO[bytes]) -> Iterator[Extra]:
 AVIF: Final = FileFormat(
     name="AVIF",
     title="AVIF",
-    mime="image/avif",
     suffixes=(".avif",),
     is_lossless=False,
     encode=_encode,

@@ -75,8 +75,6 @@ class FileFormat:
         Value of `Photo.format`. Pillow's name for formats that Pillow reads.
     title : str
         Name for messages.
-    mime : str
-        MIME type, used by content credentials.
     suffixes : tuple of str
         File extensions, the usual extension first.
     is_lossless : bool
@@ -116,7 +114,6 @@ class FileFormat:
 
     name: str
     title: str
-    mime: str
     suffixes: tuple[str, ...]
     is_lossless: bool
     inside: Callable[[Photo, IO[bytes]], Iterator[Extra]]
@@ -153,7 +150,7 @@ class FileFormat:
 
     def fate(self, kind: Kind) -> Fate:
         """Return the treatment of a kind of data in a changed photo of this format."""
-        if kind is kinds.CREDENTIALS or (kind is kinds.VIDEO and kind in self.companions):
+        if kind is kinds.VIDEO and kind in self.companions:
             return "on request"
         if kind in self.companions:
             return "kept"
@@ -174,15 +171,13 @@ class FileFormat:
     ) -> str:
         """Return a note about the extras that are lost when saving, in file order.
 
-        `along`: the companions to copy, and credentials for a signed photo. `is_export`: the whole
-        picture is re-encoded.
+        `along`: the companions to copy. `is_export`: the whole picture is re-encoded.
         """
         turns = self.turns(photo, is_export=is_export)
         lost: dict[str, None] = {}
         moved = has_note = False
         for extra in extras:
-            asked = extra.kind in self.companions or extra.kind is kinds.CREDENTIALS
-            gone = asked and extra.kind not in along
+            gone = extra.kind in self.companions and extra.kind not in along
             is_behind = photo.format == self.name and not is_export and kinds.VIDEO not in along
             gone |= extra.kind in kinds.RECORDS and not is_behind
             gone |= extra.kind is kinds.PLACES and turns

@@ -62,6 +62,8 @@ def decode(source: Source, names: tuple[str, ...]) -> Photo:
             pixels, notes = _deep_png(image, source, is_grey=is_grey)
         else:
             pixels, image.info["icc_profile"], notes = colour.to_array(decoded, bits)
+        if image.format == "PNG" and image.mode != "P" and "transparency" in image.info:
+            notes = (*notes, Text("the transparent colour became an alpha channel"))
         metadata = _blocks(image, file, channels_of(pixels))
         turn = upright.orientation(metadata["exif"], metadata["xmp"])
         return Photo(

@@ -16,7 +16,6 @@ from typing import Final
 import numpy as np
 from PIL import Image as Pillow
 
-from kogao_core.base.atomic import Pieces
 from kogao_core.base.geometry import Box, Image
 from kogao_core.base.stderr import hushed
 from kogao_core.photo.formats import common
@@ -34,7 +33,6 @@ _MPF: Final = 0xE2
 _PRIMARY: Final = 0x030000  # MPF's type of the picture itself; 0 is that of a gain map
 _ENTRY: Final = ">IIIHH"
 _MPF_NAME: Final = b"MPF\0"  # behind which offsets count
-_SIZE_AT: Final = 4 + len(_MPF_NAME) + 54  # of the first picture's, in the index as written here
 
 
 def accompanied(photo: Photo, move: Move, *, film: bool = False) -> Photo:
@@ -154,19 +152,6 @@ def joined(photo: Photo, picture: bytes) -> bytes:
     # A film is looked for at the end.
     records = [one.data for one in photo.extras if one.kind in kinds.RECORDS and not films]
     return b"".join([picture, *pictures, *films, *records])
-
-
-def grown(pieces: Pieces, more: int) -> Pieces:
-    """Return a file whose index says that its picture is longer: signing will put more into it."""
-    data = bytearray(b"".join(pieces))
-    with io.BytesIO(data) as file:
-        at = 2
-        for code, one in segments.segments(file):
-            if code == _MPF and one[4:].startswith(_MPF_NAME):
-                (size,) = struct.unpack_from(">I", data, at + _SIZE_AT)
-                struct.pack_into(">I", data, at + _SIZE_AT, size + more)
-            at += len(one)
-    return [bytes(data)]
 
 
 def _index(size: int, lengths: list[int], base: int = 0) -> bytes:

@@ -132,7 +132,6 @@ def boxes(_: Photo, file: IO[bytes]) -> Iterator[Extra]:
 HEIF: Final = FileFormat(
     name="HEIF",
     title="HEIC",
-    mime="image/heic",
     suffixes=(".heic", ".heif", ".hif"),
     is_lossless=False,
     recognises=_is_heif,

@@ -120,7 +120,6 @@ def _keep(photo: Photo, pixels: Image, encode: Encode, path: Path) -> tuple[Piec
 JPEG: Final = FileFormat(
     name="JPEG",
     title="JPEG",
-    mime="image/jpeg",
     suffixes=(".jpg", ".jpeg"),
     is_lossless=False,
     encode=_encode,

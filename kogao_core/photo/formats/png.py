@@ -269,7 +269,6 @@ def _joined(first: int, second: int, count: int) -> int:
 PNG: Final = FileFormat(
     name="PNG",
     title="PNG",
-    mime="image/png",
     suffixes=(".png",),
     is_lossless=True,
     encode=_encode,

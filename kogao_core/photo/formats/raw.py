@@ -86,7 +86,6 @@ def _inside(_: Photo, file: IO[bytes]) -> Iterator[Extra]:
 RAW: Final = FileFormat(
     name="RAW",
     title=Text("raw"),
-    mime="application/octet-stream",
     suffixes=_SUFFIXES,
     is_lossless=True,
     recognises=_is_raw,

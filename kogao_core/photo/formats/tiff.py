@@ -79,6 +79,8 @@ def _decode(source: Source) -> Photo:
     is_as_stored = tags.orientation == 1 and not any(
         note.startswith(colour.CONVERTED) for note in notes
     )
+    if tags.is_inverted:
+        notes = (*notes, Text("grey values are stored with 0 as black instead of white"))
     if tags.is_big:
         notes = (*notes, Text("a BigTIFF becomes an ordinary TIFF"))
     dpi, shape = tags.density()
@@ -205,7 +207,6 @@ def _behind(file: IO[bytes]) -> Iterator[Extra]:
 TIFF: Final = FileFormat(
     name="TIFF",
     title="TIFF",
-    mime="image/tiff",
     suffixes=(".tif", ".tiff"),
     is_lossless=True,
     encode=_encode,

@@ -111,7 +111,6 @@ def _behind(file: IO[bytes]) -> Iterator[Extra]:
 WEBP: Final = FileFormat(
     name="WEBP",
     title="WebP",
-    mime="image/webp",
     suffixes=(".webp",),
     is_lossless=False,
     encode=_encode,

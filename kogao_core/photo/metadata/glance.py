@@ -1,6 +1,6 @@
 """What XMP says of a photo at a glance: who made it, its stars and label; the photo isn't read.
 
-Stars that are set are written into a sidecar, never into the photo: decision 51.
+Stars that are set are written into a sidecar, never into the photo: decision 8.
 """
 
 from __future__ import annotations

@@ -160,12 +160,12 @@ FURTHER: Final = Kind(
 CREDENTIALS: Final = Kind(
     Text("content credentials (C2PA)"),
     "APP11, `caBX`, tag 52545, `C2PA`, `uuid`",
-    "no changed photo fulfils them; a signed one names them as its source's",
+    "they describe other pixels",
 )
 CREDENTIALS_LINK: Final = Kind(
     Text("a link to content credentials (C2PA)"),
     "`dcterms:provenance`",
-    "no changed photo fulfils them",
+    "they describe other pixels",
 )
 SAMSUNG: Final = Kind(
     Text("Samsung's data at the end"),

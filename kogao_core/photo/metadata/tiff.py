@@ -181,6 +181,11 @@ class TiffTags:
         return ()
 
     @property
+    def is_inverted(self) -> bool:
+        """Whether 0 is white (photometric interpretation WhiteIsZero)."""
+        return self._meaning == _WHITE_IS_ZERO
+
+    @property
     def _meaning(self) -> int:
         return self._first(Tag.PhotometricInterpretation, _RGB)
 
@@ -255,7 +260,7 @@ class TiffTags:
 
     def meant(self, pixels: Image) -> Image:
         """Return decoded channels as grey, RGB or RGBA."""
-        if self._meaning == _WHITE_IS_ZERO and pixels.dtype == np.uint16:
+        if self.is_inverted and pixels.dtype == np.uint16:
             np.invert(pixels, out=pixels)
         if pixels.ndim == 3 and self._first(Tag.ExtraSamples, _STRAIGHT) == _UNSPECIFIED:
             return pixels[..., :3]  # a fourth channel is a selection, or anything

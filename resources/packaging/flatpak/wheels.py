@@ -11,7 +11,6 @@ All are for x86-64: jpeglib has no wheel for other processors with Linux.
 
 from __future__ import annotations
 
-import argparse
 import json
 import subprocess
 import sys
@@ -38,13 +37,10 @@ class Wheel(NamedTuple):
 
 
 def main() -> None:
-    """Write the list, or renew the lock."""
-    parser = argparse.ArgumentParser(description="Name the wheels that a Flatpak is built from.")
-    parser.add_argument("--renew", action="store_true", help="lock the newest ones first")
-    given = parser.parse_args()
+    """Write the list; with ``--renew``, first lock the newest wheels."""
     platform = [f"--platform=manylinux_2_{minor}_x86_64" for minor in _GLIBC]
     options = [f"--python-version={_PYTHON}", *platform]
-    if given.renew:
+    if "--renew" in sys.argv[1:]:
         lines = [f"{one.pin} --hash=sha256:{one.sha256}" for one in _asked([*options, *wanted()])]
         LOCK.write_text("\n".join(sorted(lines, key=str.lower)) + "\n", encoding="utf-8")
     found = _asked([*options, "--no-deps", "--require-hashes", "--requirement", str(LOCK)])

@@ -7,12 +7,12 @@ people. The same photographs give the same bytes.
 
 from __future__ import annotations
 
-import argparse
 import time
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
+import click
 import cv2
 
 from kogao_core.base.threads import one_blas_thread
@@ -38,19 +38,19 @@ from .writing import write
 
 FOLDS: Final = 4
 COMPOSITES: Final = "composites"
+_PATH: Final = click.Path(path_type=Path)
 
 
-def main() -> None:
+@click.command()
+@click.argument("data", type=_PATH)
+@click.argument("out", type=_PATH)
+@click.option("--leave-out", type=_PATH, metavar="LABELS")
+@click.option("--hold-out", type=click.IntRange(0, FOLDS - 1))
+def main(data: Path, out: Path, leave_out: Path | None, hold_out: int | None) -> None:
     """Train, write the model and report on held-out faces, if any."""
-    parser = argparse.ArgumentParser(prog="python -m resources.training.aam")
-    parser.add_argument("data", type=Path)
-    parser.add_argument("out", type=Path)
-    parser.add_argument("--leave-out", type=Path, metavar="LABELS")
-    parser.add_argument("--hold-out", type=int, choices=range(FOLDS))
-    options = parser.parse_args()
     cv2.setNumThreads(1)
     with one_blas_thread():
-        train(options.data, options.out, options.leave_out, options.hold_out)
+        train(data, out, leave_out, hold_out)
 
 
 def train(data: Path, out: Path, leave_out: Path | None, hold_out: int | None) -> None:
