@@ -155,7 +155,8 @@ class Group(Command, click.Group):
     *names : str
         Names as in `click.Group`.
     later : mapping of str to (str, Text), optional
-        By command name: the module, loaded on first use, and the first sentence of the help.
+        By command name: MODULE or MODULE:ATTRIBUTE, loaded on first use, and the first sentence
+        of the help.
     **settings : object
         Settings as in `click.Group`.
     """
@@ -225,7 +226,8 @@ class Group(Command, click.Group):
 
     def _load(self, name: str) -> None:
         if name in self._later and name not in self.commands:
-            self.add_command(import_module(self._later[name][0]).command)
+            module, _, attribute = self._later[name][0].partition(":")
+            self.add_command(getattr(import_module(module), attribute or "command"))
 
 
 def is_given(one: click.Parameter, ctx: click.Context) -> bool:

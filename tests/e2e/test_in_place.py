@@ -188,7 +188,7 @@ def test_what_others_wrote_since_is_not_replaced_unasked(cli, jpeg):
     theirs = jpeg.read_bytes()
     code, _, err = cli("restore", jpeg)
     assert (code, err.count("\n")) == (2, 1)
-    assert "has changed since it was written in place; --force" in err
+    assert "has changed since Kogao wrote it; use force" in err
     assert jpeg.read_bytes() == theirs
     assert cli("restore", jpeg, "--force")[0] == 0
     assert jpeg.read_bytes() == before
