@@ -161,7 +161,7 @@ def test_what_cant_be_done_is_said_and_leaves_nothing(fails, portrait, tmp_path)
         (2, "different numbers", "make", portrait, "-o", tmp_path / "new", "--lattices", "1,99"),
         (2, "within -15..15", "make", portrait, "-o", tmp_path / "new", "--percents", "-4,20"),
         (2, "a list such as exact", "make", portrait, "-o", tmp_path / "new", "--fits", "exact,x"),
-        (2, "no size such as", "make", portrait, "-o", tmp_path / "new", "--picture-size", "large"),
+        (2, "is not a size such as", "make", portrait, "-o", tmp_path / "new", "--picture-size", "large"),
         (3, "a text in UTF-8", "make", portrait, "-o", tmp_path / "new", "--consent", tmp_path),
         (3, "text.jpg", "make", tmp_path / "text.jpg", "-o", tmp_path / "new"),
         (3, "holds no study", "report", tmp_path / "full"),

@@ -139,11 +139,10 @@ SCRIPT: Final = {
 
 
 def page(study: Study, folder: Path, *, served: bool = False) -> str:
-    """Return the page, to lie in the folder of the pictures that it shows.
+    """Return the page for the folder of the pictures, in the current language.
 
-    Its content security policy allows its own script and style by their digests and pictures from
-    its own folder, and nothing else: no request can leave for anywhere. It speaks the language at
-    work.
+    The content security policy allows the page's script and style (by digest) and pictures of the
+    folder. All other requests are blocked.
     """
     style = _part("page.css").replace("SURROUND", SURROUND)
     script = _part("page.js").replace('"STUDY"', _data(study, folder, served))
@@ -182,7 +181,7 @@ def _box(study: Study, folder: Path) -> tuple[int, int]:
             with Pillow.open(folder / name) as picture:
                 sizes.append(picture.size)
         except OSError:
-            continue  # the page says so when that picture's turn comes
+            continue  # the page reports the missing picture when needed
     wide, high = zip(*(sizes or [PAPER_SIZE]), strict=True)
     return max(wide), max(high)
 

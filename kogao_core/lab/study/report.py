@@ -34,9 +34,15 @@ _LEADS: Final[Mapping[Task, Text]] = {
         "called unnatural below is what they called different."
     ),
 }
-_ORIGIN: Final = ("study", "seed", "recipe", "origin", "subjects")  # of a key, without its pictures
+_ORIGIN: Final = (
+    "study",
+    "seed",
+    "recipe",
+    "origin",
+    "subjects",
+)  # fields of a key, without pictures
 _SHOWN: Final = 12  # letters of a digest
-_ALIKE: Final = 0.02  # sizes, as angles, that differ by no larger a share are one
+_ALIKE: Final = 0.02  # relative difference below which sizes, as angles, are equal
 
 
 def report(tally: Tally) -> Report:
@@ -138,13 +144,13 @@ def _rater_row(one: Quality) -> list[str]:
 
 
 def left_out(tally: Tally) -> Table:
-    """Return the raters who are left out, with the reasons."""
+    """Return the excluded raters, with the reasons."""
     rows = [[one.rater, Text.joined("; ", one.reasons)] for one in tally.left_out]
     return Table(Text("Raters who are left out"), (Text("rater"), Text("left out for")), rows)
 
 
 def studies(tally: Tally) -> Table:
-    """Return where the pictures come from, a row for each photo."""
+    """Return the origin of the pictures, one row per photo."""
     recipes = dict.fromkeys(recipe_in_words(key.recipe) for key in tally.keys)
     return Table.of(
         Text("Studies"),
@@ -167,7 +173,7 @@ def studies(tally: Tally) -> Table:
 
 
 def notes(tally: Tally) -> list[str]:
-    """Return notes about answers that don't count, and warnings about the others."""
+    """Return notes about excluded answers, and warnings."""
     sentences: list[str] = [Text("not counted: {why}", why=why) for _, why in tally.refused]
     sentences += [
         Text(

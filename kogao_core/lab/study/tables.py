@@ -1,4 +1,4 @@
-"""Tables and charts of a study's answers, in the shape of the paper's, its figures beside."""
+"""Tables and charts of a study, in the form of the paper's, with the paper's figures."""
 
 from __future__ import annotations
 
@@ -36,12 +36,12 @@ Shares = Mapping[Variant, Share]
 
 
 def published(variant: Variant) -> float | None:
-    """Return table 1's share of "unnatural" for a variant, %; None where the paper prints none."""
+    """Return the paper's share of "unnatural" for a variant, %; None if not printed."""
     return _published(variant.percent, variant.center) if variant.kind == "table1" else None
 
 
 def table_1(tally: Tally, shares: Shares, whose: str, people: int) -> Table:
-    """Return unnaturalness by centre candidate and warp distance; the paper's in its own rows."""
+    """Return the shares of "unnatural" by centre and warp distance, with the paper's rows."""
     rows: list[list[str]] = []
     distances = _distances(shares)
     for group in _groups(shares):
@@ -82,7 +82,7 @@ def _note_1(basis: str, task: Task) -> Text:
 
 
 def figure_11(tally: Tally, shares: Shares) -> Table:
-    """Return unnaturalness by lattice size."""
+    """Return the shares of "unnatural" by lattice size."""
     rows = [
         _size_row(tally, f"R = {v.lattice:g}", v, share) for v, share in of_kind(shares, "figure11")
     ]
@@ -119,7 +119,7 @@ def _size_row(tally: Tally, title: str, variant: Variant, share: Share) -> list[
 
 
 def satisfaction(tally: Tally) -> Table:
-    """Return the grades; the paper's mean beside them where they are of oneself, as its are."""
+    """Return the grades, with the paper's mean for grades of the rater's own face."""
     own, others, skipped = tally.grades()
     here = [
         (Text("of themselves"), own, str(skipped)),
@@ -141,7 +141,7 @@ def satisfaction(tally: Tally) -> Table:
 
 
 def curves(found: Curves, shares: Shares) -> Table:
-    """Return where half of the answers are "unnatural", over all and by centre."""
+    """Return the distances at which half of the answers are "unnatural"."""
     rows: list[list[str]] = [[Text("all"), *_curve_cells(found.whole), NONE]]
     for group, one in found.groups.items():
         later = found.later.get(group)
@@ -207,7 +207,7 @@ def naturalness(tally: Tally, graded: Mapping[Variant, Grades]) -> Table:
 
 
 def _grades_of(graded: Mapping[Variant, Grades], group: Group) -> list[Grades]:
-    """Return the grades of a centre's pictures of table 1, by distance."""
+    """Return the grades of table 1's pictures of a centre, by distance."""
     given = {v.percent: one for v, one in graded.items() if (v.kind, v.group) == ("table1", group)}
     return [given.get(percent, Grades.of([])) for percent in _distances(graded)]
 
@@ -217,7 +217,7 @@ def _mean(grades: Grades) -> str:
 
 
 def grades_chart(graded: Mapping[Variant, Grades]) -> Chart:
-    """Return the means of the grades by warp distance, a line for each centre."""
+    """Return the mean grades by warp distance, one line per centre."""
     return Chart(
         Text("Naturalness by warp distance"), [f"{p:g}" for p in _distances(graded)],
         Text("naturalness, 0 to 100"),
@@ -231,7 +231,7 @@ def grades_chart(graded: Mapping[Variant, Grades]) -> Chart:
 
 
 def distance_charts(shares: Shares) -> list[Chart]:
-    """Return the study and the paper side by side, all centres."""
+    """Return charts of the study and the paper side by side, all centres."""
     distances = _distances(shares)
     here = [
         _series(_named(group, shares), [_share(shares, percent, group) for percent in distances])
@@ -260,7 +260,7 @@ def distance_charts(shares: Shares) -> list[Chart]:
 
 
 def curve_chart(tally: Tally, shares: Shares, found: Curves) -> Chart:
-    """Return the answers by the distance achieved, and the curve through them."""
+    """Return a chart of the answers by achieved distance, with the fitted curve."""
     distances = [percent for percent in _distances(shares) if percent >= 0.0]
     pooled = []
     for percent in distances:
@@ -293,7 +293,7 @@ def _series(name: str, shares: Sequence[Share]) -> Series:
 
 
 def of_kind(shares: Shares, kind: Kind) -> list[tuple[Variant, Share]]:
-    """Return the shares of the pictures that are there for one thing."""
+    """Return the shares of the pictures of one kind."""
     return [(variant, share) for variant, share in shares.items() if variant.kind == kind]
 
 
