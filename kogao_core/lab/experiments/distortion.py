@@ -35,38 +35,38 @@ from kogao_core.warp.one_to_one import largest_det
 RULES: Final = 16  # ruled lines in each direction
 _ROUND: Final = 0.25  # margin around the faces for the ruled lines, relative to the faces' box
 _LOCAL_STEPS: Final = 200  # samples of det J along each side of the domain
-_EVERY_PX: Final = 2.0  # sampling of a displacement that is compared
+_EVERY_PX: Final = 2.0  # sampling of compared displacements
 
 
 @dataclass(frozen=True, slots=True)
 class Distortion:
     """Measures of one variant on one photo."""
 
-    photo: str  # its name
+    photo: str  # name
     variant: Variant  # centre, distance and lattice
     # Mean lattice spacing, and mean warp distance, of the faces.
     spacing_px: float
     warp_px: float
-    # How far landmarks come towards the centre, mean over the faces, in % of D
-    # (`kogao_core.warp.measures`); the variant's percentage was asked for.
+    # Achieved distance towards the centre, mean over the faces, % of D
+    # (`kogao_core.warp.measures`). The variant has the requested distance.
     achieved: float
     # Area inside the outline after the warp over the area before it, minus 1, in %.
     face_area: float
     # Root mean square of local changes of area, |det J - 1|, where pixels move, in %.
     local_area: float
-    # Smallest and largest Jacobian determinant of the backward field, of 8 x 8 samples a lattice
-    # cell: below 1 the picture is stretched, 0 or less is a fold; above 1 it is compressed.
+    # Smallest and largest Jacobian determinant of the backward field, of 8 x 8 samples per lattice
+    # cell. Below 1 the picture is stretched, above 1 compressed, at 0 or less folded.
     min_det: float
     max_det: float
     folds: bool  # whether it folds
-    # How far the worst straight line of a grid over and round the faces departs from straight, in %
-    # of the distance between the eyes' outer corners.
+    # Largest deviation of a straight line of a grid over and around the faces, % of the distance
+    # between the outer eye corners.
     bend: float
-    # The same of the worst line found in the photo beside the faces, on hair and collars, too: a
-    # studio portrait has no others.
+    # The same for straight lines found in the photo outside of the faces, such as hair and collars.
+    # None without such a line.
     photo_bend: float | None
-    # How far the field at the targets misses what they ask for, on average, and the outline between
-    # them its curve's, at worst, in % of the same; and how far landmarks land from their targets.
+    # In % of the same distance: mean error of the displacement at the targets; largest error of the
+    # outline between targets; mean distance of the moved landmarks from the targets.
     residual: float
     contour: float
     landing: float
@@ -88,7 +88,7 @@ class OriginEffect:
 
 @dataclass(frozen=True, slots=True)
 class DistortionResult:
-    """Table 1's grid and figure 11's sizes on some photos, made after one recipe."""
+    """Results for table 1 and figure 11 on some photos, with one recipe."""
 
     distortions: tuple[Distortion, ...]
     recipe: Recipe
@@ -182,7 +182,7 @@ def _landing_px(field: Field, pairs: Pairs) -> float:
 
 
 class _LinesOf:
-    """Straight lines to bend: those ruled over the faces, and the photo's own beside them."""
+    """Straight lines: a grid over the faces, and lines of the photo outside of the faces."""
 
     def __init__(self, subject: Subject) -> None:
         self.ruled = _grid(np.vstack([face.points for face in subject.faces]))
@@ -197,7 +197,7 @@ class _LinesOf:
 
 
 def _grid(points: Array) -> Array:
-    """Return straight lines evenly over and round points, shape (2 RULES, 2, 2)."""
+    """Return a grid of straight lines over and around points, shape (2 RULES, 2, 2)."""
     low, high = points.min(axis=0), points.max(axis=0)
     low, high = low - _ROUND * (high - low), high + _ROUND * (high - low)
     xs, ys = np.linspace(low, high, RULES).T
@@ -232,22 +232,22 @@ _OTHER: Final = Text(
 class Measure:
     """A number of `Distortion`."""
 
-    name: str  # of the column in files
-    # What people read, within a sentence and above a table.
+    name: str  # column in files
+    # Title within a sentence, and above a table.
     title: Text
     heading: Text
     digits: int  # decimals shown
-    # Turns it into something that is 0 without a warp and grows with it.
+    # Converts the value to a measure of harm: 0 without a warp, growing with the warp.
     harm: Callable[[float], float] = abs
 
     def median(self, found: Sequence[Distortion]) -> float:
-        """Return the median over photos; NaN where none has a value."""
+        """Return the median over photos; NaN without values."""
         values = [getattr(one, self.name) for one in found]
         known = [float(value) for value in values if value is not None]
         return statistics.median(known) if known else float("nan")
 
     def text(self, value: float) -> str:
-        """Return it as people read it."""
+        """Return a value as text."""
         return NONE if np.isnan(value) else f"{value:.{self.digits}f}"
 
 
@@ -316,7 +316,7 @@ _CHARTED: Final = {
 
 
 def report(result: DistortionResult) -> Report:
-    """Return how each measure grows, table 1 and each in its shape, and the lattice sizes."""
+    """Return the report: growth of each measure, tables in the form of table 1, lattice sizes."""
     photos = len({one.photo for one in result.distortions})
     how = Text.counted(
         photos,
@@ -424,7 +424,7 @@ def _whole(values: Sequence[float]) -> list[str]:
 
 
 def rank_correlation(a: np.ndarray, b: np.ndarray) -> float | None:
-    """Return Spearman's rank correlation; None where a value is missing or all are equal."""
+    """Return Spearman's rank correlation; None if a value is missing or all are equal."""
     if np.isnan(a).any() or np.ptp(a) == 0.0 or np.ptp(b) == 0.0:
         return None
     return float(np.corrcoef(_ranks(a), _ranks(b))[0, 1])

@@ -41,7 +41,7 @@ _SHORT: Final = {
 
 
 def report(result: TimingResult) -> Report:
-    """Return table 2 and the stages for each size, the trials of people, then each photo."""
+    """Return the report: table 2 and stages by size, manual trials, each photo."""
     sizes = [size for size in SIZES if any(timing.size == size for timing in result.timings)]
     parts = [
         part
@@ -234,14 +234,14 @@ def _pooled(timings: Sequence[Timing]) -> Spread:
 def _setting(
     result: TimingResult, timings: Sequence[Timing], procedure: Procedure
 ) -> Spread | None:
-    """Return the time to set everything, s."""
+    """Return the setting time, s."""
     if not procedure.automatic:
         return result.setting
     return Spread.of([ms / 1e3 for timing in timings for ms in timing.setting_ms])
 
 
 def _total(result: TimingResult, timings: Sequence[Timing], procedure: Procedure) -> Spread | None:
-    """Return setting and computing together, s: run by run, or each session with the median."""
+    """Return setting plus computing, s: by run, or by trial plus median computing time."""
     if procedure.automatic:
         both = (zip(one.setting_ms, one.computing_ms, strict=True) for one in timings)
         return Spread.of([sum(run) / 1e3 for run in chain.from_iterable(both)])
@@ -254,7 +254,7 @@ def _total(result: TimingResult, timings: Sequence[Timing], procedure: Procedure
 def _of_conventional(
     result: TimingResult, size: Size, procedure: str, clock: Callable[[Timing], Sequence[float]]
 ) -> str:
-    """Return computing time against the conventional one: median of the photos' ratios."""
+    """Return computing time relative to conventional: median of the photos' ratios."""
     base = {one.photo: one for one in result.of(size, PROCEDURES[0].name)}
     ratios = [
         statistics.median(clock(one)) / statistics.median(clock(base[one.photo]))
