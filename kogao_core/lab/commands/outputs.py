@@ -22,8 +22,8 @@ STDOUT: Final = common.STDOUT
 # Adds ``--json``, ``--csv``, ``--html``, which `asked_for` reads, and ``--force``.
 writes_files = words.together(
     common.writes_json,
-    common.writes("csv", Text("Write a table of all figures, or print it.")),
-    common.writes("html", Text("Write a report for a browser, or print it.")),
+    common.writes("csv", Text("Write a table of all figures (- prints the table).")),
+    common.writes("html", Text("Write a report for a browser (- prints the report).")),
     common.forces,
 )
 
@@ -41,7 +41,7 @@ class Outputs:
         self._files, self._folder = files, folder
         if list(files.values()).count(STDOUT) > 1:
             raise ending.Stop(
-                Text("only one of the files can be printed; name the others"), ending.USAGE
+                Text("only one file can be printed; give names to the others"), ending.USAGE
             )
         for file in files.values():
             if file != STDOUT:
@@ -92,7 +92,7 @@ def check_empty(folder: Path, force: bool) -> None:
     if folder.is_dir() and any(folder.iterdir()) and not force:
         raise ending.Stop(
             Text(
-                "{folder} isn't empty; choose another, or --force to replace files in it",
+                "{folder} isn't empty; choose another folder, or overwrite files with --force",
                 folder=folder,
             ),
             ending.USAGE,
@@ -106,5 +106,5 @@ def _check_folder(folder: Path, *, made: bool) -> None:
         raise ending.Stop(Text("there is no folder {folder}", folder=folder), ending.UNREADABLE)
     if not os.access(nearest, os.W_OK):
         raise ending.Stop(
-            Text("{nearest} may not be written to", nearest=nearest), ending.UNREADABLE
+            Text("no permission to write to {nearest}", nearest=nearest), ending.UNREADABLE
         )

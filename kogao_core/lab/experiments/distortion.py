@@ -222,10 +222,7 @@ def _local_area(rendering: Rendering) -> float:
     return float(np.sqrt(np.square(change).mean())) if change.size else 0.0
 
 
-_OTHER: Final = Text(
-    "Table 1 was measured with the face alone moved; here what surrounds the face goes along, or "
-    "eyes and mouth keep their shape."
-)
+_OTHER: Final = Text("Table 1 was measured on warps of the face alone; here the head moves, too.")
 
 
 @dataclass(frozen=True, slots=True)
@@ -320,10 +317,10 @@ def report(result: DistortionResult) -> Report:
     photos = len({one.photo for one in result.distortions})
     how = Text.counted(
         photos,
-        "{fit} fit, {n} photo. Nothing here looks at a face: these are numbers of the "
-        "displacement, and of straight lines that it bends.",
-        "{fit} fit, {n} photos, medians. Nothing here looks at a face: these are numbers of the "
-        "displacement, and of straight lines that it bends.",
+        "{fit} fit, {n} photo. All numbers describe the displacement and the bending of "
+        "straight lines.",
+        "{fit} fit, {n} photos, medians. All numbers describe the displacement and the "
+        "bending of straight lines.",
         fit=SETTINGS["fit"].alternative(result.recipe.fit).title,
     )
     records = [_record(one) for one in result.distortions]
@@ -337,10 +334,10 @@ def report(result: DistortionResult) -> Report:
         *([_origins(result.origins)] if result.origins else []),
     ]  # fmt: skip
     return Report(
-        Text("Table 1 beside numbers: what the warp distorts"),
+        Text("Table 1 and the measured distortion"),
         Text(
-            "Above a warp distance of 6 % people suddenly called faces unnatural. Does "
-            "anything that can be measured in the warp jump there, too?"
+            "Above a warp distance of 6 %, people suddenly called faces unnatural. Does a measure"
+            " of the warp jump there, too?"
         ),
         parts,
         records,
@@ -364,8 +361,8 @@ def _published() -> Table:
     rows = [(str(k), *(f"{v:.3f}" for v in row)) for k, row in enumerate(UNNATURAL, start=1)]
     caption = Text("Table 1: answers that called the picture unnatural, %")
     note = Text(
-        "Published: {subjects} faces, which moved alone; {students} people. Columns: warp distance "
-        "asked for, in % of D; what the fit makes of it follows.",
+        "Published: {subjects} faces, {students} people, warps of the face alone. Columns: "
+        "requested warp distance, % of D. The achieved distance follows below.",
         subjects=SUBJECTS,
         students=STUDENTS,
     )
@@ -406,17 +403,16 @@ def _growth(result: DistortionResult) -> Table:
         title = _CHARTED.get(measure.name, measure.title)
         rows.append((title, *_whole(_relative(harms)), NONE if alike is None else f"{alike:.2f}"))
     header = (
-        *_header(Text("mean over the centres, % of its value at 10 %")),
+        *_header(Text("mean over the centres, % of the value at 10 %")),
         Text("rank correlation"),
     )
     note = Text(
-        "The field says where each pixel is read: where det J is below 1 the result is stretched, "
-        "above 1 compressed. A number that grows evenly reads 20, 40, 60, 80, 100. Rank "
-        "correlation: Spearman's, of the 20 cells with table 1; it says whether the order "
-        "agrees, not the jump. Photos without a straight line beside the face "
-        "don't count for that row."
+        "det J of the backward field: below 1 the result is stretched, above 1 compressed. "
+        "Even growth reads 20, 40, 60, 80, 100. Rank correlation: Spearman's, of the 20 cells"
+        " with table 1; this compares the order, not the jump. The row on lines of the photo "
+        "omits photos without a straight line outside of the face."
     )
-    return Table(Text("How each grows with the warp distance"), header, rows, note)
+    return Table(Text("Growth of each measure with the warp distance"), header, rows, note)
 
 
 def _whole(values: Sequence[float]) -> list[str]:
@@ -451,11 +447,10 @@ def _lattices(result: DistortionResult) -> Table:
         *((m.title, *(m.text(m.median(one)) for one in found)) for m in MEASURES),
     ]
     note = Text(
-        "At 4 % towards centre 2, medians over the photos. The paper prints no "
-        "numbers for figure 11; it says that nobody called a face unnatural once "
-        "the lattice size exceeded the warp distance. The four sizes are this "
-        "program's choice. They achieve different distances, so what differs "
-        "between the columns is size and distance together."
+        "At 4 % towards centre 2, medians over the photos. The paper prints no numbers for "
+        "figure 11. According to the text, all faces looked natural with a lattice larger "
+        "than the warp distance. The four sizes are this program's choice. The columns differ"
+        " in lattice size and in achieved distance."
     )
     header = ("", *(f"R = {variant.lattice:g}" for variant in sizes))
     return Table(Text("Figure 11's question: lattice sizes"), header, rows, note)
@@ -525,9 +520,9 @@ def _run(work: Work) -> Report:
 EXPERIMENT: Final = Experiment(
     "distortion",
     Text("D&istortion…"),
-    Text("What can be measured where people called faces unnatural (table 1, figure 11)"),
-    Text("Distortion beside table 1"),
-    Text("Table 1 and figure 11 beside numbers: area, folds, bent lines, missed targets."),
+    Text("Measured distortion next to people's answers (table 1, figure 11)"),
+    Text("Distortion and table 1"),
+    Text("Table 1 and figure 11 with measures: area, folds, bent lines, errors at targets."),
     _run,
     takes_percent=False,  # it tries every distance
 )

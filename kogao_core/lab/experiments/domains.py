@@ -200,13 +200,13 @@ def report(photos: Sequence[Domains], recipe: Recipe) -> Report:
         Row(_bars(photos), wide=True),
         Text("{recipe}.", recipe=recipe_in_words(recipe)),
         _counts(photos),
-        Heading(Text("What a threshold costs the picture")),
+        Heading(Text("Error of a threshold")),
         Row(_curves(photos), wide=True),
         _errors(photos),
         Heading(Text("The domains")),
         Text(
-            "What is worked on shows the photo; white pixels keep their bytes. The "
-            "threshold is 1/64 px, which changes no byte."
+            "The domains show the photo; white pixels keep their bytes. A threshold of 1/64 px "
+            "changes no byte."
         ),
     ]
     for photo in photos:
@@ -217,8 +217,8 @@ def report(photos: Sequence[Domains], recipe: Recipe) -> Report:
     return Report(
         Text("Figures 14 and 15: the reduced domain"),
         Text(
-            "Which pixels does the warp have to work on, and what does it cost the "
-            "picture when pixels that move only a little are left where they are?"
+            "Which pixels must the warp process? How large is the error if pixels with small "
+            "displacements stay unchanged?"
         ),
         parts,
         records,
@@ -285,10 +285,10 @@ def _counts(photos: Sequence[Domains]) -> Table:
         ),
         rows,
         Text(
-            "Computing: median and quartiles of all stages from landmarks to pixels, "
-            "domains in turns. Section 4.1 to the letter counts what the 4 x 4 control points "
-            "round each target reach, zero or not; control points, what those reach that aren't "
-            "zero."
+            "Computing: median and quartiles of all stages from landmarks to pixels, domains in "
+            "turns. Control points: cells in reach of control points other than zero. Section 4.1"
+            " to the letter: cells in reach of the 4 x 4 control points around each target, zero "
+            "or not."
         ),
     )
 
@@ -329,14 +329,13 @@ def _errors(photos: Sequence[Domains]) -> Table:
             Text("{proven} of {count}", proven=proven, count=len(steps)),
         ))  # fmt: skip
     note = Text(
-        "Against the result without a threshold; medians over the photos. Max: "
-        "largest difference of a pixel, of 255. PSNR: over the control-point "
-        "domain; a dash where no byte differs. Seam: largest step that the "
-        "threshold brings in between neighbouring pixels. Cut: as in the paper, "
-        "pixels below T aren't moved; fade: the move comes in over [T, 2T]. A "
-        "fade that isn't proven could fold in bands thinner than the samples."
+        "Differences to the result without a threshold, medians over the photos. Max: largest"
+        " difference of a pixel, of 255. PSNR: over the control-point domain; a dash for no "
+        "difference. Seam: largest step between neighbouring pixels caused by the threshold. "
+        "Cut: no displacement below T, as in the paper. Fade: the displacement fades in over "
+        "[T, 2T]. A fade without proof could fold between the samples."
     )
-    return Table(Text("Error that each threshold causes"), header, rows, note)
+    return Table(Text("Error of each threshold"), header, rows, note)
 
 
 def _error_cells(errors: list[Error]) -> tuple[str, str, str]:
@@ -413,7 +412,7 @@ def _curves(photos: Sequence[Domains]) -> list[Chart]:
         (
             Text("Pixels worked on"),
             Text("% of the image"),
-            [Series(Text("pixels that move by more than T"), shares)],
+            [Series(Text("pixels displaced by more than T"), shares)],
         ),
         (Text("Largest difference"), Text("levels of 255"), errors(median("max_levels"))),
         (
@@ -457,7 +456,7 @@ def _run(work: Work) -> Report:
 EXPERIMENT: Final = Experiment(
     "domains",
     Text("Reduced &domains…"),
-    Text("Pixels of the three domains, and what a threshold costs (figures 14 and 15)"),
+    Text("Pixels of the three domains, and errors of thresholds (figures 14 and 15)"),
     Text("Reduced domains (figures 14 and 15)"),
     Text("Figures 14 and 15: pixels of the domains, and the error of each threshold."),
     _run,

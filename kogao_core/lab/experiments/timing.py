@@ -167,7 +167,8 @@ def measure(
         if len(_again(here.faces, source.find(here.pixels))) < len(here.faces):
             notes.append(
                 Text(
-                    "{name} at {size}: not every face was found again, so nothing is automatic",
+                    "{name} at {size}: not all faces were found again; automatic procedures are "
+                    "skipped",
                     name=subject.name,
                     size=size,
                 )

@@ -123,7 +123,7 @@ def read(path: Path) -> list[Trial]:
                 continue
             raise BadFile(
                 Text(
-                    "line {number} of {path} is no trial: {error}",
+                    "line {number} of {path} is not a trial: {error}",
                     number=number,
                     path=path,
                     error=error,

@@ -248,7 +248,7 @@ def is_rater(code: str) -> bool:
 
 def load_study(folder: Path) -> Study:
     """Read the raters' file. Raises BadFile."""
-    top = _parsed(folder / STUDY_FILE, Text("{folder} holds no study", folder=folder))
+    top = _parsed(folder / STUDY_FILE, Text("{folder} contains no study", folder=folder))
     fields = ("study", "ratings", "satisfaction", "practice", "faces", "twins", "conduct")
     _check(top, _STUDY_FORMAT, fields, VERSION)
     identity = top.field("study").text(64)

@@ -103,7 +103,7 @@ class Session:
     def __post_init__(self) -> None:
         """Replay the records. Raises BadFile."""
         if not self._is_whole():
-            raise BadFile(Text("the order doesn't hold every picture of this study once"))
+            raise BadFile(Text("the order doesn't contain each picture of this study once"))
         past, self.records = self.records, []
         for record in past:
             self.take(record)
@@ -148,7 +148,7 @@ class Session:
         if record.number != number:
             raise BadFile(
                 Text(
-                    "line {number} is missing, or {other} is there twice",
+                    "line {number} is missing, or line {other} is repeated",
                     number=number,
                     other=record.number,
                 )
@@ -156,14 +156,14 @@ class Session:
         if record.back:
             if not self._answers or next(reversed(self._answers)) != record.picture:
                 raise BadFile(
-                    Text("line {number} takes back what wasn't the last answer", number=number)
+                    Text("line {number} undoes an answer that wasn't the last", number=number)
                 )
         elif record.picture != self.current or (record.answer is None) != self.grading:
             raise BadFile(
                 Text("line {number} is about a picture that wasn't shown then", number=number)
             )
         elif record.answer is not None and record.answer not in ANSWERS[self.study.conduct.task]:
-            raise BadFile(Text("line {number} isn't answered as was asked", number=number))
+            raise BadFile(Text("line {number} has an answer of another task", number=number))
         elif record.skipped and record.picture not in self.study.satisfaction:
             raise BadFile(Text("line {number} has no answer", number=number))
 
@@ -207,7 +207,7 @@ class Log:
         if b"\n" in data:
             logged = load(path)
             if (logged.study, logged.rater) != (study.identity, rater):
-                raise BadFile(Text("{path} holds ratings of another study or rater", path=path))
+                raise BadFile(Text("{path} contains ratings of another study or rater", path=path))
             self.session = logged.session(study)
         else:
             self.session = Session(study, rater, tuple(order), keys=keys)
@@ -229,7 +229,7 @@ class Log:
             size = os.fstat(file).st_size
             try:
                 if os.write(file, data) != len(data):
-                    raise OSError(errno.ENOSPC, Text("it took only part of the line"))
+                    raise OSError(errno.ENOSPC, Text("only a part of the line was written"))
                 os.fsync(file)
             except OSError:
                 # Remove the incomplete line: the repeated answer would be in the file twice.
@@ -257,7 +257,7 @@ def load(path: Path) -> Ratings:
     """Read a log, written by the program or saved by the page. Raises BadFile."""
     data = read(path, _MOST_BYTES)
     if len(data) > _MOST_BYTES:
-        raise BadFile(Text("{path} is too large for a file of ratings", path=path))
+        raise BadFile(Text("{path} is too large for a rating file", path=path))
     lines, torn = _lines(data)
     try:
         top = next(lines)
@@ -270,10 +270,10 @@ def load(path: Path) -> Ratings:
         order, keys = plan.names(top.field("order")), one_of(top.field("keys"), Keys, 2)
         records = tuple(map(record, lines))
     except StopIteration:
-        raise BadFile(Text("{path} holds no ratings", path=path)) from None
+        raise BadFile(Text("{path} contains no ratings", path=path)) from None
     except BadFile as error:
         raise BadFile(
-            Text("{path} is no file of ratings: {error}", path=path, error=error)
+            Text("{path} is not a rating file: {error}", path=path, error=error)
         ) from None
     return Ratings(study, rater, order, keys, records, torn)
 
@@ -335,8 +335,7 @@ def newest(copies: Sequence[Ratings]) -> Ratings:
         if longest.records[: len(one.records)] != one.records:
             raise BadFile(
                 Text(
-                    "rater {rater} has two files that contradict each other; take "
-                    "the wrong one away",
+                    "rater {rater} has two contradicting files; remove the wrong file",
                     rater=one.rater,
                 )
             )

@@ -89,7 +89,7 @@ class Sessions:
         from this number. Raises BadFile.
         """
         if not plan.is_rater(rater):
-            raise BadFile(Text("A code is made of a to z, 0 to 9 and dashes, 32 at most."))
+            raise BadFile(Text("A code has at most 32 characters: a to z, 0 to 9 and dashes."))
         with self._lock:
             if rater not in self._open:
                 path = self.folder / plan.RATINGS_FOLDER / f"{rater}{results.SUFFIX}"
@@ -149,7 +149,8 @@ def _locked(path: Path, rater: str) -> BinaryIO:
         file.close()
         raise BadFile(
             Text(
-                "The session {rater} is open in another program; go on there, or end that one.",
+                "The session {rater} is open in another program. Continue there, or close the "
+                "other program.",
                 rater=rater,
             )
         ) from None

@@ -287,7 +287,7 @@ def tally(
         tasks.add(total.task)
         known[study.identity] = study, key
     if len(tasks) > 1:
-        raise BadFile(Text("these studies ask different things; report on them one by one"))
+        raise BadFile(Text("these studies have different tasks; make separate reports"))
     files = [path for folder, _ in studies for path in _rating_files(folder)]
     for (identity, _), copies in _by_session([*files, *others], total).items():
         if identity not in known:
@@ -295,7 +295,9 @@ def tally(
                 (
                     path,
                     Text(
-                        "{path} holds ratings of another study, {study}", path=path, study=identity
+                        "{path} contains ratings of another study, {study}",
+                        path=path,
+                        study=identity,
                     ),
                 )
                 for path, _ in copies
@@ -342,7 +344,7 @@ def _check(study: plan.Study, key: Key, key_file: Path) -> None:
     named = {*study.ratings, *study.satisfaction, *study.practice}
     if key.identity != study.identity or named != set(key.pictures):
         raise BadFile(
-            Text("{key_file} is the key of another study; name the right one", key_file=key_file)
+            Text("{key_file} is the key of another study; give the right key", key_file=key_file)
         )
 
 
@@ -366,7 +368,7 @@ def _judge_raters(total: Tally, exclude: Collection[str]) -> None:
         one = of_rater(rows, rules)
         reasons = one.broken(rules)
         if rater in exclude:
-            reasons = (Text("left out by hand"), *reasons)
+            reasons = (Text("excluded by hand"), *reasons)
         total.raters[rater] = dataclasses.replace(one, reasons=reasons)
 
 
