@@ -153,7 +153,7 @@ def _by_hand(result: TimingResult) -> list[Table]:
     people = list(dict.fromkeys(one.person for one in trials))
     rows = [_set_by(one or NONE, [t for t in trials if t.person == one]) for one in people]
     if len(people) > 1:
-        rows.insert(0, _set_by(Text("all raters"), trials))
+        rows.insert(0, _set_by(Text("all people"), trials))
     for cold, called in ((True, Text("machine, cold")), (False, Text("machine, warm"))):
         found = [one for one in result.trials_of("automatic") if one.cold == cold]
         rows += [_set_by(called, found)] if found else []
