@@ -840,7 +840,7 @@ def test_sessions_that_were_left_are_named_and_things_counted_in_words(copy):
     rated(copy, "r1", strict)
     assert report.notes(counted(copy)) == []
     found = counted(copy)
-    assert table_1(found).note.startswith("2 faces, 1 rater, 2 answers to each")
+    assert table_1(found).note.startswith("2 faces, 1 rater, 2 answers per kind")
 
 
 def test_the_report_tells_what_was_achieved_and_the_lattice_in_both_units(copy):

@@ -148,7 +148,7 @@ def test_two_faces_with_one_seed_share_nothing(cli, works, small_png, tmp_path):
         r"kogao-cli: not counted: \S+synthetic-1.jsonl contains ratings of another study, [^\n]+\n",
         err,
     )
-    assert "1 face, 0 raters, 0 answers to each" in said
+    assert "1 face, 0 raters, 0 answers per kind" in said
 
 
 def test_what_cant_be_done_is_said_and_leaves_nothing(fails, portrait, tmp_path):
@@ -176,7 +176,7 @@ def test_what_cant_be_done_is_said_and_leaves_nothing(fails, portrait, tmp_path)
         (3, "contains no study", "report", tmp_path / "full"),
         (3, "contains no study", "rate", tmp_path / "full"),
         (2, "64 printable letters", "make", portrait, "-o", tmp_path / "new", "--seed", "x" * 65),
-        (2, "one --key for each", "report", "a", "b", "--key", "c"),
+        (2, "one --key per folder", "report", "a", "b", "--key", "c"),
     ):
         fails(wanted, words, *arguments)
 
