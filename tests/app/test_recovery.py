@@ -7,6 +7,7 @@ import json
 import os
 import shutil
 import signal
+import stat
 import subprocess
 import sys
 import textwrap
@@ -94,6 +95,8 @@ def test_unsaved_changes_are_kept_aside_and_not_beside_the_photo(opened, photo, 
     opened.change_something()
     file = kept(opened)
     assert file.parent == storage.recovery
+    if sys.platform != "win32":
+        assert stat.S_IMODE(file.stat().st_mode) == 0o600
     project = load(file)
     assert project.automatic.recipe.percent == 5.0
     assert project.original.path == str(photo)

@@ -272,6 +272,10 @@ class Files(Feature):
             self._write(self.document.path, then, self._originals)
 
     def ask_save(self, then: Then | None = None) -> None:
+        """Request a path for the copy; at the first save, ask about the edit record before."""
+        self._options.ask_once(lambda: self._ask_place(then))
+
+    def _ask_place(self, then: Then | None) -> None:
         """Request a path for the copy; suggest a name next to the original."""
         suggested = self.suggested()
         if suggested is None:
