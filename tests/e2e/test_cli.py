@@ -20,7 +20,6 @@ import pytest
 from PIL import Image
 from scenes import oval_face, textured_photo
 
-import kogao_core
 import kogao_core as kogao
 from kogao_core import photo, pipeline
 from kogao_core import retouch as retouching
@@ -631,7 +630,7 @@ def test_only_the_programs_help_has_the_exit_codes(works):
         assert all(meaning in said for meaning in meanings)
     assert "Exit codes" not in works("warp", "-h")
     for option in ("-V", "--version"):
-        assert works(option) == f"kogao-cli {kogao_core.__version__}\n"
+        assert works(option) == f"kogao-cli {kogao.__version__}\n"
 
 
 @pytest.mark.parametrize("group", ["landmarks", "experiment", "experiment study"])
@@ -851,7 +850,7 @@ def test_doctor_knows_every_library_that_qt_asks_for():
 def test_licences_name_everything_that_is_used(works):
     said = works("licenses")
     for name in (
-        f"Kogao {kogao_core.__version__}: Apache-2.0",
+        f"Kogao {kogao.__version__}: Apache-2.0",
         *licences.DEPENDENCIES,
         "DeBruine",
         "CC BY 4.0",
