@@ -71,6 +71,7 @@ _MODULES = {
     **{name: f"kogao_core.cli.{name}" for name in _LATER},
     "experiment": "kogao_core.lab.commands.experiment",
     "licenses": "kogao_core.cli.licences",
+    **{name: f"kogao_core.cli.originals:{name}" for name in ("originals", "restore", "forget")},
 }
 if not has_laboratory():
     del _LATER["experiment"]
