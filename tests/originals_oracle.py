@@ -6,14 +6,14 @@ import random
 import shutil
 from pathlib import Path
 
-from kogao_core.base.atomic import put
+from kogao_core.base.atomic import atomic_write
 from kogao_core.photo.originals import ChangedSince, NoOriginal, Originals, StoreFull
 
 
 def write_in_place(place: Originals, path: Path, result: bytes) -> int:
     """Overwrite a file as `photo.write_in_place` does; return how many originals were evicted."""
     evicted = place.keep(path, [result])
-    put(result, path)
+    atomic_write(result, path)
     place.note_written(path)
     return evicted
 
@@ -35,7 +35,7 @@ class Trial:
             whole = b"kind %d, photo %d " % (n % 2, n) + chance.randbytes(40)
             self.put(self.folders[n % 2] / f"{n // 2}.jpg", whole, [])
 
-    def put(self, path: Path, data: bytes, history: list[bytes]) -> None:
+    def atomic_write(self, path: Path, data: bytes, history: list[bytes]) -> None:
         path.write_bytes(data)
         self.histories[path] = [*history, data]
 
