@@ -237,7 +237,7 @@ def plate(
 
 
 def outward_plate(font: QFont, at: QPointF, middle: QPointF, text: str, within: QRectF) -> QRectF:
-    """Return the rectangle of a label at the point `at` of a ring, on the side away from `middle`."""
+    """Return the rectangle of a label at a point of a ring, on the side away from `middle`."""
     width = plate(font, at, text).width()
     left, below = at.x() < middle.x(), at.y() > middle.y()
     x = -_BESIDE_PX - width if left else _BESIDE_PX
