@@ -33,7 +33,8 @@ def page() -> str:
 def _entry(name: str) -> Iterator[str]:
     value = getattr(kogao, name)
     if not callable(value):
-        yield f"## `{name}`\n\n`{type(value).__name__}`: the paper's choices.\n"
+        notes = "The notes of `Recipe` list the choices that the paper leaves open."
+        yield f"## `{name}`\n\n`{type(value).__name__}`: the paper's choices. {notes}\n"
         return
     yield f"## `{name}`\n"
     if signature := _signature(value):
@@ -87,6 +88,9 @@ def _text(value: Any) -> str:
             parts += ["```pycon", body.strip(), "```", ""]
             continue
         parts += [f"**{title}**", ""]
+        if title == "Notes":
+            parts += [body.strip(), ""]
+            continue
         for entry in re.split(r"\n(?=\S)", body.strip()):
             head, _, what = entry.partition("\n")
             line = f"- `{head}`: {' '.join(what.split())}".rstrip(": ")

@@ -98,7 +98,7 @@ class Rendering:
     timings_ms : dict
         Time by stage.
     brush_shares : tuple of float
-        Share of each brush stroke that the guard kept, 0 to 1; the full stroke would have folded.
+        Smallest share of each brush stroke that the guard keeps, 0 to 1.
 
     Examples
     --------

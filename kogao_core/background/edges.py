@@ -31,9 +31,8 @@ _SPREAD: Final = 0.6  # standard deviation of the blur of the sums
 # An edge stands out by what its direction has beyond this many times the median of all: texture
 # has the same in all directions.
 _TEXTURE: Final = 1.5
-_EVERY: Final = 0.7  # between two places with rows
 _ARMS: Final = (1.0, 2.0, 4.0)
-_WEIGHT: Final = 980.0
+_WEIGHT: Final = 2000.0
 _LEAST_DENSITY: Final = 0.02
 # Subtracted from each weight, so that rows fade out instead of coming and going.
 _LEAST: Final = 2e-3
@@ -94,7 +93,7 @@ def edges_of(photo: Pyramid, look: PersonLook, spacing_px: float) -> Edges:
     middle = np.sort(density, axis=2)[:, :, _DIRECTIONS // 2 - 1 : _DIRECTIONS // 2 + 1]
     stands_out = near - 3.0 * _TEXTURE * middle.mean(axis=2, keepdims=True)
     sample = _Sampler(np.clip(stands_out, 0.0, 1.0) ** 2, side)
-    axis = np.arange(_EVERY / 2.0 * h, side, _EVERY * h)
+    axis = np.arange(0.5 * h, side, h)
     places = np.stack(np.meshgrid(axis, axis), -1).reshape(-1, 2)
     own, turn, around = (sample.all_of(values, places) for values in (density, offset, near))
     place, channel = np.nonzero(own > _LEAST_DENSITY)

@@ -16,15 +16,17 @@ from typing import Any, Final
 
 import cv2
 import numpy as np
+import numpy.typing as npt
 
 from kogao_core.background.edges import Edges, no_edges
 from kogao_core.base.geometry import Affine, Array, ramp
 from kogao_core.faces.face import Face
+from kogao_core.recipe.recipe import LOSSLESS_PX
 from kogao_core.warp.field import Field
 from kogao_core.warp.fit import Problem, on_quanta, summed
 from kogao_core.warp.frame import edges_px
 from kogao_core.warp.guard import LEAST_DET, bisected, is_safe
-from kogao_core.warp.lattice import Grid, Lattice, groups, matrices
+from kogao_core.warp.lattice import ORDER, Grid, Lattice, basis, groups
 from kogao_core.warp.one_to_one import least_det
 
 # All lengths are in lattice spacings. A row counts nothing so near to a landmark, and in full so
@@ -40,16 +42,17 @@ _STEP: Final = 0.5  # between points of neighbours
 _ABOVE: Final = 0.25
 # Weights; 1 is that of a difference of neighbouring control points.
 _LEAST: Final = 1e-2  # rows of less weight are left out
-_NEIGHBOUR: Final = 3e4
+_NEIGHBOUR: Final = 3e4  # of a neighbour close to the face
 _PERSON: Final = 10.0  # of a place on the person's hair and clothes, where the change is to be zero
 _WITHIN: Final = 60.0  # the same of a place within the face
 _INSIDE: Final = 1.5  # between those
-_CORNER: Final = 1e6  # of eyes and mouth
-_EDGE: Final = 1e6  # of the photo's edge, across which nothing moves
+# Of neighbours, corners of eyes and mouth, and the photo's edge: they change by less than 1/64 px.
+_STILL: Final = 1e7
 _RIDGE: Final = 1e-9  # of the equations of the landmarks
 _SCREEN: Final = 0.06  # in L beside neighbours' differences: a change fades over four spacings
 # The change acts in a square of this half side, moved up from the middle of the outline by so much.
-_HALF: Final = 20.0
+_HALF: Final = 16.0
+_WIDER: Final = 1.25  # factor if a lens correction displaces more than that square
 _HALF_NEAR: Final = 8.0  # the same of a first change, which holds neighbours alone
 _UP: Final = 2.5
 _SOFT: Final = 2.0  # its outermost control points change less and less
@@ -57,6 +60,7 @@ _SOFT: Final = 2.0  # its outermost control points change less and less
 # of the landmark spacing.
 _FINEST: Final = 1.4
 _FINEST_NEAR: Final = 0.7
+_SMALL: Final = 64  # rows of a matrix that is inverted in one step
 _MOST_PLACES: Final = 350  # of neighbours and within the face; of more, places are farther apart
 # A change leaves det J at least so large, or at least this share of its value before.
 _LEAST_DET: Final = 0.5
@@ -70,8 +74,8 @@ class Held:
     edges: tuple[Edges, ...] = ()  # one for each face; empty: none
     # (M, 2): for each face, points on the edge of other people, px; empty where there are none.
     neighbours: tuple[Array, ...] = ()
-    # What `hold` has built for a face, by everything it depends on beside this.
-    built: dict[Any, tuple[_Steady, ...]] = dataclasses.field(default_factory=dict)
+    # The newest equations of each face, by its index, after the values they were built for.
+    built: dict[int, tuple[Any, tuple[_Steady, ...]]] = dataclasses.field(default_factory=dict)
 
     def mapped(self, transform: Affine) -> Held:
         """Return the same in another image's px."""
@@ -91,22 +95,19 @@ def hold(field: Field, problems: Sequence[Problem], faces: Sequence[Face], held:
         return field
     lattices = list(field.lattices)
     for group in groups(field.lattices):
-        targets = [problems[k].target_px[: problems[k].movers] for k in group]
-        changed = []
+        targets = np.vstack([problems[k].target_px[: problems[k].movers] for k in group])
+        changed = {}
         for k in group:
             before = field.lattices[k]
             changes = _changes(field, problems[k], faces[k], held, k) if before.phi.any() else ()
             if changes:
                 after = before
                 for steady in changes:
-                    after = summed(after, steady.change(after, np.vstack(targets)))
-                after = on_quanta(problems[k].within(after))
-                lattices[k] = _allowed(field, [k], [after])[0]
-                changed.append(k)
-        if len(changed) > 1:
-            together = [lattices[k] for k in changed]
-            for k, lattice in zip(changed, _allowed(field, changed, together), strict=True):
-                lattices[k] = lattice
+                    after = summed(after, steady.change(after, targets))
+                changed[k] = on_quanta(problems[k].within(after))
+        allowed = _allowed(field, [*changed], [*changed.values()])
+        for k, lattice in zip(changed, allowed, strict=True):
+            lattices[k] = lattice
     return dataclasses.replace(field, lattices=tuple(lattices))
 
 
@@ -114,18 +115,21 @@ def _changes(field: Field, problem: Problem, face: Face, held: Held, k: int) -> 
     """Return the equations of the changes of a face: neighbours on a fine lattice, then all."""
     edges = held.edges[k] if held.edges else None
     near = held.neighbours[k] if held.neighbours else np.zeros((0, 2))
-    key = (k, problem.grid, problem.photo, face.points.tobytes())
-    if key not in held.built:
+    values = problem.grid, problem.photo, face.points.tobytes()
+    known, found = held.built.get(k, (None, ()))
+    if known != values:
         both = (_Steady(problem, face, rows, near) for rows in (None, edges or no_edges()))
-        held.built[key] = tuple(steady for steady in both if len(steady.weights))
-    found = list(held.built[key])
-    if field.protection.strokes:
-        alone = Field((field.lattices[k],), protection=field.protection)
-        for number, steady in enumerate(found):
-            shares = alone.protected_share(steady.places)
-            if (shares < 1.0).any():  # a protected part pins its edge
-                found[number] = _Steady(problem, face, steady.edges, near, shares)
-    return tuple(found)
+        found = tuple(steady for steady in both if len(steady.weights))
+        held.built[k] = values, found
+    if not field.protection.strokes:
+        return found
+    alone = Field((field.lattices[k],), protection=field.protection)
+    # A protected part pins its edge.
+    shares = [alone.protected_share(steady.places) for steady in found]
+    return tuple(
+        _Steady(problem, face, one.edges, near, share) if (share < 1.0).any() else one
+        for one, share in zip(found, shares, strict=True)
+    )
 
 
 def _allowed(field: Field, which: Sequence[int], after: Sequence[Lattice]) -> Sequence[Lattice]:
@@ -134,7 +138,6 @@ def _allowed(field: Field, which: Sequence[int], after: Sequence[Lattice]) -> Se
     unchanged = dataclasses.replace(field, lattices=tuple(before))
     was = least_det(unchanged)
     least = min(was, _LEAST_DET, max(LEAST_DET, _LEAST_SHARE * was))
-    was_safe = is_safe(unchanged)
 
     def mixed(share: float) -> list[Lattice]:
         return [
@@ -144,10 +147,14 @@ def _allowed(field: Field, which: Sequence[int], after: Sequence[Lattice]) -> Se
     def allow(lattices: Sequence[Lattice]) -> bool:
         changed = dataclasses.replace(field, lattices=tuple(lattices))
         det = least_det(changed, least)
-        return det >= least and (is_safe(changed, det) or not was_safe)
+        return det >= least and (is_safe(changed, det) or not is_safe(unchanged, was))
 
-    if all(a is b for a, b in zip(before, after, strict=True)) or allow(after):
+    if allow(after):
         return after
+    if len(which) > 1:
+        after = [_allowed(field, [k], [one])[0] for k, one in zip(which, after, strict=True)]
+        if allow(after):
+            return after
     return mixed(bisected(lambda share: allow(mixed(share)), 1.0))
 
 
@@ -176,54 +183,79 @@ class _Steady:
         triples, normals, weights = _near_rows(edges, self._room, swept, h)
         near = near[self._room.reaches(near)]
         near = _thinned(near[_away(near, swept, h) > _TOUCHING], _STEP * h)
-        touching = np.clip((_away(near, swept, h) - _TOUCHING) / _TOUCHING, 0.0, 1.0) ** 2
+        # Nearly exact where a neighbour is clear of the face, soft where both meet.
+        clear = _away(near, swept, h) / _TOUCHING - np.array([[1.0], [2.0]])
+        soft, exact = np.clip(clear, 0.0, 1.0) ** 2
         self._edges, self._normals = len(weights), normals
-        self.weights = np.concatenate([weights, _NEIGHBOUR * touching])
+        self.weights = np.concatenate([weights, _NEIGHBOUR * soft + _STILL * exact])
         self.places = np.concatenate([triples.reshape(-1, 2), near])
         factors = np.concatenate([np.tile((1.0, -2.0, 1.0), len(weights)), np.ones(len(near))])
         self._factors = factors if shares is None else factors * shares
         if not len(self.weights):
             return
-        self._rows = self._combined(self._felt(self.places))
-        self._matrix = self._built(problem, face, edges, swept)
-        self._inverse: Array | None = None
-        self._is_used = False
+        number = np.arange(len(self.weights))
+        self._of_row = np.concatenate(
+            [np.repeat(number[: len(weights)], 3), number[len(weights) :]]
+        )
+        self._rows = self._felt(self.places, self._of_row, self._factors)
+        matrix = self._built(problem, face, edges, swept)
+        self._whitening = _inverse(np.asarray(np.linalg.cholesky(matrix), np.float64))
+        # The newest change, after the values it was solved for: a drag leaves other faces alone.
+        self._newest: tuple[Any, Lattice] = (), self._room
 
     def change(self, lattice: Lattice, landmarks: Array) -> Lattice:
         """Return the change of a lattice, zero at landmarks (N, 2)."""
-        n, parts = self._rows.shape[1], self._combined(lattice.at(self.places))
-        parts = self.weights[:, None] * parts
-        count = self._edges
+        landmarks = landmarks[self._room.reaches(landmarks)]
+        values = lattice.grid, lattice.first, lattice.phi.tobytes(), landmarks.tobytes()
+        known, change = self._newest
+        if values != known:
+            change = self._solved(lattice, landmarks)
+            self._newest = values, change
+        return change
+
+    def _solved(self, lattice: Lattice, landmarks: Array) -> Lattice:
+        n, count = self._rows.shape[1], self._edges
+        asked = self._factors[:, None] * lattice.at(self.places)
+        parts = np.stack([np.bincount(self._of_row, one) for one in asked.T], axis=-1)
+        parts *= self.weights[:, None]
         parts[:count] = (parts[:count] * self._normals).sum(axis=1)[:, None] * self._normals
-        wanted = -(self._rows.T @ parts).T.ravel()
-        felt = self._felt(landmarks[self._room.reaches(landmarks)])
+        felt = self._felt(landmarks)
         m = len(felt)
         both = np.zeros((2 * m, 2 * n))
         both[:m, :n] = both[m:, n:] = felt
-        sides = np.column_stack([wanted, both.T])
-        # An inverse pays off from the second change on.
-        if self._is_used and self._inverse is None:
-            self._inverse = np.asarray(np.linalg.inv(self._matrix), np.float64)
-        self._is_used, inverse = True, self._inverse
-        solved = np.asarray(
-            np.linalg.solve(self._matrix, sides) if inverse is None else inverse @ sides
-        )
-        free, ways = solved[:, 0], solved[:, 1:]
-        strength = np.linalg.solve(both @ ways + _RIDGE * np.eye(2 * m), both @ free)
-        phi = (free - ways @ strength).reshape(2, *self._room.shape) * self._free
+        sides = np.column_stack([-(self._rows.T @ parts).T.ravel(), both.T])
+        sides = self._whitening @ sides
+        free, ways = sides[:, 0], sides[:, 1:]
+        strength = np.linalg.solve(ways.T @ ways + _RIDGE * np.eye(2 * m), ways.T @ free)
+        phi = self._whitening.T @ (free - ways @ strength)
+        phi = phi.reshape(2, *self._room.shape) * self._free
+        # Away from landmarks, steps too small to be seen: a drag there leaves control points alone.
+        coarse = LOSSLESS_PX * np.round(phi / LOSSLESS_PX)
+        phi = np.where(felt.any(axis=0).reshape(self._room.shape), phi, coarse)
         return dataclasses.replace(self._room, phi=np.ascontiguousarray(phi.transpose(1, 2, 0)))
 
-    def _combined(self, values: Array) -> Array:
-        """Return second differences, then values of neighbours, of values (places, N)."""
-        values, ends = values * self._factors[:, None], 3 * self._edges
-        triples = values[:ends].reshape(self._edges, 3, values.shape[1]).sum(axis=1)
-        return np.concatenate([triples, values[ends:]])
+    def _felt(
+        self,
+        places: Array,
+        rows: npt.NDArray[np.int64] | None = None,
+        factors: Array | float = 1.0,
+    ) -> Array:
+        """Return how much each control point of the room moves places, (places, n).
 
-    def _felt(self, places: Array) -> Array:
-        """Return how much each control point of the room moves places, (places, n)."""
-        (((bx, by),),) = matrices([self._room.window_at(*places.T)])
-        felt = by[:, :, None] * bx[:, None] * self._free
-        return np.asarray(felt.reshape(len(places), self._free.size))
+        With `rows`, the places of each row are added, times `factors`.
+        """
+        rows = np.arange(len(places)) if rows is None else rows
+        (down, across), first = self._room.shape, self._room.first
+        (i, s), (j, t) = (self._room.grid.locate(places[:, axis], axis) for axis in (0, 1))
+        weights = np.reshape(factors, (-1, 1, 1)) * basis(t)[:, :, None] * basis(s)[:, None]
+        reach = np.arange(ORDER) - 1
+        column = np.broadcast_to((i - first[0])[:, None, None] + reach, weights.shape)
+        row = np.broadcast_to((j - first[1])[:, None, None] + reach[:, None], weights.shape)
+        on = (column >= 0) & (column < across) & (row >= 0) & (row < down)
+        at = (rows[:, None, None] * down + row) * across + column
+        shape = int(rows.max(initial=-1)) + 1, self._free.size
+        felt = np.bincount(at[on], weights[on], shape[0] * shape[1]).reshape(shape)
+        return np.asarray(felt * self._free.ravel())
 
     def _built(self, problem: Problem, face: Face, edges: Edges | None, swept: Array) -> Array:
         """Return the symmetric matrix of the change's x, then y components."""
@@ -235,30 +267,44 @@ class _Steady:
             still[one, other] = still[other, one] = -1.0
         h, outline = face.anchor.spacing_px, swept[-len(face.outline) :]
         inside, corners = _face_places(outline, h), np.vstack([face.eyes, face.mouth])
-        groups_of = [
-            (inside, np.full(len(inside), _WITHIN)),
-            (corners, np.full(len(corners), _CORNER)),
-        ]
-        if edges is not None:
-            groups_of.append((edges.people_px, _PERSON * edges.opacities))
-        for places, weights in groups_of:
-            on = self._room.reaches(places)
-            felt = self._felt(places[on])
-            still += felt.T @ (weights[on, None] * felt)
         count = self._edges
-        near = self._rows[count:]
-        still += near.T @ (self.weights[count:, None] * near)
-        lines, matrix = self._rows[:count], np.zeros((2, n, 2, n))
-        for a, b in ((0, 0), (0, 1), (1, 1)):
-            weights = self.weights[:count] * self._normals[:, a] * self._normals[:, b]
-            matrix[a, :, b] = lines.T @ (weights[:, None] * lines)
-        matrix[1, :, 0] = matrix[0, :, 1].T
+        places, weights = (
+            [inside, corners],
+            [np.full(len(inside), _WITHIN), np.full(len(corners), _STILL)],
+        )
+        if edges is not None:
+            on = self._room.reaches(edges.people_px)
+            places.append(edges.people_px[on])
+            weights.append(_PERSON * edges.opacities[on])
+        felt = np.concatenate([self._felt(np.vstack(places)), self._rows[count:]])
+        still += _squared(felt, np.concatenate([*weights, self.weights[count:]]))
+        lines = np.asarray(self._rows[:count], np.float32)
+        # Single precision halves the time and changes no displacement by 1/64 px.
+        normals = np.asarray(self._normals, np.float32)
+        both = np.concatenate([normal[:, None] * lines for normal in normals.T], axis=1)
+        matrix = _squared(both, self.weights[:count]).reshape(2, n, 2, n)
         for axis in (0, 1):
             matrix[axis, :, axis] += still
-        for axis, places in _edge_places(problem, self._room):
-            felt = self._felt(places)
-            matrix[axis, :, axis] += _EDGE * felt.T @ felt
+        for axis, there in _edge_places(problem, self._room):
+            matrix[axis, :, axis] += _squared(self._felt(there), np.full(len(there), _STILL))
         return matrix.reshape(2 * n, 2 * n)
+
+
+def _squared(rows: Array, weights: Array) -> Array:
+    """Return ``rows' diag(weights) rows``."""
+    scaled = np.asarray(np.sqrt(weights)[:, None] * rows, rows.dtype)
+    return np.asarray(scaled.T @ scaled, np.float64)
+
+
+def _inverse(lower: Array) -> Array:
+    """Return the inverse of a lower triangular matrix, with a third of the usual work."""
+    if len(lower) <= _SMALL:
+        return np.asarray(np.linalg.inv(lower))
+    half, inverse = len(lower) // 2, np.zeros_like(lower)
+    inverse[:half, :half] = _inverse(lower[:half, :half])
+    inverse[half:, half:] = _inverse(lower[half:, half:])
+    inverse[half:, :half] = -inverse[half:, half:] @ lower[half:, :half] @ inverse[:half, :half]
+    return inverse
 
 
 def _room(
@@ -270,6 +316,8 @@ def _room(
         spacing *= 2.0
     up = (outline[0] + outline[-1]) / 2.0 - outline.mean(axis=0)
     middle = (outline.min(axis=0) + outline.max(axis=0)) / 2.0
+    if problem.around_px is not None and np.abs(problem.around_px - middle).max() > half * h:
+        half *= _WIDER
     middle = middle + _UP * h * up / max(1e-9, float(np.hypot(*up)))
     low, high = ((middle + way * half * h - origin) / spacing for way in (-1.0, 1.0))
     first, last = np.floor(low).astype(int), np.ceil(high).astype(int)
@@ -279,9 +327,10 @@ def _room(
             (np.arange(a, b + 1) for a, b in zip(first, last, strict=True)), low, high, strict=True
         )
     )
-    zeros = np.zeros((len(rows), len(columns), 2))
-    grid = Grid(problem.grid.origin_px, spacing)
-    return Lattice(grid, (int(first[0]), int(first[1])), zeros), rows[:, None] * columns
+    free = np.repeat((rows[:, None] * columns)[..., None], 2, axis=2)
+    room = Lattice(Grid(problem.grid.origin_px, spacing), (int(first[0]), int(first[1])), free)
+    room = room if problem.photo is None else room.within(problem.photo)
+    return dataclasses.replace(room, phi=np.zeros_like(room.phi)), room.phi[..., 0]
 
 
 def _near_rows(
@@ -317,8 +366,10 @@ def _edge_places(problem: Problem, room: Lattice) -> Iterator[tuple[int, Array]]
 
 def _away(places: Array, landmarks: Array, h: float) -> Array:
     """Return the distance of places from the nearest landmark, (N,)."""
-    apart = places[:, None] - landmarks
-    return np.asarray(np.hypot(apart[..., 0], apart[..., 1]).min(axis=1, initial=np.inf) / h)
+    places, landmarks = places - landmarks[0], landmarks - landmarks[0]
+    # One product of matrices takes a third of the time of differences.
+    nearest = ((landmarks**2).sum(axis=1)[:, None] - 2.0 * landmarks @ places.T).min(axis=0)
+    return np.asarray(np.sqrt(np.maximum(nearest + (places**2).sum(axis=1), 0.0)) / h)
 
 
 def _face_places(outline: Array, h: float) -> Array:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import logging
 import os
 import shlex
 import sys
@@ -70,6 +71,7 @@ _MODULES = {
     **{name: f"kogao_core.cli.{name}" for name in _LATER},
     "experiment": "kogao_core.lab.commands.experiment",
     "licenses": "kogao_core.cli.licences",
+    **{name: f"kogao_core.cli.originals:{name}" for name in ("originals", "restore", "forget")},
 }
 if not has_laboratory():
     del _LATER["experiment"]
@@ -103,6 +105,8 @@ def run(arguments: Sequence[str] | None) -> int:
     end_at_once()
     without_blas_threads()
     use_language(*system_languages())
+    if logging.lastResort:  # the handler of warnings if no other handler is installed
+        logging.lastResort.setFormatter(logging.Formatter(f"{PROGRAM}: %(message)s"))
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")  # file names can contain any bytes
     try:

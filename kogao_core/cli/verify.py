@@ -6,6 +6,7 @@ This module shares no code with the writer: libjpeg 6b reads the blocks.
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Final
 
@@ -19,10 +20,11 @@ from kogao_core.base.language import Text, tr, translated
 from kogao_core.base.stderr import hushed
 from kogao_core.cli import common, ending, words
 
-_START, _SCAN, _END = b"\xff\xd8", 0xDA, 0xD9
+_START, _END = b"\xff\xd8", 0xD9
+_APP0, _COMMENT = 0xE0, 0xFE
 _FRAMES: Final = {*range(0xC0, 0xD0)} - {0xC4, 0xC8, 0xCC}
 _MARKER: Final = re.compile(rb"\xff+([^\x00\xff\xd0-\xd7])")  # the next one, restarts left out
-_NAMED: Final = {*range(0xE0, 0xF0), 0xFE}  # APP0 to APP15, COM; all others code the picture
+_NAMED: Final = {*range(_APP0, 0xF0), _COMMENT}  # APP0 to APP15, COM; the others code pixels
 _TITLE: Final = re.compile(rb"[\w:/. -]{3,40}")
 _LIBRARY: Final = "6b"
 _BLOCK_PX: Final = 8
@@ -71,22 +73,29 @@ def _compare_files(result: bytes, original: bytes) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _parts(data: bytes) -> dict[str, list[bytes]]:
-    """Return the metadata segments of a file, and the appended data, by name."""
-    parts: dict[str, list[bytes]] = {}
+def _segments(data: bytes) -> Iterator[tuple[int, bytes]]:
+    """Yield marker and body of each segment. The body of the end marker is the appended data."""
     at = len(_START)
     while (marker := _MARKER.search(data, at)) is not None:
         code, at = marker[1][0], marker.end()
         if code == _END:
-            return parts | ({"appended data": [data[at:]]} if data[at:] else {})
+            yield code, data[at:]
+            return
         size = max(2, int.from_bytes(data[at : at + 2], "big"))
-        if code in _NAMED:
-            body = data[at + 2 : at + size]
-            title = _TITLE.match(body) if code != 0xFE else None
-            app = "COM" if code == 0xFE else f"APP{code - 0xE0}"
-            name = app if title is None else f"{app} {title[0].decode('latin-1')}"
-            parts.setdefault(name, []).append(body)
+        yield code, data[at + 2 : at + size]
         at += size
+
+
+def _parts(data: bytes) -> dict[str, list[bytes]]:
+    """Return the metadata segments of a file, and the appended data, by name."""
+    parts: dict[str, list[bytes]] = {}
+    for code, body in _segments(data):
+        name = {_COMMENT: "COM", _END: "appended data"}.get(code, f"APP{code - _APP0}")
+        title = _TITLE.match(body) if _APP0 <= code < _COMMENT else None
+        if title is not None:
+            name += f" {title[0].decode('latin-1')}"
+        if code in _NAMED or (code == _END and body):
+            parts.setdefault(name, []).append(body)
     return parts
 
 
@@ -108,26 +117,27 @@ def _blocks(path: Path) -> tuple[list[npt.NDArray[np.int16]], dict[str, Any]]:
         "size": (jpeg.width, jpeg.height),
         "subsampling": [(1, 1)] if len(planes) == 1 else jpeg.samp_factor.tolist(),
         "tables": [jpeg.qt[number].tolist() for number in used],
-        "components": _components(path.read_bytes()),
+        **_frame(path.read_bytes()),
     }
 
 
-def _components(data: bytes) -> list[int]:
-    """Return the identifiers of the components: decoders guess the colours from them."""
-    at = len(_START)
-    while (marker := _MARKER.search(data, at)) is not None and marker[1][0] != _SCAN:
-        at = marker.end()
-        if marker[1][0] in _FRAMES:
-            return list(data[at + 8 : at + int.from_bytes(data[at : at + 2], "big") : 3])
-        at += max(2, int.from_bytes(data[at : at + 2], "big"))
-    return []
+def _frame(data: bytes) -> dict[str, Any]:
+    """Return the type of the frame and the identifiers of the components.
+
+    Decoders guess the colours from the identifiers.
+    """
+    code, body = next((one for one in _segments(data) if one[0] in _FRAMES), (min(_FRAMES), b""))
+    return {"frame": f"SOF{code - min(_FRAMES)}", "components": list(body[6::3])}
 
 
 def _compare_blocks(mine: Any, theirs: Any) -> dict[str, Any]:
     """Return the number and place of units of blocks that differ; None if incomparable."""
     (planes, frame), (others, other_frame) = mine, theirs
+    frames = [other_frame.pop("frame"), frame.pop("frame")]
     same = {name: value == other_frame[name] for name, value in frame.items()}
-    found: dict[str, Any] = {"same": same, "units": None, "changed_units": None, "box_px": None}
+    found: dict[str, Any] = {
+        "same": same, "frames": frames, "units": None, "changed_units": None, "box_px": None,
+    }  # fmt: skip
     if not all(same.values()):
         return found
     (width, height), factors = frame["size"], frame["subsampling"]
@@ -138,17 +148,21 @@ def _compare_blocks(mine: Any, theirs: Any) -> dict[str, Any]:
         changed[rows // high, columns // wide] = True
     found |= {"units": changed.size, "changed_units": int(changed.sum())}
     if changed.any():
-        rows, columns = np.nonzero(changed)
-        found["box_px"] = [int(columns.min()) * along, int(rows.min()) * down,
-                           min(int(columns.max() + 1) * along, width),
-                           min(int(rows.max() + 1) * down, height)]  # fmt: skip
+        (top, bottom), (left, right) = ((int(one.min()), int(one.max()) + 1)
+                                        for one in np.nonzero(changed))  # fmt: skip
+        found["box_px"] = [left * along, top * down,
+                           min(right * along, width), min(bottom * down, height)]  # fmt: skip
     return found
 
 
 def _described(found: dict[str, Any]) -> str:
     if found["same_file"]:
         return tr("The two files are the same, byte for byte.")
-    return " ".join(map(translated, [_blocks_described(found), _metadata_described(found)]))
+    said = [_blocks_described(found), _metadata_described(found)]
+    before, after = found["frames"]
+    if before != after:
+        said.append(Text("The frame type changed: {before} → {after}.", before=before, after=after))
+    return " ".join(map(translated, said))
 
 
 def _blocks_described(found: dict[str, Any]) -> Text:
@@ -159,15 +173,13 @@ def _blocks_described(found: dict[str, Any]) -> Text:
         others = [names[name] for name, is_same in found["same"].items() if not is_same]
         return Text("The blocks can't be compared. Different: {names}.",
                     names=Text.joined(", ", others))  # fmt: skip
-    if not found["changed_units"]:
-        return Text("All {units:,} units of blocks are the same, bit for bit.",
-                    units=found["units"])  # fmt: skip
-    return Text(
-        "{same:,} of {units:,} units of blocks are the same, bit for bit; the others lie from "
-        "{left}, {top} to {right}, {bottom} px.",
-        same=found["units"] - found["changed_units"], units=found["units"],
-        **dict(zip(("left", "top", "right", "bottom"), found["box_px"], strict=True)),
-    )  # fmt: skip
+    units, changed, box = found["units"], found["changed_units"], found["box_px"]
+    if not changed:
+        return Text("All {units:,} units of blocks are the same, bit for bit.", units=units)
+    sides = dict(zip(("left", "top", "right", "bottom"), box, strict=True))
+    return Text("{same:,} of {units:,} units of blocks are the same, bit for bit; the others lie "
+                "from {left}, {top} to {right}, {bottom} px.",
+                same=units - changed, units=units, **sides)  # fmt: skip
 
 
 def _metadata_described(found: dict[str, Any]) -> Text:

@@ -159,10 +159,10 @@ def _file_of(photo: Photo, originals: Originals | None) -> Path:
         return photo.path
     with suppress(OSError):
         found = None if originals is None else originals.find(photo.path)
-        if found is not None and found.record is not None:
+        if found is not None:
             if photo.stamp == Stamp.of(found.file.stat()):
                 return found.file
-            if found.record.version == _version(photo):
+            if found.version == _version(photo):
                 return photo.path
     raise CannotWrite(_changed(photo))
 

@@ -9,7 +9,7 @@ import shutil
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 from urllib.parse import quote_from_bytes, unquote_to_bytes
@@ -17,14 +17,13 @@ from urllib.parse import quote_from_bytes, unquote_to_bytes
 from kogao_core.base.atomic import Pieces, aside, is_aside, put
 from kogao_core.base.installed import data_folder
 from kogao_core.base.language import Text
-from kogao_core.base.strict import BadFile, Node, parse
+from kogao_core.base.strict import BadFile, parse
 
 LIMIT_BYTES: Final = 10**10
 """Default size limit of the store."""
 _RECORD: Final = ".json"
-_DELTA: Final = ".delta"  # file of the older format, not read any more
-_OLD_FIELDS: Final = ("path", "original", "before", "result", "read")
-_UNKNOWN: Final = "unknown"  # `file` of a record of the older format
+# Fields of a record, in the order of `StoredOriginal`.
+_FIELDS: Final = ("path", "file", "version", "original", "results")
 _HEX: Final = 64
 _MAX_RESULTS: Final = 200
 _MAX_RECORD_BYTES: Final = 1 << 16
@@ -43,43 +42,21 @@ class StoreFull(Exception):
 
 
 @dataclass(frozen=True, slots=True)
-class OriginalRecord:
-    """Metadata of a stored original, saved as JSON in the same folder."""
-
-    path: str  # of the photo, absolute and percent-encoded: a path may contain any bytes
-    file: str  # device, inode and modification time of the last result (`_identity`)
-    version: str  # version of the photo used for the last result; any text
-    original: str  # SHA-256 of the original
-    results: tuple[str, ...]  # SHA-256 of each result written over the photo, newest last
-
-
-@dataclass(frozen=True, slots=True)
 class StoredOriginal:
-    """An original in the store: a copy of the photo, and a record unless damaged."""
+    """An original in the store: a copy of the photo and its record, which is empty if damaged."""
 
-    file: Path
-    record: OriginalRecord | None
+    file: Path  # the copy; the record lies next to the copy, as JSON
+    path: str = ""  # of the photo, absolute and percent-encoded: a path may contain any bytes
+    identity: str = ""  # device, inode and modification time of the last result (`_identity`)
+    version: str = ""  # version of the photo used for the last result; any text
+    original: str = ""  # SHA-256 of the original
+    results: tuple[str, ...] = ()  # SHA-256 of each result written over the photo, newest last
 
     @property
     def photo(self) -> Path | None:
         """Path of the photo that was overwritten; None if the record lacks it."""
-        path = Path(os.fsdecode(unquote_to_bytes(self.record.path))) if self.record else Path()
+        path = Path(os.fsdecode(unquote_to_bytes(self.path)))
         return path if path.is_absolute() else None
-
-    def is_of(self, place: Path) -> bool:
-        """Return whether the photo that was overwritten lay at `place`."""
-        hashed = self.record is not None and self.record.path == _sha256([os.fsencode(place)])
-        return self.photo == place or hashed
-
-    @property
-    def original(self) -> str:
-        """SHA-256 of the original; "" without a record."""
-        return "" if self.record is None else self.record.original
-
-    @property
-    def results(self) -> tuple[str, ...]:
-        """SHA-256 of each result written over the photo."""
-        return () if self.record is None else self.record.results
 
     def is_redundant(self) -> bool:
         """Return whether the photo is identical to the original again."""
@@ -93,9 +70,8 @@ class StoredOriginal:
 
     def remove(self) -> None:
         """Delete the original and its record."""
-        delta = self.file.with_name(self.file.name + _DELTA)
-        for file in (self.file, delta, _record_of(self.file)):
-            file.unlink(missing_ok=True)
+        self.file.unlink(missing_ok=True)
+        _record_of(self.file).unlink(missing_ok=True)
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,13 +107,11 @@ class Originals:
         """
         place = _real(path)
         present, new = _hash_of(place), _sha256(result)
-        own = (one for one in self.all() if one.is_of(place) and one.original == present)
+        own = (one for one in self.all() if (one.photo, one.original) == (place, present))
         known = self.find(path) or next((one for one in own if one.file.is_file()), None)
-        encoded = quote_from_bytes(os.fsencode(place))
-        if known and known.record and known.is_of(place):
+        if known and known.photo == place:
             results = (*known.results, new)[-_MAX_RESULTS:]
-            record = replace(known.record, path=encoded, version=version, results=results)
-            _write_record(replace(known, record=record))
+            _write_record(replace(known, version=version, results=results))
             return 0
         source = place if known is None else known.file
         data = source.read_bytes()
@@ -149,11 +123,8 @@ class Originals:
         put(data, file, like=source)
         shutil.copystat(source, file)
         results = (new,) if known is None else (present, new)
-        _write_record(
-            StoredOriginal(
-                file, OriginalRecord(encoded, _identity(place), version, digest, results)
-            )
-        )
+        encoded = quote_from_bytes(os.fsencode(place))
+        _write_record(StoredOriginal(file, encoded, _identity(place), version, digest, results))
         return evicted
 
     def note_written(self, path: Path) -> None:
@@ -161,23 +132,22 @@ class Originals:
         place = _real(path)
         present = _hash_of(place)
         for one in self.all():
-            if one.record and one.is_of(place) and one.results[-1] == present:
-                _write_record(replace(one, record=replace(one.record, file=_identity(place))))
+            if one.photo == place and one.results[-1:] == (present,):
+                _write_record(replace(one, identity=_identity(place)))
                 return
 
     def find(self, path: Path) -> StoredOriginal | None:
         """Return the original of the result at `path`. None: no original or several match."""
         place = _real(path)
-        fits = sorted(self._certain(place), key=lambda one: not one.is_of(place))
+        fits = sorted(self._certain(place), key=lambda one: one.photo != place)
         return next((one for one in fits if one.file.is_file()), None)
 
     def all(self) -> list[StoredOriginal]:
         """Return all originals, the newest first, and the records of evicted originals."""
         with suppress(OSError):
             files = {one for one in self.folder.iterdir() if one.is_file() and not is_aside(one)}
-            files = {one for one in files if one.suffix != _DELTA}
-            names = {one if one.suffix != _RECORD else one.with_suffix("") for one in files}
-            return [StoredOriginal(one, _read_record(one)) for one in sorted(names, reverse=True)]
+            names = {one.with_suffix("") if one.suffix == _RECORD else one for one in files}
+            return [_read(one) for one in sorted(names, reverse=True)]
         return []
 
     def of(self, path: Path) -> list[StoredOriginal]:
@@ -190,8 +160,8 @@ class Originals:
         own = [
             one
             for one in every
-            if one.is_of(place)
-            or (one.record and one.record.file == identity)
+            if place == one.photo
+            or (identity and one.identity == identity)
             or present in (one.original, *one.results)
         ]
         shared = {result for one in own for result in one.results}
@@ -214,12 +184,10 @@ class Originals:
         if present == chosen.original:
             return False
         # With a number, restore may overwrite any file that the store knows.
-        known = {hash_ for one in listed for hash_ in (one.original, *one.results)}
-        known = known if number else set(chosen.results)
-        if present and present not in known and not force:
+        known = {one for each in listed for one in (each.original, *each.results)}
+        if present and not force and present not in (known if number else chosen.results):
             raise ChangedSince(
-                Text("{path} has changed since it was written in place; force=True restores the "
-                     "original all the same",
+                Text("{path} has changed since Kogao wrote it; use force to lose the changes",
                      path=path)
             )  # fmt: skip
         data = chosen.file.read_bytes()
@@ -240,8 +208,7 @@ class Originals:
         place, count = _real(path), 0
         identity = _identity(place)
         for one in self.all():
-            is_same = one.record is not None and one.record.file == identity
-            if place == one.file or one.is_of(place) or is_same:
+            if place in (one.file, one.photo) or (identity and one.identity == identity):
                 count += one.file.is_file()
                 one.remove()
         return count
@@ -249,7 +216,7 @@ class Originals:
     def _only(self, path: Path, present: str, listed: list[StoredOriginal]) -> StoredOriginal:
         """Return the only original of a file. Raises NoOriginal."""
         place = _real(path)
-        own = [one for one in self.all() if one.is_of(place)]
+        own = [one for one in self.all() if one.photo == place]
         found = self._certain(place) or [one for one in own if one.original == present]
         if not found and not any(present in one.results for one in self.all()):
             found = own if len({one.original for one in own}) == 1 else []
@@ -279,15 +246,15 @@ class Originals:
         result counts as the result only if the result is no longer at the recorded path.
         """
         present, identity = _hash_of(place), _identity(place)
-        fits = [(one, one.record) for one in self.all() if one.record and present in one.results]
-        same = {one.original for one, record in fits if record.file == identity}
-        here = {one.original for one, _ in fits if one.is_of(place)}
-        moved = {one.original for one, record in fits if _identity(one.photo) != record.file}
-        if len({one.original for one, _ in fits}) == 1:
+        fits = [one for one in self.all() if present in one.results]
+        same = {one.original for one in fits if one.identity == identity}
+        here = {one.original for one in fits if one.photo == place}
+        moved = {one.original for one in fits if _identity(one.photo) != one.identity}
+        if len({one.original for one in fits}) == 1:
             certain = here | same | moved
         else:
             certain = same if here <= same else set()
-        return [one for one, _ in fits if {one.original} == certain]
+        return [one for one in fits if {one.original} == certain]
 
     def _make_room(self, count: int, needed: Path) -> int:
         """Make room for `count` bytes. Return the number of evicted originals. Raises StoreFull.
@@ -326,42 +293,29 @@ def _identity(place: Path | None) -> str:
 
     The modification time distinguishes a file from a later file with the same inode.
     """
-    try:
-        state = place.stat() if place else None
-    except OSError:
-        state = None
-    if state is None:
-        return ""
-    return f"{state.st_dev}-{state.st_ino}-{state.st_mtime_ns}"
+    with suppress(OSError):
+        if place is not None:
+            state = place.stat()
+            return f"{state.st_dev}-{state.st_ino}-{state.st_mtime_ns}"
+    return ""
 
 
-def _write_record(original: StoredOriginal) -> None:
-    assert original.record is not None
-    data = (json.dumps(asdict(original.record)) + "\n").encode()
-    put(data, _record_of(original.file), private=True)
+def _write_record(one: StoredOriginal) -> None:
+    values = one.path, one.identity, one.version, one.original, one.results
+    data = json.dumps(dict(zip(_FIELDS, values, strict=True))) + "\n"
+    put(data.encode(), _record_of(one.file), private=True)
 
 
-def _read_record(original: Path) -> OriginalRecord | None:
-    """Return the record of an original, or None if it is missing or damaged."""
-    try:
-        data = _record_of(original).read_bytes()
-        node = parse(data, _MAX_RECORD_BYTES)
-        if "before" in node.only((*OriginalRecord.__slots__, *_OLD_FIELDS)).value:
-            return _old_record(node)
-        texts = {
-            name: node.field(name).text(_MAX_RECORD_BYTES) for name in OriginalRecord.__slots__[:-1]
-        }
-        results = [one.text(_HEX) for one in node.field("results").items(_MAX_RESULTS)]
-        return OriginalRecord(**texts, results=tuple(results))
-    except (BadFile, OSError):
-        return None
-
-
-def _old_record(node: Node) -> OriginalRecord:
-    """Return a record of the format before November 2026. Raises BadFile."""
-    path, digest, before, result, version = (node.field(one).text(_HEX) for one in _OLD_FIELDS)
-    results = (result,) if before in (digest, result) else (before, result)
-    return OriginalRecord(path, _UNKNOWN, version, digest, results)
+def _read(original: Path) -> StoredOriginal:
+    """Return an original with its record, or without a record that is missing or damaged."""
+    with suppress(BadFile, OSError):
+        node = parse(_record_of(original).read_bytes(), _MAX_RECORD_BYTES).only(_FIELDS)
+        path, identity, version, digest = (
+            node.field(name).text(_MAX_RECORD_BYTES) for name in _FIELDS[:-1]
+        )
+        results = tuple(one.text(_HEX) for one in node.field("results").items(_MAX_RESULTS))
+        return StoredOriginal(original, path, identity, version, digest, results)
+    return StoredOriginal(original)
 
 
 def _sha256(pieces: Pieces) -> str:

@@ -150,18 +150,11 @@ def _lines(file: Path, _: int) -> list[Result]:
 
 
 def _line(line: bytes) -> Result | None:
-    """Return a line of the list, or None if it is damaged.
-
-    Older lines have the path of the photo in `source`, and a field `result` instead of `name`.
-    """
+    """Return a line of the list, or None if it is damaged."""
     try:
-        node = parse(line, _MAX_LINE_BYTES)
-        if "result" in node.only((*Result.__slots__, "result")).value:
-            source, name = _hashes(Path(node.field("source").text(_MAX_LINE_BYTES)))
-        else:
-            source, name = (node.field(field).text(_HEX) for field in ("source", "name"))
-        sha256, edit = (node.field(field).text(_HEX) for field in ("sha256", "edit"))
-        return Result(source, name, node.field("size").whole(0, 1 << 53), sha256, edit)
+        node = parse(line, _MAX_LINE_BYTES).only(Result.__slots__)
+        hashes = {one: node.field(one).text(_HEX) for one in Result.__slots__ if one != "size"}
+        return Result(size=node.field("size").whole(0, 1 << 53), **hashes)
     except BadFile:
         return None
 
@@ -201,10 +194,10 @@ def _photo_of(line: Result, path: Path) -> Path | None:
     near: list[Path] = []
     for folder in (path.parent, path.parent.parent):
         with suppress(OSError):
-            near += (one for one in folder.iterdir() if one.suffix.lower() in READABLE)
-    hashes = {one: _hashes(one) for one in near}
-    places = [one for one in near if hashes[one][0] == line.source]
-    beside = [one for one in near if one.parent == path.parent and hashes[one][1] == line.name]
+            near += folder.iterdir()
+    hashes = {one: _hashes(one) for one in near if one.suffix.lower() in READABLE}
+    places = [one for one in hashes if hashes[one][0] == line.source]
+    beside = [one for one in hashes if (one.parent, hashes[one][1]) == (path.parent, line.name)]
     return _first_photo([*places, *beside], path)
 
 

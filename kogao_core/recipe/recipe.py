@@ -142,6 +142,19 @@ class Recipe:
     ValueError
         If a value is out of range; the message names the field, its range and the value.
 
+    Notes
+    -----
+    The paper leaves three choices open. Every recipe, `PAPER` too, fixes them as follows. Effects
+    at 4 % towards centre 2 on 91 portraits of 400 to 1400 px:
+
+    - Lattice origin: between eyes and mouth, not the image's corner. Another origin changes
+      displacements by up to 23 % of the largest one, and the achieved percentage of one face by up
+      to 0.38.
+    - Unit of R: landmark spacings, not warp distances (``lattice_unit="warp"``). R = 1 is about 5.5
+      warp distances. With R = 1 in warp distances, 34 of the 91 faces fold.
+    - Direction of the fit: backward, at the targets. A forward fit at the landmarks changes
+      displacements by up to 0.8 % of the eye distance, and the achieved percentage by up to 0.06.
+
     Examples
     --------
     >>> import kogao_core as kogao
@@ -294,6 +307,7 @@ class Recipe:
         Text("Cheeks"),
         Text("cheeks' width"),
         Text("Width of the cheeks; negative is slimmer"),
+        letter="k",
     )
     forehead_height: float = _signed(
         0.0,
@@ -487,6 +501,7 @@ SHAPE: Final = (
 FACE_FIELDS: Final = tuple(name for name, setting in SETTINGS.items() if not setting.per_photo)
 
 _DEFAULTS: Final = dataclasses.asdict(Recipe())
+# The notes of `Recipe` list the choices that the paper leaves open.
 PAPER: Final = Recipe(
     percent=4.0,
     fit="approximation",

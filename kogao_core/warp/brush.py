@@ -13,7 +13,6 @@ import math
 from collections import OrderedDict
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
 from threading import Lock
 from typing import Final, Literal
 
@@ -25,7 +24,7 @@ from kogao_core.base.language import Text
 from kogao_core.warp.field import Field
 from kogao_core.warp.fit import MIN_SPACING_PX
 from kogao_core.warp.frame import kept_inside
-from kogao_core.warp.guard import share_let_in
+from kogao_core.warp.guard import limited_stroke
 from kogao_core.warp.lattice import Grid, Lattice, meet
 from kogao_core.warp.one_to_one import fade_is_safe
 
@@ -190,9 +189,9 @@ UNTOUCHED = Brushwork()
 def brushed(
     field: Field, brushwork: Brushwork, photo: Box, *, guarded: bool
 ) -> tuple[Field, tuple[float, ...]]:
-    """Return a field after the strokes of a brush, and how much of each stroke was let through.
+    """Return a field after the strokes of a brush, and the smallest share kept of each stroke.
 
-    Its own lattices stay as they are, and first; a stroke that would fold is held back alone.
+    The lattices of `field` stay as they are, and first. Strokes are reduced where they squeeze.
     """
     own, strokes = len(field.lattices), brushwork.strokes
     keys = _keys(field, brushwork, (photo, guarded))
@@ -201,13 +200,14 @@ def brushed(
     for stroke, key in [*zip(strokes, keys, strict=True)][len(shares) :]:
         grid = Grid((photo.left - 0.5, photo.top - 0.5), stroke.spacing_px)
         if stroke.kind == "push":
-            changes = [_push(stroke, grid)]
+            drawn = [_push(stroke, grid)]
         else:
-            changes = _restore(stroke, grid, field.lattices)
-        changes = [kept_inside(one, photo) for one in changes if one.phi.any()]
-        after = partial(_joined, field, own, changes)
-        share = share_let_in(field, changes, after) if guarded and changes else 1.0
-        field, shares = after(share), (*shares, share)
+            drawn = _restore(stroke, grid, field.lattices)
+        changes: Sequence[Lattice] = [kept_inside(one, photo) for one in drawn if one.phi.any()]
+        share = 1.0
+        if guarded and changes:
+            changes, share = limited_stroke(field, changes, photo)
+        field, shares = _joined(field, own, changes), (*shares, share)
         _keep(key, (field.lattices, shares))
     if not fade_is_safe(field):
         field = dataclasses.replace(field, fade_px=0.0)
@@ -298,10 +298,10 @@ def _nodes(
     return at.reshape(len(at), -1), first, shape, weights.reshape(len(at), -1)
 
 
-def _joined(field: Field, own: int, changes: Sequence[Lattice], share: float) -> Field:
-    """Return a field with a share of further displacements; its first lattices stay its own."""
+def _joined(field: Field, own: int, changes: Sequence[Lattice]) -> Field:
+    """Return a field with further displacements; its first lattices stay its own."""
     lattices = [*field.lattices]
-    for one in (change.scaled(share) for change in changes if share > 0.0):
+    for one in changes:
         for k, other in enumerate(lattices[own:], start=own):
             if other.grid == one.grid and meet(other, one):
                 joined = other.plus(one)

@@ -16,7 +16,6 @@ from kogao_core.warp.frame import kept_inside
 from kogao_core.warp.lattice import Lattice, groups, meet
 from kogao_core.warp.one_to_one import (
     LEAST_MEASURED_DET,
-    Shrinking,
     certify,
     edges_are_safe,
     least_det,
@@ -39,11 +38,8 @@ _FADE: Final = 2.5
 _ROUNDS: Final = 8
 _BISECTIONS: Final = 10
 
-# A stroke may bring det J down so far, and where it is there already by this factor each; samples
-# of the faces' lattices lie elsewhere than those of a stroke's.
-_ROOM: Final = 4.0 * LEAST_MEASURED_DET
-_LEFT: Final = 0.6
-_LEAST_LEFT: Final = 1.4 * LEAST_MEASURED_DET
+# The same as `LEAST_DET` for strokes of a brush: a user squeezes there on purpose.
+_LEAST_DET_OF_STROKES: Final = LEAST_DET / 2.0
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -76,37 +72,71 @@ def limited(field: Field, photo: Box | None = None) -> tuple[Field, tuple[Limit,
     return field, limits
 
 
-def _weights(part: Field, photo: Box | None) -> list[Array]:
-    """Return the weights of the control points of a group of lattices."""
-    weights = [np.ones(lattice.shape) for lattice in part.lattices]
+def limited_stroke(
+    field: Field, changes: Sequence[Lattice], photo: Box
+) -> tuple[Sequence[Lattice], float]:
+    """Reduce the lattices of a brush stroke near cells that they would squeeze, and only there.
+
+    Result: the lattices, and the smallest share of their displacement that is kept.
+    """
+    near = [a for a in field.lattices if any(meet(a, one) for one in changes)]
+    part = dataclasses.replace(field, lattices=(*near, *changes), fade_px=0.0)
+    weights = _weights(part, photo, len(near))
+    share = min(_limit(*each).share for each in zip(part.lattices, weights, strict=True))
+    return _weighted(part, weights, photo).lattices[len(near) :], share
+
+
+def _weights(part: Field, photo: Box | None, fixed: int = 0) -> list[Array]:
+    """Return the weights of the control points of a group of lattices; 1 for the first `fixed`."""
+    weights, det = [np.ones(lattice.shape) for lattice in part.lattices], None
     for _ in range(_ROUNDS):
         field = _weighted(part, weights, photo)
-        limits = [*_limits(field)]
+        limits = [*_limits(field, fixed)]
         if not limits:
+            det = LEAST_MEASURED_DET  # or more, everywhere
             break
         places, shares, reach = (np.concatenate(each) for each in zip(*limits, strict=True))
-        for weight, lattice in zip(weights, part.lattices, strict=True):
+        for weight, lattice in zip(weights[fixed:], part.lattices[fixed:], strict=True):
             weight *= _weight(lattice, places, shares, reach)
     field = _weighted(part, weights, photo)
+    share = (
+        1.0
+        if _is_one_to_one(field, det)
+        else bisected(lambda share: _is_one_to_one(_scaled(field, share, fixed)), 1.0)
+    )
+    return [*weights[:fixed], *(share * weight for weight in weights[fixed:])]
 
-    def allows(share: float) -> bool:
-        lattices = tuple(lattice.scaled(share) for lattice in field.lattices)
-        return _is_one_to_one(dataclasses.replace(field, lattices=lattices))
 
-    share = 1.0 if _is_one_to_one(field) else bisected(allows, 1.0)
-    return [share * weight for weight in weights]
+def _scaled(field: Field, share: float, fixed: int) -> Field:
+    """Return the field with a share of all lattices but the first `fixed`."""
+    lattices = field.lattices[fixed:]
+    scaled = (lattice.scaled(share) for lattice in lattices)
+    return dataclasses.replace(field, lattices=(*field.lattices[:fixed], *scaled))
 
 
-def _limits(field: Field) -> Iterator[tuple[Array, Array, Array]]:
+def _limits(field: Field, fixed: int) -> Iterator[tuple[Array, Array, Array]]:
     """Yield places (N, 2), px, the share of the displacement that each bears, and its spacing."""
-    for lattice in field.lattices:
-        det = least_dets(dataclasses.replace(field, protection=NOTHING), lattice, LEAST_DET)
-        low = det < LEAST_DET
+    plain = dataclasses.replace(field, protection=NOTHING)
+    floor = _LEAST_DET_OF_STROKES if fixed else LEAST_DET
+    for number, lattice in enumerate(field.lattices):
+        det = least_dets(plain, lattice, floor)
+        if not (det < floor).any():
+            continue
+        before = _before(plain, number, fixed) if fixed else np.ones_like(det)
+        low = det < np.minimum(floor, before)
+        before, det = before[low], det[low]
         # Slopes shrink with the displacement: 1 - det J does at least in proportion.
-        yield from _at(lattice, low, (1.0 - _AIM) / (1.0 - det[low]))
+        aim = np.minimum(_AIM / LEAST_DET * floor, before)
+        yield from _at(lattice, low, (before - aim) / (before - det))
     for fine, slope in protected_slopes(field):
         steep = slope >= 1.0
         yield from _at(fine, steep, _MOST_SLOPE / slope[steep])
+
+
+def _before(field: Field, number: int, fixed: int) -> Array:
+    """Return about the smallest det J in each cell of a lattice, of the first `fixed` alone."""
+    bare = _scaled(field, 0.0, fixed)
+    return np.minimum(least_dets(bare, bare.lattices[number]), 1.0)
 
 
 def _at(
@@ -154,38 +184,6 @@ def _limit(lattice: Lattice, weight: Array) -> Limit:
     i, j = np.add(lattice.first, (column, row))
     place = lattice.grid.node_px(i, 0), lattice.grid.node_px(j, 1)
     return Limit(float(moving[row, column]), (float(place[0]), float(place[1])))
-
-
-def share_let_in(
-    field: Field, changes: Sequence[Lattice], after: Callable[[float], Field]
-) -> float:
-    """Return how much of further displacements, all by one share, a field bears without a fold.
-
-    Where they make det J smaller than `_ROOM` they leave most of it, at all samples, and one that
-    stands alone is proven; `after` is the field with a share of them. Result: 1 where all of it is.
-    """
-    near = [a for a in field.lattices if any(meet(a, one) for one in changes)]
-    whole = Field((*near, *changes))
-    members = range(len(near), len(whole.lattices))
-    # What is finer than a change has samples of its own there.
-    finer = [
-        a.within(one.box)
-        for one in changes
-        for a in near
-        if a.grid.spacing_px < one.grid.spacing_px and meet(a, one)
-    ]
-    samples = [Shrinking(whole, one, members, _ROOM) for one in (*changes, *finer)]
-    before = [one.dets(0.0) for one in samples]
-    least = [np.minimum(was, np.clip(_LEFT * was, _LEAST_LEFT, _ROOM)) for was in before]
-
-    def allows(share: float) -> bool:
-        if any((one.dets(share) < most).any() for one, most in zip(samples, least, strict=True)):
-            return False
-        if field.protection.strokes and protected_slope(after(share)) >= 1.0:
-            return False
-        return len(whole.lattices) > 1 or certify(Field(after(share).lattices[-1:]))
-
-    return 1.0 if allows(1.0) else bisected(allows, 1.0)
 
 
 def bisected(allows: Callable[[float], bool], most: float) -> float:

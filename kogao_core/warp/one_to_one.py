@@ -8,9 +8,9 @@ points move little (Choi and Lee, 2000).
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Collection, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import compress, product
+from itertools import product
 from math import comb
 from typing import Final
 
@@ -28,8 +28,6 @@ _PLACES: Final = (np.arange(SAMPLES_PER_CELL) + 0.5) / SAMPLES_PER_CELL
 _ALONG_X: Final = np.kron(basis(_PLACES), basis_slope(_PLACES)).T
 _ALONG_Y: Final = np.kron(basis_slope(_PLACES), basis(_PLACES)).T
 
-Slopes = tuple[Array, Array]
-"""Derivatives along x and along y, each of the x and the y component."""
 # Choi and Lee (2000): a lattice can't fold if all control points move less than this, in spacings.
 INJECTIVE_BOUND: Final = 0.48
 _HALVINGS: Final = 2  # subdivisions of a cell for a tighter bound
@@ -75,59 +73,6 @@ def largest_det(field: Field) -> float:
         xs, ys = ((span[0][:, None] + h * _PLACES).ravel() for span in lattice.cell_spans_px)
         most = max(most, float(field.det_jacobian(xs, ys).max()))
     return most
-
-
-class Shrinking:
-    """Samples near a lattice at which det J may be small while some displacements shrink.
-
-    Slopes are proportional to displacements, so det J at each sample is quadratic in the share.
-    The field must be a plain sum of lattices.
-    """
-
-    def __init__(
-        self, field: Field, lattice: Lattice, members: Collection[int], below: float
-    ) -> None:
-        near = [k for k, a in enumerate(field.lattices) if meet(a, lattice)]
-        self.shrinks = np.array([k in members for k in near])
-        lattices, spans = [field.lattices[k] for k in near], lattice.cell_spans_px
-        most = np.stack([a.most_in(a.steepest, spans) for a in lattices])
-        cells = _block(_may_fall(most.sum(axis=0), below))
-        places = _places_px(lattice, cells)
-        still, shrinking = (
-            dataclasses.replace(field, lattices=tuple(compress(lattices, which))).slopes(*places)
-            for which in (~self.shrinks, self.shrinks)
-        )
-        terms = _det_by_share(still, shrinking)
-        at = np.nonzero(_least_of(*terms) < below)
-        self._terms = [term[at] for term in terms]
-        rows, columns = (
-            part.start + index // SAMPLES_PER_CELL for part, index in zip(cells, at, strict=True)
-        )
-        self._most = most[:, rows, columns]
-
-    def dets(self, share: float) -> Array:
-        """Return det J at each sample, shape (N,)."""
-        still, linear, square = self._terms
-        return np.asarray(still + share * (linear + share * square))
-
-    def steepest(self, share: float) -> Array:
-        """Return slope bounds of the lattices at the cell of each sample, (lattices, N)."""
-        return np.where(self.shrinks, share, 1.0)[:, None] * self._most
-
-
-def _det_by_share(still: Slopes, shrinking: Slopes) -> tuple[Array, Array, Array]:
-    """Return a, b, c of ``det(I + S + share D) = a + b share + c share^2`` for slopes S and D."""
-    (s_xx, s_yx), (s_xy, s_yy) = still
-    (d_xx, d_yx), (d_xy, d_yy) = shrinking
-    linear = (1.0 + s_xx) * d_yy + d_xx * (1.0 + s_yy) - s_yx * d_xy - d_yx * s_xy
-    return det_of(*still), linear, d_xx * d_yy - d_yx * d_xy
-
-
-def _least_of(constant: Array, linear: Array, square: Array) -> Array:
-    """Return the smallest value of each quadratic over 0 to 1."""
-    turn = np.clip(-linear / np.where(square > 0.0, 2.0 * square, 1.0), 0.0, 1.0)
-    values = [constant + t * (linear + t * square) for t in (0.0, turn, 1.0)]
-    return np.asarray(np.minimum.reduce(values))
 
 
 def _in_cells(field: Field, lattice: Lattice, which: npt.NDArray[np.bool_]) -> Array:

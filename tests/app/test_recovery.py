@@ -7,6 +7,7 @@ import json
 import os
 import shutil
 import signal
+import stat
 import subprocess
 import sys
 import textwrap
@@ -94,6 +95,8 @@ def test_unsaved_changes_are_kept_aside_and_not_beside_the_photo(opened, photo, 
     opened.change_something()
     file = kept(opened)
     assert file.parent == storage.recovery
+    if sys.platform != "win32":
+        assert stat.S_IMODE(file.stat().st_mode) == 0o600
     project = load(file)
     assert project.automatic.recipe.percent == 5.0
     assert project.original.path == str(photo)
@@ -200,6 +203,17 @@ def test_what_a_killed_program_left_can_be_discarded(killed, start):
     assert not killed.exists()
     assert driver.say() == "The changes to portrait.png are discarded."
     assert driver.editor.document.photo is None
+
+
+def test_work_that_is_restored_while_the_question_is_open_is_not_discarded(killed, start, photo):
+    driver = looked(start())
+    driver.take_step("Discard")
+    next(one for one in driver.window.bar.buttons if one.text() == "Restore").click()
+    driver.qtbot.waitUntil(lambda: driver.editor.document.path == photo)
+    driver.answer("Discard")
+    driver.settle()
+    driver.qtbot.waitUntil(lambda: not killed.exists())
+    assert load(kept(driver)).automatic.faces
 
 
 def test_dismissed_work_is_offered_again(killed, start):

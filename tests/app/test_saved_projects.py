@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import os
 import shutil
+import stat
+import sys
 
 import cv2
 import numpy as np
@@ -135,8 +137,11 @@ def test_a_renamed_photo_finds_its_edits_and_undo_steps_by_its_content(
     np.testing.assert_array_equal(other.shown, worked.shown)
     assert other.editor.document.undo.count() == worked.editor.document.undo.count()
     assert sidecar.kept(renamed, storage.edits) == sidecar_of(photo), "as for batch and strip"
+    before = sidecar_of(photo).read_bytes()
     other.change_something()
     other.settle()
+    save_project(other)
+    assert sidecar_of(photo).read_bytes() == before, "another photo may get that name"
     assert sidecar.kept(renamed, storage.edits) == sidecar_of(renamed)
     os.utime(sidecar_of(photo), (1, 1))
     twice = renamed.rename(photo.with_name("a-second-name.png"))
@@ -291,11 +296,15 @@ def test_where_the_folder_cant_be_written_edits_are_kept_in_the_users_own(
     assert start(photo).state.recipe.percent == 8.0, "the newest one counts"
 
 
-def test_who_wants_nothing_beside_photos_has_nothing_there(opened, start, photo):
+def test_who_wants_nothing_beside_photos_has_nothing_there(opened, start, photo, storage):
     preferences.prefer(opened.editor.projects.settings, preferences.EDITS, "own")
     step(opened, 9.0)
     opened.settle()
     assert not sidecar_of(photo).exists()
+    if sys.platform != "win32":
+        files = list(storage.edits.iterdir())
+        assert {one.suffix for one in files} >= {".json", ".steps"}
+        assert {stat.S_IMODE(one.stat().st_mode) for one in files if one.is_file()} == {0o600}
     assert start(photo).state.recipe.percent == 9.0
     preferences.prefer(opened.editor.projects.settings, preferences.EDITS, "")
     step(opened, 8.0)

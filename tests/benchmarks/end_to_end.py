@@ -1,4 +1,4 @@
-"""Measure from file to file: ``python tests/benchmarks/end_to_end.py [--quick] [--json F]``.
+"""Measure from file to file: ``python tests/benchmarks/end_to_end.py [--quick] [--page P]``.
 
 Every row stands beside its floor: what no program can do without, measured in the same rounds. The
 floor is measured twice a round; its ratio to itself is the machine's noise. Real photographs are
@@ -24,13 +24,14 @@ import finding
 import numpy as np
 import photographs
 import stages
-from paired import Case, Row, beside_floor, measured
+from paired import Case, Row, beside_floor, into_page, measured
 from processes import CLI, EDITOR, Cost, run
 
 from kogao_core.lab.reports.report import machine
 from kogao_core.lab.reports.spread import in_turns
 
 HERE = Path(__file__).resolve().parent
+_HEAD = ["task", "ratio", "quartiles", "floor / itself", "Kogao", "floor", "unit"]
 FLOOR = (sys.executable, str(HERE / "floors.py"))
 
 
@@ -199,6 +200,7 @@ def main() -> None:
     parser.add_argument("--quick", action="store_true", help="small pictures, few rounds")
     parser.add_argument("--only", nargs="+", choices=[*GROUPS, "stages"], help="not all rows")
     parser.add_argument("--json", type=Path, help="write every figure here")
+    parser.add_argument("--page", type=Path, help="write the table here: docs/measurements.md")
     options = parser.parse_args()
     sizes = Sizes.quick() if options.quick else Sizes()
     asked = options.only or [*GROUPS, "stages"]
@@ -218,6 +220,8 @@ def main() -> None:
     if options.json:
         found = {"machine": about, "rows": [row.to_dict() for row in rows], "stages_ms": taken}
         options.json.write_text(json.dumps(found, indent=1), encoding="utf-8")
+    if options.page:
+        into_page(options.page, "files", [_HEAD, *(row.cells for row in rows)])
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Measure the warp engine: ``python tests/benchmarks/engine.py [--quick] [--json F]``.
+"""Measure the warp engine: ``python tests/benchmarks/engine.py [--quick] [--page P]``.
 
 The unit is one full `cv2.remap` of the same image with a ready map, in the same process. Rivals
 come with ``pip install -e '.[bench]'`` and, because its own dependencies bring another OpenCV,
@@ -22,7 +22,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 import rivals
-from paired import ratio, take_turns
+from paired import into_page, ratio, take_turns
 from scenes import oval_face, textured_photo
 
 from kogao_core.base.geometry import Affine, Image
@@ -91,6 +91,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--quick", action="store_true", help="small pictures, few rounds")
     parser.add_argument("--json", type=Path, help="write every figure here")
+    parser.add_argument("--page", type=Path, help="write the table here: docs/measurements.md")
     options = parser.parse_args()
     rounds = 3 if options.quick else 15
     sizes = {name: _shrunk(size, options.quick) for name, size in SIZES.items()}
@@ -102,6 +103,21 @@ def main() -> None:
     show(report)
     if options.json:
         options.json.write_text(json.dumps(report, indent=1), encoding="utf-8")
+    if options.page:
+        into_page(options.page, "engine", _table(report))
+
+
+def _table(report: dict[str, object]) -> list[list[str]]:
+    rows = [["case", "ratio", "quartiles", "ms"]]
+    for name, figure in report["speed"].items():
+        if name not in ("unit", "cubic unit"):
+            quartiles = f"{figure['q1']:.2f} to {figure['q3']:.2f}"
+            rows.append([name, f"{figure['ratio']:.2f}", quartiles, f"{figure['median_ms']:.1f}"])
+    share = report["memory"]["of the image"]
+    rows.append(["working memory, of the image's bytes", f"{share:.3f}", "", ""])
+    for kernel, kept in report["sharpness"].items():
+        rows.append([f"detail kept where pixels move, {kernel}", f"{kept:.3f}", "", ""])
+    return rows
 
 
 def _shrunk(size: tuple[int, int], quick: bool) -> tuple[int, int]:

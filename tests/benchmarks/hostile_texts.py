@@ -1,7 +1,8 @@
 """Damage everything but photos: ``python tests/benchmarks/hostile_texts.py [--inputs N]``.
 
-Recipes, points, projects, fonts, studies, setting times, reports of batches and the
-options themselves, through ``kogao-cli``, as ``hostile.py`` does it with photos.
+Recipes, points, projects, fonts, studies, setting times, reports of batches, the store of
+originals, the list of results and the options themselves, through ``kogao-cli``, as ``hostile.py``
+does it with photos.
 """
 
 from __future__ import annotations
@@ -29,9 +30,11 @@ from kogao_core.faces.landmarks.sources import template_face
 from kogao_core.lab.experiments import trials
 from kogao_core.lab.study import plan, results
 from kogao_core.lab.study.design import variants
+from kogao_core.photo.originals import Originals
 from kogao_core.projects import interchange
 from kogao_core.projects.json import face_dict
 from kogao_core.projects.project import Original, Project, Sheet, to_dict
+from kogao_core.projects.results import NAME, Results
 from kogao_core.recipe.recipe import PAPER, Recipe
 from kogao_core.warp.protection import NOTHING
 
@@ -40,8 +43,18 @@ IN_BATCH = 6
 LONGEST_ARGUMENT = 100
 Rng = np.random.Generator
 WARP = ["warp", "photo.png", "-o", "out.png", "--json"]
+STORE = "../data/kogao"
+STORE_COMMANDS = (
+    (["restore", "photo.png"], ()),
+    (["restore", "photo.png", "--force"], ()),
+    (["originals"], ()),
+    (["originals", "photo.png", "--export", "out"], ("out/*",)),
+    (["forget", "photo.png"], ()),
+    (["warp", "--in-place", "photo.png", "--points", "p.csv", "--json"], ("photo.png",)),
+    (["warp", "photo.png", "-o", "out.png", "--points", "p.csv", "--json"], ("out.png",)),
+)
 OPTIONS = (
-    ("--percent", "4"), ("--center", "2"), ("--lattice", "1"), ("--threshold", "0.5"),
+    ("--amount", "4"), ("--center", "2"), ("--lattice", "1"), ("--threshold", "0.5"),
     ("--face", "1"), ("--protect", "10,20 60,70"), ("--protect-width", "3"),
     ("--points-map", "0-20/21-24/25-26"), ("--label", "Retouched"),
     ("--max-megapixels", "50"), ("--lattice-unit", "warp"), ("--recipe", "recipe.json"),
@@ -196,6 +209,36 @@ def batch_case(rng: Rng) -> Trial:
     return Trial("batch", arguments, files, ("out/*",), codes=(0, 2, 3, 5), lines=lines)
 
 
+@functools.cache
+def store() -> dict[str, bytes]:
+    """Return a result that was written in place, its original's store, and the list of results."""
+    with tempfile.TemporaryDirectory() as folder:
+        inverted = 255 - textured_photo(WIDTH, HEIGHT)
+        path, result = Path(folder, "photo.png"), cv2.imencode(".png", inverted)[1].tobytes()
+        path.write_bytes(photo())
+        Originals(Path(folder, "originals")).keep(path, [result])
+        path.write_bytes(result)
+        Path(folder, "copy.png").write_bytes(photo())
+        for _ in range(3):
+            Results(Path(folder, NAME)).add(path, Path(folder, "copy.png"))
+        kept = [Path(folder, NAME), *Path(folder, "originals").iterdir()]
+        files = {f"{STORE}/{one.relative_to(folder)}": one.read_bytes() for one in kept}
+        return {"photo.png": result, **files}
+
+
+def store_case(rng: Rng) -> Trial:
+    """Return a command that uses the store of originals, of which one file is damaged."""
+    files = dict(store())
+    name = list(files)[rng.integers(1, len(files))]
+    change = damaged if rng.random() < 0.8 else lambda data, _: data[: rng.integers(len(data))]
+    files[name] = change(files[name], rng)
+    arguments, outputs = STORE_COMMANDS[rng.integers(len(STORE_COMMANDS))]
+    files |= {"p.csv": points("p.csv")} if "--points" in arguments else {}
+    return Trial(f"store {arguments[0]}", arguments, files, outputs,
+                 {"photo.png": photo()} if arguments[0] == "restore" else {},
+                 own=(f"{STORE}/*",))  # fmt: skip
+
+
 def _warp(kind: str, more: list[str], files: dict[str, bytes]) -> Trial:
     return Trial(kind, [*WARP, *more], {"photo.png": photo(), **files}, ("out.png",))
 
@@ -209,6 +252,7 @@ SHARES: dict[str, tuple[float, Callable[[Rng], Trial]]] = {
     "sessions": (0.04, sessions_case),
     "font": (0.02, font_case),
     "batch": (0.01, batch_case),
+    "store": (0.2, store_case),
 }
 
 

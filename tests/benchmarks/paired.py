@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 import statistics
+import subprocess
+import textwrap
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
-from kogao_core.lab.reports.report import NONE
+from kogao_core.lab.reports.report import NONE, machine
 from kogao_core.lab.reports.spread import Spread, in_turns, rounded
 
 Case = Callable[[], float]
@@ -123,3 +127,31 @@ def beside_floor(
     """Measure a case, its floor, and the floor again, in turns."""
     times = measured({"ours": ours, "floor": floor, "again": floor}, rounds, warm_up)
     return Row(name, unit, times["ours"], times["floor"], times["again"])
+
+
+def into_page(page: Path, name: str, table: Iterable[Sequence[str]]) -> None:
+    """Replace the text between ``<!-- name -->`` and ``<!-- /name -->`` by a table.
+
+    The first row is the head. A line above the table names the commit and the machine.
+    """
+    git = ["git", "-C", str(Path(__file__).parent), "log", "-1", "--format=%h of %cs"]
+    commit = subprocess.run(git, capture_output=True, text=True, check=True).stdout.strip()
+    about = machine()
+    versions = ", ".join(f"{package} {version}" for package, version in about["packages"].items())
+    head, *rows = table
+    note = (
+        f"Commit {commit}; {about['processor']}, {about['cores']} cores, load at the end "
+        f"{str(about['load']).split(',')[0]}; Python {about['python']}, {versions}."
+    )
+    lines = [
+        *textwrap.wrap(note, 100),
+        "",
+        *("| " + " | ".join(row) + " |" for row in (head, ["---" for _ in head], *rows)),
+    ]
+    marks = re.compile(rf"(<!-- {name} -->\n).*?(<!-- /{name} -->)", re.DOTALL)
+    text, count = marks.subn(
+        lambda found: found[1] + "\n".join([*lines, found[2]]), page.read_text(encoding="utf-8")
+    )
+    if count != 1:
+        raise SystemExit(f"{page} has no place for the table {name}")
+    page.write_text(text, encoding="utf-8")

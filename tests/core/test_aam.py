@@ -9,6 +9,7 @@ import pytest
 from few_cases import few_of
 from kogao_resources.training import evaluate
 from kogao_resources.training.aam.writing import write
+from opencv import needs_opencv_4
 from real_photos import picture_of
 from scenes import apart_percent, mirrored, resized, turned
 
@@ -56,6 +57,7 @@ def test_it_agrees_with_the_mesh_on_the_samples(source: AamSource, name: str) ->
 
 
 @pytest.mark.parametrize("degrees", few_of((170.0, 0.0, 90.0), 1))
+@needs_opencv_4("it has no Haar cascades")
 def test_without_networks_it_starts_from_haar_boxes(
     lack: Callable[[str], None], degrees: float
 ) -> None:

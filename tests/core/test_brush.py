@@ -136,6 +136,15 @@ def test_a_push_that_would_fold_is_held_back_alone():
     assert rendering.shares == (1.0,)
 
 
+def test_a_limit_acts_only_on_the_part_of_a_stroke_that_squeezes():
+    work = push((120.0, 60.0), (400.0, 0.0), 30.0)
+    rendering, bare = drawn(work, faces=()), drawn(work, Recipe(guard=False), faces=())
+    assert rendering.brush_shares[0] < 0.9
+    assert rendering.one_to_one.min_det > 0.15 > bare.one_to_one.min_det
+    along = np.column_stack([np.linspace(240.0, 400.0, 40), np.full(40, 60.0)])
+    np.testing.assert_allclose(rendering.field.at(along), bare.field.at(along), atol=1e-2)
+
+
 def test_protected_places_stay_under_a_push():
     still = Protection().with_stroke([beside(0, 30), beside(0, -30)], 6.0)
     held = np.column_stack([np.full(40, JAW[0]), np.linspace(JAW[1] - 28, JAW[1] + 28, 40)])

@@ -5,6 +5,7 @@ import json
 
 import numpy as np
 import pytest
+from opencv import needs_rounded_positions
 from scenes import oval_face, textured_photo
 
 from kogao_core.lab.experiments import domains
@@ -50,6 +51,7 @@ def test_section_4_1_to_the_letter_is_counted_beside(measured):
     assert row[2] == str(measured.literal)
 
 
+@needs_rounded_positions
 def test_the_lossless_threshold_changes_no_byte(measured):
     for step in measured.steps:
         if step.threshold_px <= LOSSLESS_PX:

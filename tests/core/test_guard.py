@@ -1,6 +1,5 @@
 """No fold is rendered unless asked for, and then it is reported."""
 
-import dataclasses
 from dataclasses import replace
 
 import numpy as np
@@ -12,7 +11,6 @@ from kogao_core.pipeline import render
 from kogao_core.recipe.recipe import LOSSLESS_PX, SETTINGS, Recipe
 from kogao_core.warp.guard import LEAST_DET, Limit, limited
 from kogao_core.warp.lattice import groups
-from kogao_core.warp.one_to_one import Shrinking, least_dets
 
 # The field of a face that moves alone is the steepest.
 FOLDING = replace(ALONE, percent=12, lattice=0.25)
@@ -81,20 +79,6 @@ def test_those_who_fold_each_other_in_turn_are_all_held_back():
     held, limits = limited(field_of(FOLDING, *row))
     assert max(limit.share for limit in limits) < 1.0
     assert densest_det(held) > LEAST_DET - 0.05
-
-
-def test_shares_of_some_displacements_are_measured_as_those_fields_are():
-    row = [oval_face(center=(x, 170.0)) for x in (170.0, 330.0, 490.0)]
-    field = field_of(Recipe(percent=9), *row)
-    for k, lattice in enumerate(field.lattices):
-        samples, lowest = Shrinking(field, lattice, {0, 1}, below=0.5), []
-        for share in (0.0, 0.4, 1.0):
-            shrunk = [one.scaled(share) for one in field.lattices[:2]]
-            parts = dataclasses.replace(field, lattices=(*shrunk, field.lattices[2]))
-            lowest.append(min(0.5, least_dets(parts, parts.lattices[k]).min()))
-            found = samples.dets(share).min(initial=0.5)
-            assert found == pytest.approx(lowest[-1], abs=1e-9)
-        assert lowest[-1] < lowest[0]
 
 
 def test_a_fade_that_would_fold_is_refused_and_the_move_kept():

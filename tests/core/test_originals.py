@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import json
 import random
 import shutil
 import stat
 import sys
 from contextlib import suppress
-from hashlib import sha256
 from pathlib import Path
 
 import pytest
@@ -110,33 +108,6 @@ def test_changes_of_other_programs_are_replaced_by_force_only(place, tmp_path):
         place.restore(path)
     assert place.restore(path, force=True)
     assert path.read_bytes() == b"original"
-
-
-@pytest.mark.parametrize("move", [False, True])
-def test_an_original_of_the_older_format_is_restored_and_forgotten(place, tmp_path, move):
-    path = tmp_path / "a.jpg"
-    original, result = b"original", b"result"
-    path.write_bytes(result)
-    place.folder.mkdir(parents=True)
-    kept = place.folder / "20261101T120000.000000001-0123456789abcdef.jpg"
-    kept.write_bytes(original)
-    kept.with_name(kept.name + ".delta").write_bytes(b"delta")
-    hashes = [sha256(one).hexdigest() for one in (bytes(path), original, result)]
-    record = dict(zip(("path", "original", "result"), hashes, strict=True))
-    record |= {"before": record["original"], "read": ""}
-    kept.with_name(kept.name + ".json").write_text(json.dumps(record))
-    assert [one.file for one in place.all()] == [kept]
-    path = path.rename(tmp_path / "b.jpg") if move else path
-    assert place.of(tmp_path / "never.jpg") == []
-    assert place.restore(path)
-    assert path.read_bytes() == original
-    if not move:
-        write_in_place(place, path, b"another")
-        assert place.all()[0].photo == path
-        assert place.restore(path)
-        assert path.read_bytes() == original
-        assert place.forget(path) == 1
-        assert list(place.folder.iterdir()) == []
 
 
 def test_a_damaged_record_leaves_the_original_listed(place, tmp_path):

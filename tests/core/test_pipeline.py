@@ -5,6 +5,7 @@ import dataclasses
 import cv2
 import numpy as np
 import pytest
+from opencv import needs_rounded_positions
 from scenes import oval_face, textured_photo
 
 from kogao_core.base.geometry import Affine, Box
@@ -115,6 +116,7 @@ def test_a_canvas_over_another_photo_is_refused():
         render(photo, [face], Recipe(), canvas=Canvas(photo.copy()))
 
 
+@needs_rounded_positions
 def test_a_face_with_a_recipe_of_its_own_goes_by_it():
     photo = textured_photo(1200, 500)
     left, right = (oval_face(1200, 500, center=(x, 250.0), size=0.5) for x in (300.0, 900.0))

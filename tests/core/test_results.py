@@ -111,19 +111,6 @@ def test_damaged_lines_are_skipped_with_a_warning_that_names_the_file(results, p
     assert f"{results.file}: skipped 1 damaged line" in caplog.text
 
 
-def test_lines_of_the_older_format_are_read_silently(results, photo, caplog):
-    result = made(photo)
-    results.add(photo, result, "edit")
-    line = json.loads(results.file.read_text())
-    del line["name"]
-    line |= {"source": str(photo), "result": str(result)}
-    results.file.write_text(json.dumps(line) + "\n")
-    assert results.edits_of(photo) == {"edit"}
-    assert results.origin(result).source == photo
-    assert results.forget(photo) == 1
-    assert not caplog.text
-
-
 def test_a_list_that_cannot_be_written_or_read_is_none(photo, tmp_path):
     results = Results(tmp_path / "in")
     results.add(photo, made(photo))

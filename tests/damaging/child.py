@@ -24,7 +24,7 @@ from typing import Any
 
 MOST_ADDRESSES = 3 << 30  # bytes; more is a MemoryError, not a dead machine
 _OURS = re.compile(r"[/\\](kogao_core|app)[/\\]")
-SAID, COMPLAINTS, WORK, TEMPORARY = "said", "complaints", "work", "tmp"
+SAID, COMPLAINTS, WORK, TEMPORARY, DATA = "said", "complaints", "work", "tmp", "data"
 
 
 def answer(
@@ -35,6 +35,7 @@ def answer(
         with (folder / name).open("wb") as file:
             os.dup2(file.fileno(), descriptor)
     os.environ["TMPDIR"] = tempfile.tempdir = str(folder / TEMPORARY)
+    os.environ["XDG_DATA_HOME"] = str(folder / DATA)
     os.chdir(folder / WORK)
     _forget_peak()
     code, raised = None, ""

@@ -1,6 +1,7 @@
 """Photos written over in place: files of the same kind, whose originals come back."""
 
 import json
+import os
 import shutil
 import subprocess
 import sys
@@ -161,7 +162,7 @@ def test_a_photo_that_was_moved_is_known_by_what_it_holds(cli, jpeg, tmp_path):
     copied = Path(shutil.copy(moved, tmp_path / "copied.jpg"))
     assert cli("restore", moved)[:2] == (0, f"{moved}: original restored\n")
     assert moved.read_bytes() == before
-    assert cli("warp", "--in-place", copied, "--percent", 6)[0] == 0
+    assert cli("warp", "--in-place", copied, "--amount", 6)[0] == 0
     assert copied.read_bytes() != before
     assert cli("restore", copied)[0] == 0
     assert copied.read_bytes() == before
@@ -187,7 +188,7 @@ def test_what_others_wrote_since_is_not_replaced_unasked(cli, jpeg):
     theirs = jpeg.read_bytes()
     code, _, err = cli("restore", jpeg)
     assert (code, err.count("\n")) == (2, 1)
-    assert "has changed since it was written in place; --force" in err
+    assert "has changed since Kogao wrote it; use force" in err
     assert jpeg.read_bytes() == theirs
     assert cli("restore", jpeg, "--force")[0] == 0
     assert jpeg.read_bytes() == before
@@ -233,7 +234,7 @@ def test_without_a_face_the_photo_stays_untouched(cli, faceless, weights, store)
 
 def test_nothing_is_written_where_nothing_changes(cli, jpeg, store):
     before = jpeg.stat().st_mtime_ns
-    code, said, _ = cli("warp", "--in-place", jpeg, "--percent", 0)
+    code, said, _ = cli("warp", "--in-place", jpeg, "--amount", 0)
     assert code == 0
     assert "nothing changed: the file is as it was" in said
     assert jpeg.stat().st_mtime_ns == before
@@ -385,3 +386,15 @@ def test_a_file_that_another_program_changed_is_not_written_over(jpeg, store):
     with pytest.raises(photo.CannotWrite, match="changed by another program since"):
         photo.write_in_place(shown, shown.pixels // 2, Originals(store))
     assert jpeg.read_bytes() == theirs
+
+
+def test_a_damaged_list_of_results_is_a_warning_of_the_program(tmp_path):
+    place = tmp_path / "kogao" / "results.jsonl"
+    place.parent.mkdir()
+    place.write_text("damaged\n")
+    done = subprocess.run(
+        [sys.executable, "-c", "from kogao_core.cli import main; main()", "forget", "a.jpg"],
+        capture_output=True, text=True, check=True, cwd=tmp_path,
+        env=os.environ | {"XDG_DATA_HOME": str(tmp_path)},
+    )  # fmt: skip
+    assert done.stderr == f"kogao-cli: {place}: skipped 1 damaged line\n"
