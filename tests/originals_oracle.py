@@ -35,7 +35,7 @@ class Trial:
             whole = b"kind %d, photo %d " % (n % 2, n) + chance.randbytes(40)
             self.put(self.folders[n % 2] / f"{n // 2}.jpg", whole, [])
 
-    def atomic_write(self, path: Path, data: bytes, history: list[bytes]) -> None:
+    def put(self, path: Path, data: bytes, history: list[bytes]) -> None:
         path.write_bytes(data)
         self.histories[path] = [*history, data]
 

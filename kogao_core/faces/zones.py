@@ -129,7 +129,7 @@ class Shape:
     def scaled(self, away: Array, aside: Array | float = 0.0, down: Array | float = 0.0) -> Array:
         """Return moves towards the centre for points scaled with the whole face, (N, 2), px.
 
-        `away` (N, 2): position relative to the centre, px; `temporary_folder`, `down` (N,): extra shares.
+        `away` (N, 2): position relative to the centre, px; `aside`, `down` (N,): extra shares.
         """
         along = away @ self.axes.T
         return np.asarray(

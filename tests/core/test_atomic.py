@@ -16,8 +16,8 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="POSIX files")
 HOLDER = """
 import sys, time
 from pathlib import Path
-from kogao_core.base.atomic import aside
-with aside(Path(sys.argv[1])) as place:
+from kogao_core.base.atomic import temporary_folder
+with temporary_folder(Path(sys.argv[1])) as place:
     (place / "fresh").write_bytes(b"a whole photo")
     print(place, flush=True)
     time.sleep(60)

@@ -207,7 +207,7 @@ def test_the_meter_says_how_much_longer_a_head_is_than_wide():
 def adult(distance, aside, *, yaw=0.0, nod=0.0):
     """An adult's eyes and mouth so many metres from a camera of 26 mm, aside of its axis.
 
-    `distance` to the middle of the eyes, `temporary_folder` its (x, y) in the photo from the middle, px.
+    `distance` to the middle of the eyes, `aside` its (x, y) in the photo from the middle, px.
     """
     to = np.array([*aside, focal_px(26.0)])
     eyes = np.array([(x, 0.0, 0.0) for x in (-0.0435, -0.015, 0.015, 0.0435)])

@@ -147,8 +147,8 @@ def test_a_command_has_no_blas_threads_that_wait_at_full_speed():
 
 FREEING = """
     import resource, sys
-    from kogao_core.base.threads import keep_freed
-    if not keep_freed():
+    from kogao_core.base.threads import reuse_freed_memory
+    if not reuse_freed_memory():
         sys.exit("this C library can't be told")
     faults = lambda: resource.getrusage(resource.RUSAGE_SELF).ru_minflt
     for _ in range(2):
