@@ -1,8 +1,9 @@
 """List the tuned constants that can be halved or doubled without a change of the stored scenes.
 
 ``python tests/benchmarks/constants.py [ROOM ...]``, with rooms such as ``kogao_core/warp`` or
-modules such as ``kogao_core/warp/guard.py``. For each module-level number the command changes the number in a process of its own and renders the
-scenes of `tests/pinned.py`. Constants that only save time or memory survive by nature.
+modules such as ``kogao_core/warp/guard.py``. For each module-level number the command changes the
+number in a process of its own and renders the scenes of `tests/pinned.py`. Constants that only save
+time or memory survive by nature.
 """
 
 from __future__ import annotations
