@@ -15,8 +15,8 @@ import click
 
 from kogao_core.background.find import BackgroundFinder, Bends, measure
 from kogao_core.base.geometry import Box
+from kogao_core.base.json_reader import BadFile
 from kogao_core.base.language import Text
-from kogao_core.base.strict import BadFile
 from kogao_core.base.wording import shown
 from kogao_core.cli import common, ending, options, reading, summary, words
 from kogao_core.faces.face import Face
@@ -73,6 +73,7 @@ def _corners(value: str) -> list[list[float]]:
         "kogao-cli warp group.jpg -o slim.jpg --face 1,3 --amount 6",
         "kogao-cli warp portrait.jpg -o slim.jpg --amount 0 --jaw-width -5",
     ),
+    context_settings={"allow_extra_args": True},  # for a better message
 )
 @reading.takes_photo
 @words.option(
@@ -176,8 +177,11 @@ def command(
 
     IN - reads the photo from standard input; -o - writes the result to standard output.
     """
+    context = click.get_current_context()
+    if context.args:
+        raise ending.Stop(Text("warp takes one photo; use kogao-cli batch for several photos"))
     if project_file is not None:
-        _refuse_choices(click.get_current_context())
+        _refuse_choices(context)
     recipe = options.recipe_of(recipe_file, choices)
     is_piped = output == common.STDOUT
     if is_piped and json_file == common.STDOUT:
