@@ -157,8 +157,8 @@ def _command() -> words.Command:
             "workspace]",
         ),
         words.option(
-            "--amount", "percent", type=common.Number(-15.0, 15.0), metavar="N", alias="--percent",
-            needs="--screenshot", help="Amount in the picture, -15..15 [4]",
+            "--amount", "percent", type=common.Number(-15.0, 15.0), metavar="N",
+            needs="--screenshot", help="Amount in the picture, -15..15 [6]",
         ),
         words.option(
             "--protect", callback=_line, metavar="'X,Y X,Y'", needs="--screenshot",

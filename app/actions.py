@@ -146,7 +146,7 @@ MENUS: Final = (
         Item("tool-points", "Points", "A", "Drag landmarks and targets"),
         Item("tool-push", "Push", "Shift+W", "Drag to push"),
         Item("tool-restore", "Restore", "Shift+R", "Restore the original under the brush"),
-        Item("tool-brush", "Brush", "B", "Paint areas to protect"),
+        Item("tool-brush", "Protect", "B", "Paint areas to protect"),
         Item("tool-line", "Line", "N", "Protect a straight edge; hold Shift for level or upright"),
         Item("tool-eraser", "Eraser", "E", "Erase protection"),
         None,

@@ -123,7 +123,7 @@ class Editor(QObject):
         self.match = MatchRetouch(context, self.strip, self.presets)
         self.manual = Manual(context, self.points, self.protect)
         self.batch = Batch(context, self.landmarks, self.save_options, self.strip, self.saver)
-        self.exporting = Exporting(context, self.files, self.strip, self.batch)
+        self.exporting = Exporting(context, self.files, self.strip, self.batch, self.save_options)
         self.exchange = Exchange(context)
         methods = self._add_experiments(context) if has_laboratory() else None
         self.both = BothModes(context, self.faces, self.manual, methods)

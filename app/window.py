@@ -32,15 +32,19 @@ from .view_state import ViewState
 from .widgets.controls import column_of, segmented
 from .widgets.dialogs import files_in
 from .widgets.docks import ColumnArea, Dock, Docks, RowArea
-from .widgets.icons import DRAWN, SIZE, WORDLESS, icon
+from .widgets.icons import DRAWN, SIZE, icon
 from .widgets.messages import MessageBar, StatusLine
 from .workspaces import WORKSPACES, Workspace
 
 _SIDE_PX = 296
 # Name of the dock in the column next to the photo.
 _SIDE: Final = "settings"
+# Panels of tools, below the settings: the settings stay where they are while tools change.
+_TOOL_PANELS: Final = ("manual", "push", "protect")
 # Panels that depend on the opened photos.
 _BY_PHOTO: Final = ("strip",)
+# Tools with an icon that needs no text.
+_KNOWN: Final = ("undo", "redo", "fit", "actual")
 _WORD: Final = Qt.ToolButtonStyle.ToolButtonTextBesideIcon
 _ALONE: Final = Qt.ToolButtonStyle.ToolButtonIconOnly
 # Height of the hair above the eyes, as a multiple of the height from eyes to chin.
@@ -62,7 +66,7 @@ class Window(QMainWindow):
         self.setAcceptDrops(True)
         self.actions_by_name: dict[str, QAction] = {}
         self.menus: dict[str, QMenu] = {}
-        self._special: list[tuple[QAction, tuple[str, ...]]] = []  # menus of some workspaces only
+        self._special: list[tuple[QAction, tuple[str, ...]]] = []  # commands of some workspaces
         self.canvas, self.bar, self.status = PhotoCanvas(view), MessageBar(), StatusLine()
         self.original = OriginalView(self.canvas)
         self.docks = Docks(self)
@@ -83,19 +87,21 @@ class Window(QMainWindow):
         tell_choices()
         self._add_toolbar()
         self.setCentralWidget(self.stage)
-        side, below = QWidget(), []
-        column = column_of(side, margin=3 * GRID_PX, spacing=4 * GRID_PX)
+        side, tools, below = QWidget(), QWidget(), []
+        columns = [column_of(one, margin=3 * GRID_PX, spacing=4 * GRID_PX) for one in (side, tools)]
         for name, (panel, dock) in panels.items():
             if dock is None:
                 self._beside[name] = panel
-                column.addWidget(panel)
+                columns[name in _TOOL_PANELS].addWidget(panel)
             elif dock.area == Qt.DockWidgetArea.LeftDockWidgetArea:
                 self.docks.add(name, dock, panel)
             else:
                 below.append((name, dock, panel))
-        column.addStretch()
-        right = Dock(tr("Settings"), Qt.DockWidgetArea.RightDockWidgetArea)
-        self.docks.add(_SIDE, right, ColumnArea(side, _SIDE_PX))
+        columns[0].addStretch()
+        right, both = Dock(tr("Settings"), Qt.DockWidgetArea.RightDockWidgetArea), QWidget()
+        self._tools = ColumnArea(tools, _SIDE_PX, whole=True)
+        column_of(both, ColumnArea(side, _SIDE_PX), self._tools, spacing=0)
+        self.docks.add(_SIDE, right, both)
         for name, dock, panel in below:
             self.docks.add(name, dock, panel if dock.scrolls else RowArea(panel))
         for name in _BY_PHOTO:
@@ -110,8 +116,8 @@ class Window(QMainWindow):
         self._bar.fill(workspace.tools, there)
         self.docks.arrange({_SIDE, *workspace.panels}, _BY_PHOTO, docks)
         self._show_beside()
-        for menu, names in self._special:
-            menu.setVisible(workspace.name in names)
+        for action, names in self._special:
+            action.setVisible(workspace.name in names)  # keys of invisible actions are off
         self.arranged.emit(workspace)
 
     def need(self, panel: str, needed: bool) -> None:
@@ -123,6 +129,8 @@ class Window(QMainWindow):
         if self._workspace is not None:
             for name, panel in self._beside.items():
                 panel.setVisible(name in self._needed or name in self._workspace.panels)
+            tools = (self._beside[name] for name in _TOOL_PANELS)
+            self._tools.setHidden(all(panel.isHidden() for panel in tools))
 
     def dress(self, theme: Theme) -> None:
         """Apply the canvas grey and the icons of a theme."""
@@ -146,8 +154,6 @@ class Window(QMainWindow):
     def _fill_menus(self) -> None:
         for declared in MENUS:
             menu = self.menuBar().addMenu(looked_up(declared.title))
-            if declared.only:
-                self._special.append((menu.menuAction(), declared.only))
             for name in declared.names(list(self.actions_by_name)):
                 if name is None:
                     menu.addSeparator()
@@ -155,6 +161,11 @@ class Window(QMainWindow):
                     menu.addMenu(self.menus[name])
                 elif name in self.actions_by_name:  # missing without the lab package
                     menu.addAction(self.actions_by_name[name])
+            if declared.only:
+                # The manual panel leads back to automatic mode in each workspace.
+                stays = self.actions_by_name["mode-automatic"]
+                special = [it for it in (menu.menuAction(), *menu.actions()) if it is not stays]
+                self._special += [(it, declared.only) for it in special]
 
     def _add_toolbar(self) -> None:
         switch = [self.actions_by_name[f"workspace-{name}"] for name in WORKSPACES]
@@ -228,7 +239,7 @@ class ToolBar(QToolBar):
         self.setObjectName("tools")
         self.setMovable(False)
         self.setContextMenuPolicy(Qt.ContextMenuPolicy.PreventContextMenu)
-        self._groups: list[list[QToolButton]] = []
+        self._named: list[QToolButton] = []
         grown = max(1.0, self.fontMetrics().height() / SIZE[1])
         self.setIconSize(QSize(*SIZE) * grown)
         self.addWidget(first)
@@ -238,19 +249,18 @@ class ToolBar(QToolBar):
         # Keep the first widget: a click on this widget may have caused the call.
         for action in self.actions()[1:]:
             self.removeAction(action)
-        self._groups = []
+        self._named = []
         for name in (None, *names):
             if name is None:
                 self.addSeparator()
-                self._groups.append([])
                 continue
             self.addAction(actions[name])
             button = self.widgetForAction(actions[name])
             if isinstance(button, QToolButton):
                 button.setAccessibleName(button.accessibleName() or actions[name].iconText())
                 button.setToolButtonStyle(_ALONE)
-                if name not in WORDLESS:
-                    self._groups[-1].append(button)
+                if name not in _KNOWN:
+                    self._named.append(button)
         self._give_words()
 
     def dress(self, theme: Theme) -> None:
@@ -266,20 +276,21 @@ class ToolBar(QToolBar):
         self._give_words()
 
     def _give_words(self) -> None:
-        """Show all texts, then hide texts group by group from the last, until the bar fits."""
-        for group in self._groups:
-            self._style(group, _WORD)
-        for group in reversed(self._groups):
-            if self.sizeHint().width() <= self.width():
+        """Show all texts, then hide texts one by one from the last, until the bar fits."""
+        for button in self._named:
+            button.setToolButtonStyle(_WORD)
+        for button in reversed(self._named):
+            if self._asked_px() <= self.width():
                 break
-            self._style(group, _ALONE)
+            button.setToolButtonStyle(_ALONE)
 
-    def _style(self, group: list[QToolButton], style: Qt.ToolButtonStyle) -> None:
-        for button in group:
-            button.setToolButtonStyle(style)
-        # Buttons that aren't visible yet don't update the layout's size hint.
-        if (layout := self.layout()) is not None:
-            layout.invalidate()
+    def _asked_px(self) -> int:
+        """Return the width of all tools; `sizeHint` leaves out tools that Qt has hidden."""
+        widths = [self.widgetForAction(one).sizeHint().width() for one in self.actions()]
+        layout = self.layout()
+        assert layout is not None
+        sides = layout.contentsMargins()
+        return sum(widths) + layout.spacing() * (len(widths) - 1) + sides.left() + sides.right()
 
 
 class Stage(QWidget):

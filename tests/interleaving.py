@@ -12,14 +12,16 @@ import gc
 import shutil
 import time
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
+from types import MappingProxyType
 
 import cv2
 import numpy as np
 from crash_oracle import POINT, Books, Disk, Lost, Sign, sign_in, sign_of, through
 from kogao_app.editor import Editor
+from kogao_app.features.strip.film import FilmStrip
 from kogao_app.storage import Storage
 from kogao_app.view_state import Handle
 from PySide6.QtCore import Qt
@@ -78,8 +80,10 @@ class Interleaving:
         self._since = time.monotonic()
         self.log: list[str] = []
 
-    def run(self, acts: int) -> None:
-        """Do so many acts.
+    def run(self, acts: int, least: Mapping[str, int] = MappingProxyType({})) -> None:
+        """Do so many acts, and more until each kind has happened at least so often.
+
+        How often a kind happens in a number of acts depends on the machine's speed.
 
         Raises
         ------
@@ -91,7 +95,8 @@ class Interleaving:
             try:
                 self._open(self._photos[0])
                 self._check()
-                for _ in range(acts):
+                while acts > 0 or any(self.counts[kind] < n for kind, n in least.items()):
+                    acts -= 1
                     self._since = time.monotonic()
                     self._act()
                     self._pump_a_little()
@@ -243,7 +248,7 @@ class Interleaving:
     def _begin(self) -> None:
         document, books = self._editor.document, self._books
         self._opened = self._gesture = False
-        steps = document.steps
+        steps, synced = document.steps, self._synced.pop(document.path.name, None)
         books.begin(document.path.name, steps.states, steps.index)
         if self._restored:
             # Faces that were still sought then are found again.
@@ -255,17 +260,16 @@ class Interleaving:
             self.counts["restored"] += 1
         else:
             last = self._left.get(books.name)
-            # In a state without faces they are sought again.
-            found_again = last is not None and last[1] is None
-            same = books.work == last or (books.name, last) in books.owed
-            if last is not None and not (same or found_again):
+            if last is not None and not (
+                _as_if_sought(books.work, last) == last or (books.name, last) in books.owed
+            ):
                 raise Lost(f"{last} of {books.name} isn't there when it is opened again")
             self.counts["reopened"] += last is not None
-            synced = self._synced.pop(books.name, None)
             if synced is not None and last is not None:
-                undone = steps.states[steps.index - 1] if steps.index else None
-                if undone is None or sign_of(undone) != synced:
-                    raise Lost(f"undo of a sync doesn't bring {synced} of {books.name} back")
+                signs = [sign_of(state) for state in steps.states]
+                undone = signs[steps.index - 1] if steps.index else None
+                if undone is None or _as_if_sought(undone, synced) != synced:
+                    raise Lost(f"undo of a sync brings {synced} of {books.name} not back: {signs}")
                 self.counts["undone sync"] += 1
         books.afresh = self._restored or self._newest() is None
         self._known |= {sign_of(state) for state in books.states}
@@ -430,11 +434,19 @@ class Interleaving:
         self._open(self._one_of([*self._photos, self._broken]))
 
     def _move_along(self) -> None:
-        strip = self._editor.strip
-        if not strip.film.count():
-            strip.show_places([*self._photos, self._broken])
-            self._until(lambda: bool(strip.film.count()))
-        strip.film.step(int(self._rng.choice([-1, 1])))
+        self._film().step(int(self._rng.choice([-1, 1])))
+
+    def _film(self) -> FilmStrip:
+        """Return the strip with all photos under their present names."""
+        film = self._editor.strip.film
+
+        def whole() -> bool:
+            return {*self._photos} <= {film.path(row) for row in range(film.count())}
+
+        if not whole():
+            self._editor.strip.show_places([*self._photos, self._broken])
+            self._until(whole)
+        return film
 
     def _others(self) -> list[Path]:
         """Photos that aren't open and of which no crash has left unsaved work."""
@@ -444,25 +456,31 @@ class Interleaving:
     def _sync(self) -> None:
         """Sync the settings to the other photos on the strip."""
         editor, others = self._editor, self._others()
-        film = editor.strip.film
-        if not film.count() or not others or editor.files.busy:
+        film = self._film()
+        if not others or editor.files.busy:
             return
         editor.document.commit()
         self._push()
         for row in range(film.count()):
             film.item(row).setSelected(film.path(row) in others)
-        percent = editor.document.state.recipe.percent
+        percent = round(editor.document.state.recipe.percent, 4)
+        files = {path: kept(path, self._storage.edits) for path in others}
+        signs = {path: sign_in(file) for path, file in files.items() if file is not None}
         editor.sync.start()
         self._until(lambda: not editor.sync.busy)
         for path in others:
-            before, newest = self._left.get(path.name), kept(path, self._storage.edits)
+            if self._restored and path == editor.document.path:
+                continue  # it was opened meanwhile, with other edits
+            newest, before = kept(path, self._storage.edits), signs.get(path)
             held = None if newest is None else sign_in(newest)
             if held is None or held[0] not in self._called(path.name):
                 continue  # the strip doesn't show this photo, or its faces aren't found yet
-            if before is not None and held[1] not in (before, (round(percent, 4), *before[1:])):
-                raise Lost(f"sync made {held[1]} of {before} of {path.name}")
-            if before is not None and held[1] != before:
-                self._synced[path.name] = before
+            if before is not None:
+                after = _as_if_sought(held[1], before[1])
+                if after not in (before[1], (percent, *before[1][1:])):
+                    raise Lost(f"sync made {held[1]} of {before} of {path.name}")
+                if after != before[1]:
+                    self._synced[path.name] = before[1]
             self._left[path.name] = held[1]
 
     def _called(self, name: str) -> set[str]:
@@ -554,3 +572,8 @@ class Interleaving:
         chosen = self._folder / self._books.name if kind == "original" else path
         dialog.filesSelected.emit([str(chosen)])
         dialog.reject()
+
+
+def _as_if_sought(work: Sign, before: Sign) -> Sign:
+    """Return work without its faces where they were still sought before: they are found again."""
+    return (work[0], before[1] and work[1], work[2])

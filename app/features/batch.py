@@ -69,8 +69,8 @@ class BatchProgress:
         return self.counts.total()
 
     @property
-    def line(self) -> str:
-        """Progress in words, with the estimated time left."""
+    def result(self) -> str:
+        """Number of photos by status, in words."""
         words = {
             "done": tr("done"),
             "skipped": tr("done before"),
@@ -79,7 +79,14 @@ class BatchProgress:
             "failed": tr("failed"),
         }
         counts = [f"{self.counts[kind]} {words[kind]}" for kind in words if self.counts[kind]]
-        parts = [tr("{n} of {total}", n=self.finished, total=self.total), *counts]
+        return " · ".join(counts)
+
+    @property
+    def line(self) -> str:
+        """Progress in words, with the estimated time left."""
+        parts = [tr("{n} of {total}", n=self.finished, total=self.total)]
+        if self.finished:
+            parts.append(self.result)
         left, worked = self.total - self.finished, self.finished - self.counts["skipped"]
         if worked and left > 0:
             left_s = (time.monotonic() - self._start) / worked * left
@@ -219,9 +226,11 @@ class Batch(Feature):
         self.working.emit(tr("Export: {progress}", progress=self._progress.line))
 
     def _end(self, _: None) -> None:
-        line = self._progress.line
-        text = tr("Stopped: {line}", line=line) if self._stopping.is_set() else line
-        text = sentence(tr("Done: {line}", line=line) if text == line else text)
+        line = self._progress.result
+        if self._stopping.is_set():
+            text = sentence(tr("Export stopped: {line}", line=line))
+        else:
+            text = sentence(tr("Export finished: {line}", line=line))
         folder = BarAction(tr("Open folder"), lambda: open_path(self._folder))
         report = BarAction(tr("Open report"), lambda: open_path(self._folder / REPORT))
         failed = bool(self._failures)

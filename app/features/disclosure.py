@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Final
 
 from PySide6.QtCore import QSettings
-from PySide6.QtWidgets import QWidget
+from PySide6.QtWidgets import QMessageBox, QWidget
 
 from kogao_core.photo import CannotDisclose
 from kogao_core.photo.disclosure.disclosing import NO_DISCLOSURE, Disclosure
@@ -16,6 +17,7 @@ from kogao_core.photo.disclosure.label import LONGEST, check_label
 from ..i18n import sentence, tr
 from ..theme import GRID_PX
 from ..widgets.controls import column_of, muted_label
+from ..widgets.dialogs import question
 from ..widgets.form import Form, FormField
 from .feature import Context, Feature
 
@@ -56,6 +58,34 @@ class SaveOptions(Feature):
     def in_place(self) -> Disclosure:
         """Disclosure of a photo saved over itself: none, unless changed since the start."""
         return self.current if self._changed else NO_DISCLOSURE
+
+    def ask_once(self, then: Callable[[], object]) -> None:
+        """Offer the edit record before the first save; call `then` after the answer."""
+        if self.settings.contains(f"{_GROUP}/record"):
+            then()
+            return
+        buttons = QMessageBox.StandardButton
+        box = question(self.window, tr("Add an edit record to saved photos?"))
+        box.setInformativeText(
+            tr(
+                "The record tells other software that a photo was retouched, when and how. Some "
+                "laws and platforms ask for one. You can change this in Preferences."
+            )
+        )
+        box.setStandardButtons(buttons.Yes | buttons.No | buttons.Cancel)
+        box.button(buttons.Yes).setText(tr("&Add record"))
+        box.button(buttons.No).setText(tr("Do&n't add"))
+        box.setDefaultButton(buttons.Yes)
+
+        def take(answer: int) -> None:
+            if answer != buttons.Cancel:
+                self.settings.setValue(f"{_GROUP}/record", answer == buttons.Yes)
+                then()
+
+        box.finished.connect(take)
+        # The save that waits is about the open photo only.
+        self.document.opened.connect(box.reject)
+        box.open()
 
     def page(self) -> QWidget:
         """Return a form that stores each change at once and shows what cannot work."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Final
 
@@ -24,6 +25,7 @@ from ..widgets.dialogs import Dialog, ask_name, button, confirm
 from ..widgets.form import Form, FormField
 from . import presets as recipes
 from .batch import Batch, Order
+from .disclosure import SaveOptions
 from .feature import Context, Feature
 from .files import Files
 from .strip import Strip
@@ -200,7 +202,11 @@ class ExportDialog(Dialog):
         except (ValueError, OSError) as problem:
             self.note.setText(sentence(problem))
             return
-        self._settings.setValue(f"{_GROUP}/chosen", self.presets.currentText())
+        name = self.presets.currentText()
+        if export != self.presets.currentData():
+            name = tr("Last used")
+            self._write({**_own(self._settings), name: export}, name)
+        self._settings.setValue(f"{_GROUP}/chosen", name)
         file = folder / export.place(Path(photos[0].name), 1, self._percent)
         if self.photos.currentIndex():
             more = self.more.values()
@@ -221,16 +227,20 @@ class ExportDialog(Dialog):
 class Exporting(Feature):
     """Shows the dialog and starts the export."""
 
-    def __init__(self, context: Context, files: Files, strip: Strip, batch: Batch) -> None:
+    def __init__(
+        self, context: Context, files: Files, strip: Strip, batch: Batch, options: SaveOptions
+    ) -> None:
         super().__init__(context)
-        self._files, self._strip, self._batch = files, strip, batch
+        self._files, self._strip, self._batch, self._options = files, strip, batch, options
         strip.film.addAction(self.bind("export", self.ask))
 
     def ask(self) -> None:
-        """Show the dialog; the first choice is what is selected."""
-        path, now = self.document.path, self.document.state.recipe
-        if path is None:
-            return
+        """Show the dialog; at the first export, ask about the edit record before."""
+        if self.document.path is not None:
+            self._options.ask_once(partial(self._show, self.document.path))
+
+    def _show(self, path: Path) -> None:
+        now = self.document.state.recipe
         chosen, every = self._strip.chosen(), self._strip.photos()
         photos = {tr("This photo ({name})", name=path.name): [path]}
         # One at a time: a running export has the worker processes.

@@ -23,7 +23,15 @@ from . import preferences
 from .faces import Faces
 from .feature import Context, Feature
 from .files import Files, history
-from .files.opening import EarlierWork, is_project, is_sample, to_keep_beside
+from .files.opening import (
+    EarlierWork,
+    Opened,
+    is_project,
+    is_sample,
+    stamp_of,
+    stamps_of,
+    to_keep_beside,
+)
 from .files.saver import Request, Saver, Then
 
 
@@ -124,7 +132,7 @@ class Projects(Feature):
             except OSError:
                 if last:
                     raise
-        self._stamps[place] = _stamp(place)
+        self._stamps[place] = stamp_of(place)
         keep_history(project, photo.path, place, self.storage.edits, steps)
         return place
 
@@ -133,7 +141,7 @@ class Projects(Feature):
 
         Return False if the file is no project for this photo. Raises _ChangedSince.
         """
-        if _stamp(place) in (None, self._stamps.get(place)):
+        if stamp_of(place) in (None, self._stamps.get(place)):
             return True
         try:
             sidecar.match(load(place), photo.pixels)
@@ -185,18 +193,18 @@ class Projects(Feature):
         self.window.bar.clear()
         if not is_project(file):
             file, replace = file.with_name(file.name + sidecar.SUFFIX), False
-        known = file == self._own or _stamp(file) == self._stamps.get(file)
+        known = file == self._own or stamp_of(file) == self._stamps.get(file)
         if os.path.exists(file) and not (known or replace):
             text = tr("There is another project already: {file}.", file=file.name)
             self._ask_replace(file, text)
             return
 
         def write(photo: Photo, state: State) -> str:
-            now = _stamp(file)
+            now = stamp_of(file)
             if not replace and now not in (None, self._stamps.get(file)):
                 raise _ChangedSince(file)
             save(to_keep_beside(state, photo), file)
-            self._stamps[file] = _stamp(file)
+            self._stamps[file] = stamp_of(file)
             return ""
 
         def failed(problem: Exception) -> None:
@@ -241,15 +249,21 @@ class Projects(Feature):
     def _forget(self) -> None:
         self._own = None
 
-    def _know(self, work: EarlierWork) -> None:
+    def _know(self, opened: Opened) -> None:
         """Store the stamps of the project files before the first write."""
-        path = self.document.path
-        places = [] if path is None else self.places(path)
-        elsewhere = work.file is not None and work.file not in places
-        for place in [work.file] if work.file is not None and elsewhere else places:
-            self._stamps[place] = _stamp(place)
-        if elsewhere:
-            self._own = work.file
+        file = None if opened.work is None else opened.work.file
+        if opened.work is None or file is None or file in opened.stamps:
+            self._stamps |= opened.stamps
+            return
+        self._stamps |= stamps_of([file])
+        if opened.work.moved_from is None:
+            self._own = file
+
+    def adopt(self, path: Path) -> bool:
+        """Accept files that this program wrote for the open photo; return True for a new file."""
+        before, now = {**self._stamps}, stamps_of(self.places(path))
+        self._stamps |= now
+        return any(before.get(place) != stamp for place, stamp in now.items())
 
     def _take_up(self, work: EarlierWork, note: str) -> None:
         if work.file is None:
@@ -287,10 +301,3 @@ def keep_history(project: Project, photo: Path, file: Path, store: Path, steps: 
         store.mkdir(parents=True, exist_ok=True)
         history.write(photo, (original.width, original.height), store, steps)
         sidecar.record(photo, original.sha256, file, store)
-
-
-def _stamp(file: Path) -> Stamp | None:
-    try:
-        return Stamp.of(file.stat())
-    except OSError:
-        return None

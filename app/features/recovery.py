@@ -194,6 +194,8 @@ class Recovery(Feature):
         confirm(self.window, text, tr("&Discard"), lambda: self._discard(left))
 
     def _discard(self, left: Leftover) -> None:
+        if not self._is_open(left):
+            return  # the restored photo was opened while the question was shown
         self._delete(left)
         if self._waiting:
             self.offer()

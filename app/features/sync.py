@@ -71,6 +71,12 @@ class Settings:
             manual=manual and replace(manual, recipe=self.onto(manual.recipe)),
         )
 
+    def of_state(self, state: State) -> State:
+        """Return a state whose two modes have the copied fields."""
+        other = state.kept
+        kept = other and replace(other, recipe=self.onto(other.recipe))
+        return replace(state, recipe=self.onto(state.recipe), kept=kept)
+
 
 class Sync(Feature):
     """Applies settings to the selected photos, and shows their thumbnails with them before.
@@ -212,6 +218,9 @@ class Sync(Feature):
         path, was_edited = synced
         self._edited += was_edited
         self._samples.pop(path, None)
+        if path == self.document.path and self._projects.adopt(path):
+            # The photo was opened before its file was written.
+            self.document.step(self._settings.of_state(self.document.state), tr("Sync settings"))
         self._strip.look_again(path)
         self._next()
 
@@ -279,7 +288,8 @@ def synced(
     if kept is not None and kept.file in places:
         places = places[places.index(kept.file) :]
     after = replace(after, original=replace(after.original, path=printable(path.name)))
-    keep_history(after, path, _saved(after, places), store, steps)
+    with history.TOGETHER:
+        keep_history(after, path, _saved(after, places), store, steps)
     return path, kept is not None
 
 

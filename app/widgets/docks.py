@@ -149,27 +149,44 @@ def _follow_place(widget: QWidget) -> None:
 
 
 class ColumnArea(QScrollArea):
-    """A vertically scrolling column, at least as wide as the content."""
+    """A vertically scrolling column, at least as wide as the content.
 
-    def __init__(self, content: QWidget, least_px: int) -> None:
+    A `whole` column is as high as the content while there is room.
+    """
+
+    def __init__(self, content: QWidget, least_px: int, *, whole: bool = False) -> None:
         super().__init__()
-        self._least_px, self._content = least_px, content
+        self._least_px, self._content, self._whole = least_px, content, whole
         _bare(self, content)
+        self.setProperty("whole", whole)
+        self.verticalScrollBar().rangeChanged.connect(self._keep_width)
+        vertical = QSizePolicy.Policy.Maximum if whole else QSizePolicy.Policy.Ignored
+        self.setSizePolicy(QSizePolicy.Policy.Preferred, vertical)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         content.installEventFilter(self)
         self.setMinimumWidth(least_px)
 
     def sizeHint(self) -> QSize:
         """Return the minimum width; users can drag the edge to widen the column."""
-        return QSize(self.minimumWidth(), super().sizeHint().height())
+        whole, some = self._content.sizeHint().height(), super().sizeHint().height()
+        return QSize(self.minimumWidth(), whole if self._whole else some)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Follow the content's minimum width."""
+        """Follow the content's minimum width, and the height of a `whole` column."""
         if watched is self._content and event.type() == QEvent.Type.LayoutRequest:
-            room = self.verticalScrollBar().sizeHint().width()
-            asked = self._content.minimumSizeHint().width() + room
+            asked = self._content.minimumSizeHint().width() + self._bar_px
             self.setMinimumWidth(max(self._least_px, asked))
+            self._keep_width()
+            self.updateGeometry()
         return super().eventFilter(watched, event)
+
+    @property
+    def _bar_px(self) -> int:
+        return self.verticalScrollBar().sizeHint().width()
+
+    def _keep_width(self) -> None:
+        """Reserve the place of the scroll bar, so that content stays where it is."""
+        self.setViewportMargins(0, 0, 0 if self.verticalScrollBar().maximum() else self._bar_px, 0)
 
 
 class RowArea(QScrollArea):

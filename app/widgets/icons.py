@@ -192,10 +192,3 @@ DRAWN: Final[dict[str, Callable[[QPainter], None]]] = {
     "tool-brush": _brush,
     "more": _more,
 }
-# Pictures that need no word beside them.
-WORDLESS: Final = frozenset(
-    {
-        *("undo", "redo", "fit", "actual", "tool-push", "tool-restore", "tool-brush"),
-        *("compare-wipe", "compare-side", "compare-difference", "loupe"),
-    }
-)

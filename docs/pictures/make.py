@@ -74,11 +74,11 @@ WINDOWS: Final = {
     "japanese": ("--language", "ja", "--show", "landmarks,targets"),
     "both": ("--workspace", "compare"),
     "inspect": (*_INSPECT, "--show", "landmarks,targets,centre,lattice,domains,legend"),
-    "maps": (*_INSPECT, "--show", "heat,landmarks", "--percent", "7"),
-    "compare": (*_INSPECT, "--show", "wipe,loupe", "--percent", "8"),
+    "maps": (*_INSPECT, "--show", "heat,landmarks", "--amount", "7"),
+    "compare": (*_INSPECT, "--show", "wipe,loupe", "--amount", "8"),
     "protect": (
         *("--show", "protection,line,landmarks", "--theme", "light"),
-        *("--protect", "262,230 262,660", "--percent", "5"),
+        *("--protect", "262,230 262,660", "--amount", "5"),
     ),
 }
 FIGURES: Final = ("centers", "domains", "landmarks", "lattice")
@@ -238,7 +238,7 @@ def _labelled(picture: Image, word: str) -> Image:
 
 def _warped(picture: Image, percent: float | None = None, *options: str) -> Image:
     """Return a picture as ``kogao-cli warp`` makes it, by the default Amount if None."""
-    amount = () if percent is None else ("--percent", f"{percent:g}")
+    amount = () if percent is None else ("--amount", f"{percent:g}")
     with tempfile.TemporaryDirectory() as folder:
         before, after = Path(folder, "before.png"), Path(folder, "after.png")
         cv2.imwrite(str(before), cv2.cvtColor(picture, cv2.COLOR_RGB2BGR))

@@ -1,4 +1,4 @@
-"""``kogao-cli integrate``: Kogao in the menus of the desktop and of other programs, and away."""
+"""``kogao-cli integrate``: add Kogao to the desktop and to other programs, or remove it."""
 
 from __future__ import annotations
 
@@ -19,36 +19,33 @@ from kogao_core.base.atomic import put
 from kogao_core.base.language import Text, translated
 from kogao_core.base.wording import system_reason
 from kogao_core.cli import common, desktop, ending, words
+from kogao_core.recipe.recipe import Recipe
 
-_OURS: Final = "-- by kogao-cli integrate"
-# Named by its path: where darktable is a Flatpak, `require` doesn't look among the user's scripts.
+_MARK: Final = "-- by kogao-cli integrate"
+# A full path, because `require` ignores the user's scripts if darktable is a Flatpak.
 _LINE: Final = (
     "package.loaded.kogao = dofile("
-    f'require("darktable").configuration.config_dir .. "/lua/kogao.lua") {_OURS}'
+    f'require("darktable").configuration.config_dir .. "/lua/kogao.lua") {_MARK}'
 )
 _VARIABLES: Final = {".config": "XDG_CONFIG_HOME", ".local/share": "XDG_DATA_HOME"}
 _DESKTOP: Final = "desktop"
-_OUTSIDE: Final = "kogao_outside.py"  # what starts this program from others' Python
-_OUT: Final = "flatpak override --user --talk-name=org.freedesktop.Flatpak"
+_OUTSIDE: Final = "kogao_outside.py"  # starts Kogao from the Python of another program
+_PERMIT: Final = "flatpak override --user --talk-name=org.freedesktop.Flatpak"
 
 
 @dataclass(frozen=True, slots=True)
 class Host:
-    """A program, or a version of it, that can hand pictures to this one."""
+    """A program, or one version of a program, that can send pictures to Kogao."""
 
     title: str
-    settings: Callable[[], Path]  # returns the folder of its settings
-    sandbox: str  # its name as a Flatpak
-    # The folder of a Flatpak's settings within its own ones; empty where it shares the user's.
-    in_sandbox: str
-    # Our files among the resources, and where each goes within that folder; the first is started,
-    # and told.
-    files: Mapping[str, str]
-    # Whether it fills that folder only where there is none yet, so that it must have been there.
+    settings: Callable[[], Path]  # returns the folder of the program's settings
+    sandbox: str  # name of the Flatpak
+    in_sandbox: str  # settings within the Flatpak's folder; "" if the Flatpak uses the user's
+    files: Mapping[str, str]  # resource to path within the settings; the first is executable
+    # The program fills a new folder of settings, but not an existing one: start it first.
     is_filled_once: bool = False
-    # File of the settings that must name ours; empty where all of a folder are taken.
-    mark: str = ""
-    then: Text | None = None  # what is left to do in that program
+    mark: str = ""  # file of the settings that must load ours; "" if the program loads all files
+    then: Text | None = None  # a last step in the program
 
 
 def _settings(windows: str, mac: str, other: str, name: str) -> Path:
@@ -60,23 +57,26 @@ def _settings(windows: str, mac: str, other: str, name: str) -> Path:
 
 
 def _in_lua(path: Path) -> str:
-    """Return a path as a shell takes it, within a text of Lua."""
+    """Return a path quoted for the shell, inside a Lua string."""
     quote = '"' if sys.platform == "win32" else "'"
     text = str(path).replace("'", r"'\''") if quote == "'" else str(path)
     return f"{quote}{text}{quote}".replace("\\", "\\\\").replace('"', '\\"')
 
 
-# What our files show, in the language of whoever has them put there.
+_EDIT: Final = Text("Kogao: edit…")
+# Texts of the plug-ins, in the language of the person who installs them.
 _WORDS: Final = {
-    "@EDIT@": Text("Kogao: edit…"),
-    "@SMALLER@": Text("Kogao: smaller faces"),
-    "@AMOUNT@": Text("Amount, %"),
-    "@RESULT@": Text("Kogao, {percent} %, faces: {faces}"),
-    "@RESULT_BESIDE@": Text("the result comes back beside the photo"),
+    "@EDIT@": _EDIT,
+    "@SMALLER@": Text("Kogao: smaller faces…"),
+    "@AMOUNT@": f"{Recipe().percent:g}",
+    "@AMOUNT_LABEL@": Text("Amount, %"),
+    "@RESULT@": Text("Kogao, {amount} %, faces: {faces}"),
+    "@RESULT_NEXT_TO@": Text("The result is saved next to the photo."),
     "@CLOSED@": Text("The picture was closed meanwhile."),
+    "@NO_FACE@": Text("No face is certain. Choose {edit} to place faces by hand.", edit=_EDIT),
     "@CANNOT_START@": Text("{program} can't be started; run {command} again."),
 }
-# How the languages of our files write a path, where these have ``@KOGAO@``.
+# Quoted paths for ``@KOGAO@`` and so on, by the suffix of the plug-in's file.
 _QUOTED: Final[Mapping[str, Callable[[Path], str]]] = {
     ".lua": _in_lua,
     ".py": lambda path: json.dumps(str(path))[1:-1],
@@ -84,15 +84,15 @@ _QUOTED: Final[Mapping[str, Callable[[Path], str]]] = {
 }
 
 
-def _gimp(version: str, files: Mapping[str, str]) -> Host:
-    ours = {f"gimp/{name}": theirs for name, theirs in files.items()}
-    files = {**ours, "gimp/common.py": "common.py", _OUTSIDE: _OUTSIDE}
+def _gimp(version: str, own: Mapping[str, str]) -> Host:
+    files = {f"gimp/{name}": target for name, target in own.items()}
+    files |= {"gimp/common.py": "common.py", _OUTSIDE: _OUTSIDE}
     return Host(
         "GIMP",
         lambda: _settings("APPDATA", "Library/Application Support", ".config", f"GIMP/{version}"),
         "org.gimp.GIMP",
         "",
-        {name: f"plug-ins/kogao/{theirs}" for name, theirs in files.items()},
+        {name: f"plug-ins/kogao/{target}" for name, target in files.items()},
         is_filled_once=True,
     )
 
@@ -111,7 +111,7 @@ HOSTS: Final[Mapping[str, tuple[Host, ...]]] = {
             mark="luarc",
         ),
     ),
-    # Elsewhere GIMP 2.10 starts no scripts, or brings its library where only it finds it.
+    # On Windows and macOS, GIMP 2.10 runs no scripts or hides its library.
     "gimp": (_GIMP_3,) if sys.platform in ("win32", "darwin") else (_GIMP_3, _GIMP_2_10),
     "krita": (
         Host(
@@ -124,7 +124,7 @@ HOSTS: Final[Mapping[str, tuple[Host, ...]]] = {
                 _OUTSIDE: f"pykrita/kogao/{_OUTSIDE}",
                 "krita/kogao.desktop": "pykrita/kogao.desktop",
             },
-            then=Text("then tick Kogao in Settings > Configure Krita > Python Plugin Manager"),
+            then=Text("now enable Kogao in Settings > Configure Krita > Python Plugin Manager"),
         ),
     ),
 }
@@ -132,31 +132,29 @@ HOSTS: Final[Mapping[str, tuple[Host, ...]]] = {
 
 @words.command("integrate")
 @click.argument("host", type=click.Choice((_DESKTOP, *HOSTS)), required=False)
-@words.option(
-    "--remove", is_flag=True, help="Take it away again; from all of them if none is named."
-)
+@words.option("--remove", is_flag=True, help="Remove Kogao; from all programs if none is named")
 @words.option(
     "--settings", type=common.FOLDER, metavar="FOLDER",
-    help="Where the program has its settings, a desktop its menus [where the system has them].",
+    help="Folder of the program's settings, or of the desktop's menus [the system's]",
 )  # fmt: skip
 @click.pass_context
 def command(context: click.Context, host: str | None, remove: bool, settings: Path | None) -> None:
     """Add Kogao to the desktop, darktable, GIMP or Krita.
 
-    Other programs know it when they start next.
+    Restart the other program afterwards.
     """
     if host is None and (not remove or settings):
         raise click.UsageError(
             Text("name one of {hosts}", hosts=", ".join((_DESKTOP, *HOSTS))), context
         )
-    done = []
+    messages = []
     try:
         with ending.stopping(assets.AssetMissing, ending.BROKEN):
             for one in (_DESKTOP, *HOSTS) if host is None else (host,):
                 if one != _DESKTOP:
-                    done += _change_host(one, settings, remove)
+                    messages += _change_host(one, settings, remove)
                 elif host or sys.platform not in ("win32", "darwin"):
-                    done += _change_desktop(settings, remove)
+                    messages += _change_desktop(settings, remove)
     except OSError as error:
         raise ending.Stop(
             Text(
@@ -166,51 +164,50 @@ def command(context: click.Context, host: str | None, remove: bool, settings: Pa
             ),
             ending.UNREADABLE,
         ) from error
-    ending.print_text("\n".join(map(translated, done)))
+    ending.print_text("\n".join(map(translated, messages)))
 
 
 def _change_desktop(share: Path | None, remove: bool) -> list[Text]:
     if sys.platform in ("win32", "darwin"):
-        raise ending.Stop(Text("menus of this kind are those of Linux desktops"))
+        raise ending.Stop(Text("integrate desktop works on Linux only"))
     folder = share or desktop.data_home()
     if remove:
         desktop.remove(folder)
-        return [Text("Kogao is gone from {folder}", folder=folder)]
+        return [Text("Kogao was removed from {folder}", folder=folder)]
     desktop.install(folder, _program("kogao"))
-    return [Text("Kogao is among the programs of {folder}", folder=folder)]
+    return [Text("Kogao was added to {folder}", folder=folder)]
 
 
 def _change_host(name: str, settings: Path | None, remove: bool) -> list[Text]:
-    said: list[Text] = []
-    titled = HOSTS[name][0].title
+    messages: list[Text] = []
+    title = HOSTS[name][0].title
     for host, folder in _places(name, settings, remove):
         place = folder / next(iter(host.files.values()))
         if remove:
             if place.exists():
-                said.append(Text("{place} is gone; start {host} again", place=place, host=titled))
+                messages.append(Text("{place} removed; restart {host}", place=place, host=title))
             _remove(host, folder)
         else:
             _install(host, folder)
-            said.append(Text("{place} is there; start {host} again", place=place, host=titled))
+            messages.append(Text("{place} added; restart {host}", place=place, host=title))
     if remove:
-        return said
+        return messages
     host = HOSTS[name][0]
     if host.then is not None:
-        said.append(host.then)
+        messages.append(host.then)
     if settings is None and _sandboxed(host).is_dir():
-        said.append(
+        messages.append(
             Text(
-                "{host} is a Flatpak here, which can start Kogao once it may leave its sandbox: "
-                "{command}",
-                host=titled,
-                command=f"{_OUT} {host.sandbox}",
+                "{host} is a Flatpak; allow it to start Kogao: {command}",
+                host=title,
+                command=f"{_PERMIT} {host.sandbox}",
             )
         )
-    return said
+    return messages
 
 
 def _places(name: str, settings: Path | None, remove: bool) -> list[tuple[Host, Path]]:
-    """Return the versions of a program that are here, each with a folder of its settings."""
+    """Return the installed versions of a program, each with a folder of settings. Raises Stop."""
     hosts = HOSTS[name]
     if settings is not None:
         named = [host for host in hosts if host.settings().name == settings.name]
@@ -224,7 +221,7 @@ def _places(name: str, settings: Path | None, remove: bool) -> list[tuple[Host, 
     if not places:
         raise ending.Stop(
             Text(
-                "{host} has no settings here yet; start it once, and then this again",
+                "{host} has no settings yet; start {host} once, then run this command again",
                 host=hosts[0].title,
             ),
             ending.UNREADABLE,
@@ -237,7 +234,7 @@ def _sandboxed(host: Host) -> Path:
 
 
 def _folders(host: Host) -> list[Path]:
-    """Return the folders of settings that there are; the system's own if there is none yet."""
+    """Return the existing folders of settings, or the usual folder if none exists."""
     own = host.settings()
     inner = _sandboxed(host) / host.in_sandbox
     if not host.in_sandbox or not inner.is_dir():
@@ -248,18 +245,18 @@ def _folders(host: Host) -> list[Path]:
 def _install(host: Host, folder: Path) -> None:
     for resource, within in host.files.items():
         text = assets.path(f"integrations/{resource}").read_text(encoding="utf-8")
-        for word, said in _WORDS.items():
-            text = text.replace(word, translated(said))
+        for word, shown in _WORDS.items():
+            text = text.replace(word, translated(shown))
         for word, program in _PROGRAMS.items():
             if word in text:
                 text = text.replace(word, _QUOTED[Path(resource).suffix](program()))
         place = folder / within
         place.parent.mkdir(parents=True, exist_ok=True)
         put(text.encode(), place)
-        # GIMP would start whatever can be started.
+        # GIMP starts every executable file.
         place.chmod(0o755 if within == next(iter(host.files.values())) else 0o644)
     if host.mark:
-        _mark(folder / host.mark, wanted=True)
+        _set_line(folder / host.mark, is_loaded=True)
 
 
 def _remove(host: Host, folder: Path) -> None:
@@ -269,25 +266,25 @@ def _remove(host: Host, folder: Path) -> None:
         if place.parent.name == "kogao" and place.parent.is_dir():
             shutil.rmtree(place.parent)
     if host.mark:
-        _mark(folder / host.mark, wanted=False)
+        _set_line(folder / host.mark, is_loaded=False)
 
 
 def _program(name: str) -> Path:
     found = installed.program(name)
     if found is None:
         raise ending.Stop(
-            Text("{program} isn't here: {command}", program=name, command=installed.again()),
+            Text("{program} is missing: {command}", program=name, command=installed.again()),
             ending.BROKEN,
         )
     return found
 
 
 def _python() -> Path:
-    """Return the Python at work; where a bundle has it within, the system's."""
+    """Return this Python, or the system's Python for a bundle."""
     found = shutil.which("python3") if installed.is_bundle() else sys.executable
     if found is None:
         raise ending.Stop(
-            Text("GIMP 2.10 starts Kogao by a Python 3, and none is on the path here"),
+            Text("GIMP 2.10 needs a Python 3 to start Kogao, and none is on the path"),
             ending.BROKEN,
         )
     return Path(found)
@@ -300,11 +297,11 @@ _PROGRAMS: Final[Mapping[str, Callable[[], Path]]] = {
 }
 
 
-def _mark(file: Path, *, wanted: bool) -> None:
-    """Add our line to a file of the program's settings, or take it out; the rest stays."""
+def _set_line(file: Path, *, is_loaded: bool) -> None:
+    """Add our line to a file of settings, or remove the line."""
     before = file.read_bytes() if file.exists() else b""
-    lines = [line for line in before.splitlines(keepends=True) if _OURS.encode() not in line]
-    if wanted:
+    lines = [line for line in before.splitlines(keepends=True) if _MARK.encode() not in line]
+    if is_loaded:
         if lines and not lines[-1].endswith(b"\n"):
             lines[-1] += b"\n"
         lines.append(f"{_LINE}\n".encode())

@@ -71,7 +71,6 @@ def _option(setting: Setting) -> Callable[[_Command], _Command]:
             given["type"] = _name_or_number
         declared, given["metavar"] = f"--{name}", unit
     help_text = _with_default(setting, setting.default_text or default_text)
-    given["alias"] = "--percent" if setting.name == "percent" else ""
     return words.option(declared, setting.name, help=help_text, section=_section(setting), **given)
 
 

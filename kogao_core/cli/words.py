@@ -29,8 +29,6 @@ class Option(click.Option):
         Description. Literals are collected for the catalogues.
     section : Text, optional
         Heading of the option in the help. Options without a section come first.
-    alias : str, optional
-        Second name, accepted but not shown in the help.
     needs : str, optional
         Option that must be given, too.
     excludes : sequence of str
@@ -44,25 +42,18 @@ class Option(click.Option):
         names: Sequence[str],
         help: str | None = None,  # noqa: A002
         section: str = "",
-        alias: str = "",
         needs: str | None = None,
         excludes: Sequence[str] = (),
         **settings: Any,
     ) -> None:
-        super().__init__([*names, *filter(None, [alias])], **settings)
-        self._alias = alias
+        super().__init__(names, **settings)
         self.help = help  # click would convert a `Text` to a plain string
         self.section, self.needs, self.excludes = section, needs, excludes
 
     def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
         """Return the declaration and the translated help."""
-        names = self.opts
-        self.opts = [name for name in names if name != self._alias]
-        try:
-            with _translated_help(self, self.help):
-                return super().get_help_record(ctx)
-        finally:
-            self.opts = names
+        with _translated_help(self, self.help):
+            return super().get_help_record(ctx)
 
     def get_error_hint(self, *_: Any) -> str:
         """Return the name of the option for error messages."""

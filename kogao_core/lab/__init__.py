@@ -1,5 +1,5 @@
 """The laboratory: the paper's experiments, rival methods and a blind study.
 
-It may use every room; none uses it, and everything else works where this folder isn't. Its door
-is `installed.has_laboratory`.
+The laboratory may import every other package. No other package imports the laboratory;
+`installed.has_laboratory` tells whether this optional folder exists.
 """

@@ -270,7 +270,7 @@ def _squares(points: Array, others: Array) -> Array:
 
 
 def _thin_plate(task: WarpTask) -> Warp:
-    """Fit the surface with the least bending through all points; it never ends."""
+    """Fit the surface with the least bending through all points; unbounded."""
     target, displacement = task.anchored()
     middle, unit_px = target.mean(axis=0), task.spacing_px
 
@@ -287,7 +287,7 @@ def _thin_plate(task: WarpTask) -> Warp:
 
 
 def _gaussians(task: WarpTask) -> Warp:
-    """Fit a Gaussian at each landmark, all together through all landmarks; they end."""
+    """Fit a sum of Gaussians, one per landmark, through all landmarks; bounded."""
     target, displacement = task.anchored(edges=False)
     width_px = _WIDTH_SPACINGS * task.spacing_px
 
@@ -304,7 +304,7 @@ def _gaussians(task: WarpTask) -> Warp:
 
 
 def _moving_least_squares(task: WarpTask) -> Warp:
-    """Find the most rigid map near each node (Schaefer, McPhail, Warren 2006); it never ends.
+    """Find the most rigid map near each node (Schaefer, McPhail, Warren 2006); unbounded.
 
     Weights fall with the square of the distance.
     """

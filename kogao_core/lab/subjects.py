@@ -1,4 +1,4 @@
-"""Photos with their faces, as experiments take them, and how far two pictures lie apart."""
+"""Photos with faces, the input of experiments, and the difference of two pictures."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from kogao_core.faces.face import Face
 from kogao_core.faces.targets import aim
 from kogao_core.recipe.recipe import Recipe
 
-# Called with how many steps are done, and of how many; whatever it raises ends the experiment.
+# Called with the number of finished steps and of all steps; an exception ends the experiment.
 Progress = Callable[[int, int], None]
 PAPER_SIZE: Final = (960, 720)  # px, long and short side (section 5)
 
@@ -31,16 +31,16 @@ class Subject:
     """A photo and the faces to work on."""
 
     name: str  # name in reports: the file's name
-    # (H, W) or (H, W, C): the upright photo, as `kogao_core.pipeline.render` takes it.
+    # (H, W) or (H, W, C): the upright photo, in the form of `kogao_core.pipeline.render`.
     pixels: Image
     faces: tuple[Face, ...]  # at least one, px of the photo
-    sha256: str = ""  # of its file; empty where there is none
-    by_hand: tuple[Face, ...] = ()  # the same faces as a person set them, with targets
-    file: Path | None = None  # where it was read from
+    sha256: str = ""  # digest of the file; empty without a file
+    by_hand: tuple[Face, ...] = ()  # the same faces with landmarks and targets set by a person
+    file: Path | None = None  # the photo's file
 
     @property
     def stem(self) -> str:
-        """The start of its files' names: the name, with - for all but letters, digits and _."""
+        """The name for files: each character other than letters, digits and _ becomes -."""
         return re.sub(r"[^\w-]+", "-", self.name).strip("-")
 
     @property
@@ -57,7 +57,7 @@ class Subject:
 def at_paper_size(subject: Subject) -> Subject:
     """Return the subject at 960 x 720 px, upright photos at 720 x 960.
 
-    The largest cut-out of that shape round the faces is scaled, up if need be.
+    Crop the largest area of this shape around the faces and resize the crop.
     """
     width, height = subject.size
     goal = np.array(PAPER_SIZE if width >= height else PAPER_SIZE[::-1])
@@ -79,16 +79,16 @@ def at_paper_size(subject: Subject) -> Subject:
 
 
 def set_by_hand(faces: Sequence[Face], recipe: Recipe) -> tuple[Face, ...]:
-    """Return the faces with every target where `aim` would put it, but held as set by hand."""
+    """Return the faces with the targets of `aim`, marked as set by hand."""
     return tuple(dataclasses.replace(f, targets=aim(f, recipe).target_px) for f in faces)
 
 
 def white_of(pixels: Image) -> float:
-    """Return the value of white in a picture of that depth."""
+    """Return the value of white for the depth of a picture."""
     return 1.0 if pixels.dtype == np.float32 else float(np.iinfo(pixels.dtype).max)
 
 
 def psnr_db(apart: Array, white: float) -> float | None:
-    """Return the peak signal-to-noise ratio of differences; None where there is none."""
+    """Return the peak signal-to-noise ratio of differences; None without differences."""
     mean = float(np.square(apart).sum()) / max(1, apart.size)
     return 10.0 * float(np.log10(white**2 / mean)) if mean > 0.0 else None

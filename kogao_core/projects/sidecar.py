@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import time
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import lru_cache
@@ -28,6 +29,7 @@ from kogao_core.warp.protection import Protection
 SUFFIX: Final = ".kogao.json"
 _RECORD: Final = ".place"  # suffix of a file that records where the edits of a photo are
 _MOST_RECORD_BYTES: Final = 1 << 14
+_SETTLED_NS: Final = 3_000_000_000  # more than the coarsest time stamps of file systems (2 s)
 
 
 class SavedEdits(NamedTuple):
@@ -94,34 +96,46 @@ def _record_of(folder: Path, size: int, sha256: str) -> Path:
 
 
 def _of_same_content(photo: Path, folder: Path | None) -> SavedEdits | None:
-    """Return edits of a photo with the same bytes under another name. Raises OSError."""
+    """Return the newest edits of a photo with the same bytes under another name. Raises OSError."""
     found, beside = photo.stat(), photo.parent
-    renamed = _without_photo(beside, beside.stat().st_mtime_ns)
+    renamed = _without_photo(beside)
     # Hash the photo only if a record has the same file size.
     recorded = folder is not None and any(folder.glob(f"{found.st_size}-*{_RECORD}"))
     if not renamed and not recorded:
         return None
     digest = _digest(photo, found.st_size, found.st_mtime_ns)
+    edits = []
+    if folder is not None and recorded:
+        with suppress(BadFile, OSError):
+            edits.append(_read_record(_record_of(folder, found.st_size, digest)))
     if digest in renamed:
-        return SavedEdits(renamed[digest], renamed[digest].with_name(_photo_name(renamed[digest])))
-    if folder is None or not recorded:
-        return None
-    try:
-        data = strict.read(_record_of(folder, found.st_size, digest), _MOST_RECORD_BYTES)
-        top = strict.parse(data, _MOST_RECORD_BYTES)
-        edits = SavedEdits(*(Path(top.field(name).text(4096)) for name in ("file", "photo")))
-    except BadFile:
-        return None
-    return edits if edits.file.is_file() and not edits.photo.exists() else None
+        edits.append(
+            SavedEdits(renamed[digest], renamed[digest].with_name(_photo_name(renamed[digest])))
+        )
+    edits = [one for one in edits if one.file.is_file() and not one.photo.exists()]
+    # The record comes first: it wins if two files have the same time.
+    return max(edits, key=lambda one: one.file.stat().st_mtime_ns, default=None)
+
+
+def _read_record(file: Path) -> SavedEdits:
+    top = strict.parse(strict.read(file, _MOST_RECORD_BYTES), _MOST_RECORD_BYTES)
+    return SavedEdits(*(Path(top.field(name).text(4096)) for name in ("file", "photo")))
 
 
 def _photo_name(file: Path) -> str:
     return file.name[: -len(SUFFIX)]
 
 
-@lru_cache(maxsize=64)
-def _without_photo(folder: Path, _: int) -> dict[str, Path]:
+def _without_photo(folder: Path) -> dict[str, Path]:
     """Return the sidecars in a folder whose photo is missing, by the photo's SHA-256."""
+    changed_ns = folder.stat().st_mtime_ns
+    # The next change of a recently changed folder may leave the folder's time as it is.
+    settled = time.time_ns() - changed_ns > _SETTLED_NS
+    return (_scan if settled else _scan.__wrapped__)(folder, changed_ns)
+
+
+@lru_cache(maxsize=64)
+def _scan(folder: Path, _: int) -> dict[str, Path]:
     found = {}
     # A photo renamed twice has two sidecars: the newer sidecar replaces the older one.
     for file in sorted(folder.glob(f"*{SUFFIX}"), key=os.path.getmtime):

@@ -307,6 +307,7 @@ class Recipe:
         Text("Cheeks"),
         Text("cheeks' width"),
         Text("Width of the cheeks; negative is slimmer"),
+        letter="k",
     )
     forehead_height: float = _signed(
         0.0,

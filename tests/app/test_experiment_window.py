@@ -250,7 +250,7 @@ def test_a_session_leads_one_person_through_all_photos_practice_first(
     empty.take_step("Table 2")
     finish(empty)
     captions = [one.accessibleName() for one in window_of(empty).tables]
-    assert "Setting, person by person" in captions
+    assert "Setting time by person" in captions
 
 
 def test_another_photo_ends_the_session(empty, photo, tmp_path, encoded):
@@ -262,5 +262,5 @@ def test_another_photo_ends_the_session(empty, photo, tmp_path, encoded):
     empty.settle()
     empty.editor.files.read(photo)
     empty.settle()
-    assert "ends the session" in empty.say()
+    assert "ended the session" in empty.say()
     assert empty.editor.session.places == []

@@ -5,7 +5,7 @@ import pytest
 from kogao_app.features import export as exporting
 from PIL import Image
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QDialogButtonBox
+from PySide6.QtWidgets import QDialogButtonBox, QFileDialog, QMessageBox
 
 from kogao_core.photo.export import Export
 
@@ -76,3 +76,38 @@ def test_the_original_is_never_written_over(opened, dialog, photo):
 def test_damaged_choices_of_before_are_as_none(opened):
     opened.editor.exporting.settings.setValue("export/presets", '{"odd": {"quality": 999}}')
     assert "odd" not in exporting.presets(opened.editor.exporting.settings)
+
+
+def test_the_last_used_settings_are_offered_first_the_next_time(opened, dialog):
+    dialog.form.show_values({"longest_px": 240, "name": "{name}-web"})
+    agree(dialog)
+    opened.settle()
+    opened.window.actions_by_name["export"].trigger()
+    again = opened.dialog(exporting.ExportDialog)
+    assert again.presets.currentText() == "Last used"
+    values = again.form.values()
+    assert (values["longest_px"], values["name"]) == (240, "{name}-web")
+
+
+@pytest.mark.parametrize("action", ["save", "export"])
+@pytest.mark.parametrize(("words", "recorded"), [("Add record", True), ("Don't add", False)])
+def test_the_edit_record_is_offered_once(opened, photo, action, words, recorded):
+    settings = opened.editor.save_options.settings
+    settings.remove("saving/record")
+    opened.window.actions_by_name[action].trigger()
+    opened.answer("Cancel")
+    assert not settings.contains("saving/record"), "the next save asks again"
+    opened.window.actions_by_name[action].trigger()
+    opened.answer(words)
+    asked = opened.dialog(exporting.ExportDialog if action == "export" else QFileDialog)
+    if action == "export":
+        agree(asked)
+        made = photo.parent / "kogao" / photo.name
+    else:
+        made = photo.with_name("made.png")
+        opened.choose_path(made)
+    opened.settle()
+    assert (b"http://ns.adobe.com/xap/1.0/sType/ResourceEvent#" in made.read_bytes()) is recorded
+    opened.window.actions_by_name[action].trigger()
+    assert not [box for box in opened.window.findChildren(QMessageBox) if box.isVisible()]
+    assert opened.editor.save_options.current.record is recorded

@@ -74,7 +74,7 @@ def test_good_photos_are_exported_and_the_bad_one_is_named(strip, folder, tmp_pa
     (folder / "a.jpg.kogao.json").unlink(missing_ok=True)
     export(strip, out, "Subtle")
     finish(strip)
-    assert strip.say().startswith("Done: 3 of 3 · 2 done · 1 failed. ")
+    assert strip.say().startswith("Export finished: 2 done · 1 failed. ")
     assert "broken.jpg" in strip.say()
     report = {Path(line["source"]).name: line["status"] for line in lines(out)}
     assert report == {"a.jpg": "done", "b.jpg": "done", "broken.jpg": "failed"}
@@ -86,7 +86,7 @@ def test_good_photos_are_exported_and_the_bad_one_is_named(strip, folder, tmp_pa
     assert opened == [QUrl.fromLocalFile(str(out))]
     export(strip, out, "Subtle")
     finish(strip)
-    assert strip.say().startswith("Done: 3 of 3 · 2 done before · 1 failed. ")
+    assert strip.say().startswith("Export finished: 2 done before · 1 failed. ")
 
 
 @pytest.mark.usefixtures("in_process")
@@ -172,7 +172,7 @@ def test_a_stopped_export_continues_and_closing_asks(start, many, tmp_path, few_
     QTest.mouseClick(driver.editor.strip.panel.halt, LEFT)
     few_at_a_time.release(8)  # those that were handed out
     finish(driver)
-    assert driver.say().startswith("Stopped: ")
+    assert driver.say().startswith("Export stopped: ")
     done = len(list(out.glob("*.jpg")))
     assert 2 <= done < 40
 
@@ -203,6 +203,6 @@ def test_the_window_answers_during_an_export(strip, tmp_path, monkeypatch):
     monkeypatch.setattr(batch, "run", window.delayed_items("running", batch.run))
     export(strip, tmp_path / "out")
     finish(strip)
-    assert "3 of 3" in strip.say()
+    assert "2 done · 1 failed" in strip.say()
     assert window.answered == {"planning", "running"}
     assert window.stalled == set()

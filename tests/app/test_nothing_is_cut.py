@@ -249,7 +249,7 @@ def test_retouch_has_few_controls(start, photo):
     assert len(shape) <= 1 + 2 * len(SHAPE), "its title; a slider and a figure each"
     shown = controls(driver.window) - shape
     assert len(shown) <= 21, sorted(one.accessibleName() or one.text() for one in shown)
-    driver.key(Qt.Key.Key_F3)
+    driver.editor.manual.switch("manual")
     driver.settle()
     more = {one.text() for one in controls(driver.window) - shown - shape}
     assert more == {"Tools", "Back to automatic"}, "points by hand add no more than they need"
@@ -265,3 +265,12 @@ def test_every_control_and_its_label_have_a_tooltip(start, photo):
         silent = [one for one in (*labels, *controls(driver.window)) if not one.toolTip()]
         named = [one.accessibleName() or getattr(one, "text", str)() for one in silent]
         assert (workspace, named) == (workspace, [])
+
+
+def test_every_tool_but_the_well_known_ones_has_a_word_in_a_wide_window(start):
+    driver = start(workspace="retouch")
+    driver.window.resize(1600, 700)
+    known = {"undo", "redo", "fit"}
+    tools = tools_of(driver)
+    named = {name for name, button in tools.items() if name not in known}
+    driver.qtbot.waitUntil(lambda: {name for name, it in tools.items() if worded(it)} == named)

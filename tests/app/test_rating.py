@@ -64,7 +64,7 @@ def test_the_menu_serves_a_study_until_the_editor_closes(empty, study, opened):
 def test_another_study_takes_the_place_of_the_first_and_none_of_it(empty, study, opened, tmp_path):
     empty.editor.rating.open(study)
     empty.editor.rating.open(tmp_path)
-    assert "holds no study" in empty.say()
+    assert "contains no study" in empty.say()
     assert "Natural or unnatural?" in got(opened[0])
     empty.editor.rating.open(study)
     with pytest.raises(urllib.error.URLError):

@@ -205,6 +205,17 @@ def test_what_a_killed_program_left_can_be_discarded(killed, start):
     assert driver.editor.document.photo is None
 
 
+def test_work_that_is_restored_while_the_question_is_open_is_not_discarded(killed, start, photo):
+    driver = looked(start())
+    driver.take_step("Discard")
+    next(one for one in driver.window.bar.buttons if one.text() == "Restore").click()
+    driver.qtbot.waitUntil(lambda: driver.editor.document.path == photo)
+    driver.answer("Discard")
+    driver.settle()
+    driver.qtbot.waitUntil(lambda: not killed.exists())
+    assert load(kept(driver)).automatic.faces
+
+
 def test_dismissed_work_is_offered_again(killed, start):
     driver = looked(start())
     driver.take_step("Dismiss")

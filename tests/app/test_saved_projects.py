@@ -137,8 +137,11 @@ def test_a_renamed_photo_finds_its_edits_and_undo_steps_by_its_content(
     np.testing.assert_array_equal(other.shown, worked.shown)
     assert other.editor.document.undo.count() == worked.editor.document.undo.count()
     assert sidecar.kept(renamed, storage.edits) == sidecar_of(photo), "as for batch and strip"
+    before = sidecar_of(photo).read_bytes()
     other.change_something()
     other.settle()
+    save_project(other)
+    assert sidecar_of(photo).read_bytes() == before, "another photo may get that name"
     assert sidecar.kept(renamed, storage.edits) == sidecar_of(renamed)
     os.utime(sidecar_of(photo), (1, 1))
     twice = renamed.rename(photo.with_name("a-second-name.png"))

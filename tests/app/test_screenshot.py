@@ -63,7 +63,7 @@ def test_a_picture_shows_what_is_asked_for(source, photo, tmp_path):
     shots = {}
     for name in ("landmarks", "heat", "wipe,loupe", "brush"):
         path = tmp_path / f"{name}.png"
-        assert run(source, photo, "--screenshot", path, "--show", name, "--percent", 9) == 0
+        assert run(source, photo, "--screenshot", path, "--show", name, "--amount", 9) == 0
         shots[name] = cv2.imread(str(path))
     assert len({shot.tobytes() for shot in shots.values()}) == len(shots)
     canvas = slice(100, 500), slice(200, 900)
@@ -77,7 +77,7 @@ def test_a_picture_shows_what_is_asked_for(source, photo, tmp_path):
 
 def test_a_line_can_be_protected_in_the_picture(source, photo, tmp_path):
     free, held = tmp_path / "free.png", tmp_path / "held.png"
-    calls = ("--show", "heat", "--percent", 9, "--screenshot")
+    calls = ("--show", "heat", "--amount", 9, "--screenshot")
     assert run(source, photo, *calls, free) == 0
     assert run(source, photo, "--protect", "310,100 310,260", *calls, held) == 0
     assert free.read_bytes() != held.read_bytes()
@@ -85,7 +85,7 @@ def test_a_line_can_be_protected_in_the_picture(source, photo, tmp_path):
 
 def test_a_picture_leaves_nothing_beside_the_photo(source, photo, shot):
     before = set(photo.parent.iterdir())
-    assert run(source, photo, "--screenshot", shot, "--percent", 9) == 0
+    assert run(source, photo, "--screenshot", shot, "--amount", 9) == 0
     assert set(photo.parent.iterdir()) == {*before, shot}
 
 
@@ -193,11 +193,11 @@ def fail(*_, **__):
         ["--show", "nothing"],
         ["--protect", "1,2"],
         ["--protect", "1,2 nan,3"],
-        ["--percent", "nan"],
-        ["--percent", "16"],
+        ["--amount", "nan"],
+        ["--amount", "16"],
         ["--sample", "--show", "lattice"],
         ["--sample", "--protect", "80,40 80,600"],
-        ["--sample", "--percent", "4"],
+        ["--sample", "--amount", "4"],
         ["--rate", "folder", "--screenshot", "a.png"],
     ],
 )

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
+import threading
 
+import pytest
+from kogao_app.features import files, sync
 from kogao_app.features.strip.film import _WARNING as WARNING
 from kogao_app.features.sync import groups
 from PySide6.QtCore import Qt
@@ -12,6 +15,7 @@ from scenes import oval_face
 from test_own_results import click_on
 from test_own_results import strip as strip
 from test_saver import step
+from timeouts import LONGEST_S, held_back
 
 from kogao_core.projects import sidecar
 from kogao_core.recipe.recipe import SETTINGS
@@ -102,3 +106,49 @@ def test_an_empty_folder_leaves_the_strip_alone(strip, tmp_path):
     strip.settle()
     assert "No photos" in strip.say()
     assert strip.editor.strip.film.count() == 6
+
+
+@pytest.mark.parametrize("late_step", ["synced", "keep_history", "open_photo"])
+def test_a_photo_that_is_opened_during_its_sync_gets_the_settings(strip, monkeypatch, late_step):
+    """The photo is shown before the sync writes, while it writes, or read before, shown after."""
+    document = strip.editor.document
+    step(strip, 8.0)
+    strip.settle()
+    click_on(strip, 2, Qt.KeyboardModifier.ControlModifier)
+    other, read = document.path.with_name("b.png"), threading.Event()
+    if late_step == "open_photo":
+        gate, late = held_back(lambda opened: opened)
+        real = files.open_photo
+
+        def opened(*given):
+            made = real(*given)
+            read.set()
+            return late(made)
+
+        monkeypatch.setattr(files, "open_photo", opened)
+        strip.editor.files.open(other)
+        assert read.wait(LONGEST_S)
+        strip.editor.sync.start()
+        strip.qtbot.waitUntil(lambda: not strip.editor.sync.busy)
+    else:
+        gate, late = held_back(getattr(sync, late_step))
+        monkeypatch.setattr(sync, late_step, late)
+        strip.editor.sync.start()
+        if late_step == "keep_history":
+            strip.qtbot.waitUntil(sidecar.sidecar_of(other).exists)
+        strip.editor.files.open(other)
+        for _ in range(100):
+            if document.path != other:
+                strip.qtbot.wait(10)
+    gate.set()
+    strip.settle()
+    assert document.path == other
+    assert strip.state.recipe.percent == 8.0
+    step(strip, 9.0)
+    strip.settle()
+    assert not strip.say()
+    click_on(strip, 0)
+    click_on(strip, 2)
+    for percent in (9.0, 8.0, 4.0):
+        assert strip.state.recipe.percent == percent
+        strip.editor.history.undo()

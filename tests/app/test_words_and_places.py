@@ -13,6 +13,7 @@ from kogao_app.workspaces import COMPARE, RETOUCH
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QColor
 from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QDialog
 
 from kogao_core.pipeline import render
 from kogao_core.warp.guard import Limit
@@ -61,7 +62,7 @@ def test_before_and_after_and_the_brush_are_on_the_bar_where_one_starts(start, p
 @pytest.mark.parametrize(
     ("typed", "found"),
     [
-        *(("before", "Wipe"), ("history", "History"), ("freeze", "Brush"), ("resize", "Export")),
+        *(("before", "Wipe"), ("history", "History"), ("freeze", "Protect"), ("resize", "Export")),
     ],
 )
 def test_the_palette_knows_what_others_call_it(opened, typed, found):
@@ -129,3 +130,36 @@ def test_the_start_page_opens_a_folder_again(qtbot, tmp_path):
     card._links[0].linkActivated.emit("#")
     assert asked == [tmp_path]
     assert len(card._links) == 3, "one folder, two photos"
+
+
+@pytest.mark.parametrize("workspace", ["retouch", "compare"])
+def test_settings_stay_in_place_when_a_tool_shows_its_panel(start, photo, workspace):
+    driver = start(photo, workspace=workspace)
+    slider = driver.panel("recipe").percent.slider
+
+    def place():
+        return slider.mapTo(driver.window, QPoint()), slider.size()
+
+    before = place()
+    for name in ("tool-push", "tool-brush", "mode-manual", "mode-automatic", "tool-points"):
+        driver.window.actions_by_name[name].trigger()
+        driver.settle()
+        assert (name, *place()) == (name, *before)
+    driver.unfold()
+    driver.settle()
+    assert place() == before, "a scroll bar takes no room of the settings"
+
+
+def test_keys_of_menus_that_a_workspace_does_not_show_do_nothing(start, photo):
+    driver = start(photo, workspace="retouch")
+    driver.key(KEYS.Key_F3)
+    driver.key(KEYS.Key_5, CTRL, Qt.KeyboardModifier.AltModifier)
+    driver.settle()
+    assert driver.state.mode == "automatic"
+    assert not driver.window.findChildren(QDialog)
+    driver.window.actions_by_name["workspace-compare"].trigger()
+    driver.key(KEYS.Key_F3)
+    assert driver.state.mode == "manual"
+    driver.window.actions_by_name["workspace-retouch"].trigger()
+    driver.key(KEYS.Key_F2)
+    assert driver.state.mode == "automatic", "there is a way back everywhere"

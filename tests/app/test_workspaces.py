@@ -149,7 +149,7 @@ def test_panels_come_when_they_are_needed_and_go_again(window):
     assert protect.isVisible()
     window.key(KEYS.Key_A)
     assert not protect.isVisible()
-    window.key(KEYS.Key_F3)
+    window.editor.manual.switch("manual")
     assert manual.isVisible()
     window.key(KEYS.Key_F2)
     assert not manual.isVisible()
@@ -160,7 +160,7 @@ def test_one_click_that_is_seen_leads_back_from_points_set_by_hand(window):
     words = {"Automatic", "Back to automatic"}
     for name in WORKSPACES:
         window.window.actions_by_name[f"workspace-{name}"].trigger()
-        window.key(KEYS.Key_F3)
+        window.editor.manual.switch("manual")
         window.settle()
         buttons = [b for b in window.window.findChildren(QAbstractButton) if b.text() in words]
         (back,) = [one for one in buttons if not one.visibleRegion().isEmpty()]
@@ -170,7 +170,7 @@ def test_one_click_that_is_seen_leads_back_from_points_set_by_hand(window):
 
 
 def test_tools_by_hand_lie_open_where_points_are_set_by_hand(window):
-    window.key(KEYS.Key_F3)
+    window.editor.manual.switch("manual")
     panel = window.panel("manual")
     mirror = next(one for one in panel.findChildren(QToolButton) if one.text() == "Mirror")
     assert not mirror.isVisible()

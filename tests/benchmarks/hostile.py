@@ -34,7 +34,7 @@ MORE = (
     ["--motion", "keep"],
     ["--disclose"],
     ["--label", "Retouched"],
-    ["--percent", "0"],
+    ["--amount", "0"],
     ["--save-project"],
 )
 

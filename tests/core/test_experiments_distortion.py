@@ -98,7 +98,7 @@ def test_a_photo_without_lines_has_no_bent_ones():
     found = distortion.measure(PLAIN)
     assert {one.photo_bend for one in found} == {None}
     tables = distortion.report(distortion.DistortionResult(tuple(found), PAPER)).tables
-    (growth,) = [table for table in tables if "grows" in table.caption]
+    (growth,) = [table for table in tables if "Growth of" in table.caption]
     (row,) = [row for row in growth.rows if "in the photo" in row[0]]
     assert set(row[1:]) == {"\N{EN DASH}"}
 
@@ -117,7 +117,7 @@ def test_a_recipe_that_moves_nothing_has_a_report(base):
     report = distortion.report(distortion.DistortionResult(found, base))
     assert page(report, Made.now("kogao-cli"))
     report.json(Made.now("kogao-cli"))  # which refuses NaN
-    (growth,) = [table for table in report.tables if "grows" in table.caption]
+    (growth,) = [table for table in report.tables if "Growth of" in table.caption]
     (row,) = [row for row in growth.rows if "local change" in row[0]]
     assert set(row[1:]) == {"\N{EN DASH}"}
 

@@ -240,11 +240,11 @@ def test_people_are_told_one_by_one_without_their_practice(timings):
     )
     result = table_2(timings, known)
     tables = {table.caption: table for table in timing_report.report(result).tables}
-    people = {row[0]: row for row in tables["Setting, person by person"].rows}
-    assert list(people) == ["everybody", "anna", "ben", "machine, cold"]
+    people = {row[0]: row for row in tables["Setting time by person"].rows}
+    assert list(people) == ["all people", "anna", "ben", "machine, cold"]
     assert people["anna"][4:7] == ["2", "3.00", "23.0"]
     assert people["ben"][1] == "1"
-    assert "practice, left out: 1" in tables["Setting, person by person"].note
-    (apart,) = tables["Points set by hand and found, how far apart"].rows
+    assert "without 1 practice photos" in tables["Setting time by person"].note
+    (apart,) = tables["Distances between manual and found points"].rows
     assert apart == ("anna", "made.png", "21", "21", "0.0", "0.0")
     assert result.setting.count == 2

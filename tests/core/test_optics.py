@@ -121,7 +121,7 @@ def test_the_command_goes_by_the_photo_or_by_what_is_said(tmp_path, tags, lens, 
     out = tmp_path / "out.png"
     told = CliRunner().invoke(
         program,
-        ["warp", str(path), "-o", str(out), "--points", str(points), "--percent", "0",
+        ["warp", str(path), "-o", str(out), "--points", str(points), "--amount", "0",
          "--lens", lens, "--json", "-"],
     )  # fmt: skip
     assert told.exit_code == 0, told.output

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import os
+import time
 from pathlib import Path
 
 import cv2
@@ -15,7 +16,7 @@ from scenes import oval_face, textured_photo
 from kogao_core.base.strict import BadFile
 from kogao_core.pipeline import render
 from kogao_core.projects import sidecar
-from kogao_core.projects.project import Original, Project, Sheet, load, save
+from kogao_core.projects.project import Original, Project, Sheet, load, save, sha256_of
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.warp.brush import Brushwork
 from kogao_core.warp.protection import Protection
@@ -149,3 +150,43 @@ def test_an_edit_record_tells_of_strokes():
     plain = dataclasses.replace(project(), brushwork=Brushwork())
     assert "stroke" not in sidecar.apply(plain, pixels).what
     assert sidecar.apply(project(), pixels).what.endswith("; 2 strokes of a brush")
+
+
+@pytest.fixture
+def renamed(tmp_path):
+    """A photo that was renamed after its edits were saved: its name now, and before."""
+    before, now = tmp_path / "one.png", tmp_path / "two.png"
+    now.write_bytes(b"the same bytes")
+    original = Original("one.png", sha256_of(now), WIDTH, HEIGHT)
+    save(project(original=original), sidecar.sidecar_of(before))
+    return now, before, original
+
+
+def test_a_photo_renamed_within_one_tick_of_the_file_system_finds_its_edits(renamed, tmp_path):
+    now, before, _ = renamed
+    tick = time.time_ns() + 600 * 10**9
+    now.rename(before)
+    other = tmp_path / "other.png"
+    other.write_bytes(b"other bytes")
+    os.utime(tmp_path, ns=(tick, tick))
+    assert sidecar.find(other) is None
+    before.rename(now)
+    os.utime(tmp_path, ns=(tick, tick))
+    found = sidecar.find(now)
+    assert found is not None
+    assert found.photo == before
+
+
+@pytest.mark.parametrize("newer_s", [0, 1])
+def test_a_renamed_photo_gets_the_newer_edits_from_the_users_own_folder(renamed, tmp_path, newer_s):
+    now, before, original = renamed
+    store = tmp_path / "store"
+    store.mkdir()
+    own = sidecar.own_place(before, store)
+    save(project(original=original), own)
+    now.rename(before)
+    sidecar.record(before, original.sha256, own, store)
+    before.rename(now)
+    for file, when in ((own, newer_s), (sidecar.sidecar_of(before), 0)):
+        os.utime(file, (when, when))
+    assert sidecar.kept(now, store) == own

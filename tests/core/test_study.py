@@ -439,7 +439,7 @@ def test_a_study_file_cant_name_files_elsewhere(tmp_path):
     (tmp_path / plan.STUDY_FILE).write_text(json.dumps(study))
     with pytest.raises(BadFile, match="rated, too"):
         plan.load_study(tmp_path)
-    with pytest.raises(BadFile, match="holds no study"):
+    with pytest.raises(BadFile, match="contains no study"):
         plan.load_study(tmp_path / "nowhere")
 
 
@@ -521,7 +521,7 @@ def counted(copy, *others):
 
 
 def table_1(found):
-    return tables.table_1(found, found.shares(), "everybody", len(found.raters))
+    return tables.table_1(found, found.shares(), "all raters", len(found.raters))
 
 
 def figure_11(found):
@@ -564,12 +564,10 @@ def test_bots_are_named_left_out_and_move_no_cell(copy):
     ]  # fmt: skip
     made = report.report(found)
     captions = [str(one.caption) for one in made.tables[:2]]
-    assert [one.rsplit(", ", 1)[1] for one in captions] == ["those who count", "everybody"]
+    assert [one.rsplit(", ", 1)[1] for one in captions] == ["counted raters", "all raters"]
     said = " ".join(report.notes(found))
     for bot in ("b1", "b2", "b3"):
-        assert (
-            f"{bot} are left out: 100 % of answers in under 200 ms; the same answer to all" in said
-        )
+        assert f"rater {bot}: 100 % of answers in under 200 ms; the same answer to all" in said
     assert [table.note[:18] for table in made.tables[:2]] == [
         "2 faces, 3 raters,",
         "2 faces, 6 raters,",
@@ -610,7 +608,7 @@ def test_answers_before_the_least_time_dont_count(copy):
         log.add(judged(log.session))
     found = counted(copy)
     assert (len(found.answers), len(found.counted)) == (52, 49)
-    assert "too early and are left out: 3" in " ".join(report.notes(found))
+    assert "below the minimum time: 3" in " ".join(report.notes(found))
 
 
 def test_a_rater_can_be_left_out(copy):
@@ -619,7 +617,7 @@ def test_a_rater_can_be_left_out(copy):
     rated(copy, "r2", lenient)
     found = tally([(copy, plan.key_path(copy))], exclude=["r2"])
     assert found.shares() == before
-    assert [str(reason) for reason in found.raters["r2"].reasons] == ["left out by hand"]
+    assert [str(reason) for reason in found.raters["r2"].reasons] == ["excluded by hand"]
 
 
 def test_care_is_told_rater_by_rater(copy):
@@ -695,7 +693,7 @@ def test_a_pair_is_the_picture_and_the_photo_as_it_is(tmp_path):
 def test_answers_that_werent_asked_for_are_refused():
     pair = dataclasses.replace(STUDY, conduct=Conduct(task="pair"))
     session = Session(pair, "r1", NAMES)
-    with pytest.raises(BadFile, match="isn't answered as was asked"):
+    with pytest.raises(BadFile, match="has an answer of another task"):
         session.take(answered(session, "natural"))
     session.take(answered(session, "left"))
 
@@ -811,7 +809,7 @@ def test_ratings_that_cant_be_used_are_named_and_stop_nothing(copy):
     for name, said in (
         ("r1.jsonl", "contradict"),
         ("r2.jsonl", "line 9 is missing"),
-        ("notes.jsonl", "holds no ratings"),
+        ("notes.jsonl", "contains no ratings"),
         ("stray.jsonl", "ratings of another study, a-study"),
     ):
         assert said in why[name]
@@ -828,13 +826,13 @@ def test_a_wrong_key_is_refused(copy, tmp_path):
 def test_sessions_that_were_left_are_named_and_things_counted_in_words(copy):
     rated(copy, "r1", strict, 50)
     (sentence,) = report.notes(counted(copy))
-    assert sentence.endswith("whose answers don't count: r1 (50 of 52)")
+    assert sentence.endswith("not counted: r1 (50 of 52)")
     assert counted(copy).counted == []
     key = plan.load_key(plan.key_path(copy))
     changed = dataclasses.replace(key, rules=dataclasses.replace(key.rules, unfinished=True))
     plan.save(changed, plan.key_path(copy))
     assert len(counted(copy).counted) == 50
-    assert report.notes(counted(copy))[0].endswith("whose answers count: r1 (50 of 52)")
+    assert report.notes(counted(copy))[0].endswith("counted: r1 (50 of 52)")
     plan.save(key, plan.key_path(copy))
     assert report.report(counted(copy)).document["unfinished"] == [
         {"rater": "r1", "answered": 50, "pictures": 52}
@@ -842,7 +840,7 @@ def test_sessions_that_were_left_are_named_and_things_counted_in_words(copy):
     rated(copy, "r1", strict)
     assert report.notes(counted(copy)) == []
     found = counted(copy)
-    assert table_1(found).note.startswith("2 faces, 1 rater, 2 answers to each")
+    assert table_1(found).note.startswith("2 faces, 1 rater, 2 answers per kind")
 
 
 def test_the_report_tells_what_was_achieved_and_the_lattice_in_both_units(copy):
@@ -878,7 +876,7 @@ def test_the_report_has_the_shape_of_table_1_with_the_papers_rows(copy):
         "R = 0.5",
         "R = 1",
         "R = 2",
-        "the photo as it is",
+        "original photo",
     ]
     assert sizes[0][3] == "100.0 % (34.2 to 100.0)"
     document = json.loads(json.dumps(report.report(found).document, allow_nan=False))

@@ -77,7 +77,7 @@ def test_what_a_result_does_not_keep_is_in_the_report(cli, small_portrait, tmp_p
     (tmp_path / "a.jpg").write_bytes(small_portrait.read_bytes() + metadata_cases.MP4)
     for percent, told in ((6, "not kept: the motion photo's video; "), (0, "")):
         out = tmp_path / str(percent)
-        assert cli(tmp_path / "a.jpg", "-o", out, "-j", 1, "--percent", percent)[0] == 0
+        assert cli(tmp_path / "a.jpg", "-o", out, "-j", 1, "--amount", percent)[0] == 0
         (line,) = lines(out)
         assert line["reason"].startswith(told)
         assert bool(line["reason"]) == bool(told)
@@ -87,7 +87,7 @@ def test_what_a_result_does_not_keep_is_in_the_report(cli, small_portrait, tmp_p
 def test_good_photos_are_done_and_bad_ones_named(cli, folder, tmp_path):
     out = tmp_path / "out"
     before = {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
-    code, said, err = cli(folder, "-o", out, "-j", 2, "--percent", 6)
+    code, said, err = cli(folder, "-o", out, "-j", 2, "--amount", 6)
     assert (code, said) == (5, "")
     assert "broken.jpg" in err
     assert "wall.png: no face" in err
@@ -108,7 +108,7 @@ def test_good_photos_are_done_and_bad_ones_named(cli, folder, tmp_path):
 @pytest.mark.usefixtures("in_process")
 def test_measures_of_all_faces_are_one_table_whenever_they_were_done(cli, folder, tmp_path):
     out, table = tmp_path / "out", tmp_path / "measures.csv"
-    wanted = folder, "-o", out, "-j", 1, "--percent", 6, "--measures", table
+    wanted = folder, "-o", out, "-j", 1, "--amount", 6, "--measures", table
     cli(folder / "a.jpg", *wanted[1:-2])
     code, _, err = cli(*wanted, "--force")
     assert (code, "1 skipped" in err) == (5, True)
@@ -138,17 +138,17 @@ def test_measures_of_all_faces_are_one_table_whenever_they_were_done(cli, folder
 @pytest.mark.usefixtures("in_process")
 def test_what_was_done_is_skipped_unless_something_has_changed(cli, folder, tmp_path):
     out = tmp_path / "out"
-    cli(folder, "-o", out, "-j", 1, "--percent", 6)
-    code, _, err = cli(folder, "-o", out, "-j", 1, "--percent", 6)
+    cli(folder, "-o", out, "-j", 1, "--amount", 6)
+    code, _, err = cli(folder, "-o", out, "-j", 1, "--amount", 6)
     assert (code, "4 skipped" in err) == (5, True)
     # Other choices, another source or a damaged result are worked on again.
     (out / "b.jpg").write_bytes(b"damaged")
     Image.open(folder / "a.jpg").rotate(5).save(folder / "a.jpg")
-    _, _, err = cli(folder, "-o", out, "-j", 1, "--percent", 6)
+    _, _, err = cli(folder, "-o", out, "-j", 1, "--amount", 6)
     assert "2 done, 1 failed, 1 no face, 2 skipped" in err
-    _, _, err = cli(folder / "b.jpg", "-o", out, "-j", 1, "--percent", 5)
+    _, _, err = cli(folder / "b.jpg", "-o", out, "-j", 1, "--amount", 5)
     assert "1 of 1: 1 done" in err
-    _, _, err = cli(folder / "b.jpg", "-o", out, "-j", 1, "--percent", 5, "--again")
+    _, _, err = cli(folder / "b.jpg", "-o", out, "-j", 1, "--amount", 5, "--again")
     assert "1 of 1: 1 done" in err
 
 
@@ -158,7 +158,7 @@ def test_wrong_calls_end_with_one_line(cli, folder, tmp_path):
         ((folder / "nothing.jpg",), "doesn't exist"),
         ((folder / "*.gif",), "no file matches"),
         ((folder / "a.jpg", folder / "deeper" / "a.jpg"), "both become"),
-        ((folder / "a.jpg", "--percent", "99"), "99.0 is not in the range"),
+        ((folder / "a.jpg", "--amount", "99"), "99.0 is not in the range"),
     ]:
         code, said, err = cli(*arguments, "-o", out)
         assert (code in (1, 2), said) == (True, "")
@@ -297,7 +297,7 @@ def test_results_are_exported_as_the_options_say(small_portrait, tmp_path, cli, 
     export = ("--longest-side", longest, "--quality", 80, "--srgb", "--sharpen", 50)
     export += ("--no-metadata",)
     named = ("--to", "webp", "--names", "{n}-{name}-{amount}")
-    code = ("-j", 1, "--percent", 5)
+    code = ("-j", 1, "--amount", 5)
     ended, _, told = cli(inputs, "-o", out, *export, *named, *code)
     assert (ended, "2 done" in told) == (0, True)
     assert sorted(one.name for one in out.glob("*.webp")) == ["001-a-5.webp", "002-b-5.webp"]

@@ -56,10 +56,10 @@ def test_warp_names_what_a_result_does_not_keep(cli, small_portrait, tmp_path):
     source.write_bytes(small_portrait.read_bytes() + metadata_cases.MP4)
     told = "not kept: the motion photo's video"
     report = tmp_path / "a.json"
-    _, said, _ = cli("warp", source, "-o", tmp_path / "a.png", "--percent", 6, "--json", report)
+    _, said, _ = cli("warp", source, "-o", tmp_path / "a.png", "--amount", 6, "--json", report)
     assert said.endswith(f"6 % smaller; {told}\n")
     assert json.loads(report.read_text())["notes"] == [told]
-    _, said, _ = cli("warp", source, "-o", tmp_path / "c.jpg", "--percent", 0)
+    _, said, _ = cli("warp", source, "-o", tmp_path / "c.jpg", "--amount", 0)
     assert said.endswith("1 face, unchanged\n")
 
 
@@ -143,7 +143,7 @@ def test_warp_protects_a_line_and_says_what_bends(cli, fails, works, tmp_path):
     assert all(line["bend_px"] >= 0 for line in report["lines"])
     assert all(line["before_px"] >= 0 and line["after_px"] >= 0 for line in report["lines"])
     assert report["notes"] == []
-    cli("warp", "--sample", "-o", tmp_path / "copy.png", "--percent", "0")
+    cli("warp", "--sample", "-o", tmp_path / "copy.png", "--amount", "0")
     sample, kept = (np.asarray(Image.open(path)) for path in (tmp_path / "copy.png", still))
     assert (sample != kept).any()
     columns = slice(round(x) - 3, round(x) + 4)
@@ -250,17 +250,17 @@ def told(warns, portrait, tmp_path):  # noqa: ARG001
 
 
 def test_a_threshold_that_is_not_used_is_told(told):
-    said, report = told("--percent", 8, "--lattice", 0.5, "--scope", "face", "--threshold", 8)
+    said, report = told("--amount", 8, "--lattice", 0.5, "--scope", "face", "--threshold", 8)
     assert report["recipe"]["threshold_px"] == 8
     assert report["threshold_px"] == 1 / 64
     assert "threshold 8 px ignored" in said
-    said, report = told("--percent", 8, "--lattice", 0.5, "--scope", "face", "--threshold", 0.1)
+    said, report = told("--amount", 8, "--lattice", 0.5, "--scope", "face", "--threshold", 0.1)
     assert report["threshold_px"] == 0.1
     assert "ignored" not in said
 
 
 def test_folding_is_held_back_or_told(told):
-    steep = ("--percent", 12, "--lattice-unit", "warp", "--lattice", 0.5)
+    steep = ("--amount", 12, "--lattice-unit", "warp", "--lattice", 0.5)
     steep += ("--scope", "face")
     said, report = told(*steep)
     assert report["shares"][0] < 1
@@ -275,7 +275,7 @@ def test_folding_is_held_back_or_told(told):
 def test_options_override_the_recipe_file(cli, small_portrait, tmp_path):
     saved = Recipe(percent=2.0, center=4, lattice=1.5, threshold_px=0.25)
     (tmp_path / "r.json").write_text(json.dumps(saved.to_dict()), encoding="utf-8")
-    arguments = ["--recipe", tmp_path / "r.json", "--percent", 3, "--json", "-"]
+    arguments = ["--recipe", tmp_path / "r.json", "--amount", 3, "--json", "-"]
     _, said, _ = cli("warp", small_portrait, "-o", tmp_path / "out.png", *arguments)
     used = json.loads(said)["recipe"]
     assert used == {**saved.to_dict(), "percent": 3.0}
@@ -322,8 +322,8 @@ def test_force_replaces_even_the_input(cli, small_portrait, tmp_path, fails):
     ("arguments", "words"),
     [
         (["--amount", "99"], "'--amount': 99.0 is not in the range -15..15"),
-        (["--percent", "much"], "'much' is not a valid float"),
-        (["--percent", "1" + "0" * 400], "is not a finite number"),
+        (["--amount", "much"], "'much' is not a valid float"),
+        (["--amount", "1" + "0" * 400], "is not a finite number"),
         (["--center", "9"], "'--center': 9 is not in the range"),
         (["--threshold", "-1"], "-1.0 is not in the range 0..16"),
         (["--fit", "tight"], "'tight' is not one of"),
@@ -347,7 +347,7 @@ def test_bad_values_are_usage(fails, tmp_path, arguments, words):
     [
         ["photo\x1b[31m\n\u202e.jpg", "-o", "out.jpg"],
         ["x" * 5000, "-o", "out.jpg"],
-        ["photo.jpg", "-o", "out.jpg", "--percent", "x" * 5000],
+        ["photo.jpg", "-o", "out.jpg", "--amount", "x" * 5000],
         ["photo.jpg", "-o", "out.jpg", "--face", "x" * 5000],
         ["photo.jpg", "-o", "out.jpg", "--points", "p.csv", "--points-map", "x" * 5000],
         ["photo.jpg", "-o", "out.jpg", "--recipe", "\x1b]0;title\a"],
@@ -423,7 +423,7 @@ def test_what_lies_far_outside_the_photo_is_refused(fails, marked, tmp_path):
 
 
 def test_a_label_on_an_unchanged_photo_is_left_out_and_said(cli, warns, marked, tmp_path):
-    nothing = ("--percent", 0, "--label", "retouched")
+    nothing = ("--amount", 0, "--label", "retouched")
     _, said = warns("warp", *marked, "-o", tmp_path / "out.png", *nothing, "--disclose")
     assert "nothing was changed, so there is no label and edit record" in said
     assert (tmp_path / "out.png").read_bytes() == marked[0].read_bytes()
@@ -581,7 +581,7 @@ def test_without_networks_the_aam_steps_in_and_says_so(cli, fails, portrait, lac
 
 def test_warp_writes_the_numbers_behind_the_result(works, fails, portrait, tmp_path):
     numbers = tmp_path / "e.npz"
-    warp = ("warp", portrait, "-o", tmp_path / "o.png", "--percent", "5", "--evidence", numbers)
+    warp = ("warp", portrait, "-o", tmp_path / "o.png", "--amount", "5", "--evidence", numbers)
     works(*warp)
     evidence = kogao.load_evidence(numbers)
     assert evidence.recipe.percent == 5.0

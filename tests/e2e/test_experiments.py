@@ -139,7 +139,7 @@ def test_photos_without_a_face_are_named_and_the_others_measured(
         (("{photo}", "--face", 7), 2, "there is no face 7"),
         (("{photo}", "--json", "{empty}/none/x.json"), 3, "there is no folder"),
         (("{photo}", "-o", "{photo}/x"), 3, "there is no folder"),
-        (("{photo}", "--json", "-", "--csv", "-"), 2, "only one of the files can be printed"),
+        (("{photo}", "--json", "-", "--csv", "-"), 2, "only one file can be printed"),
     ],
 )
 def test_bad_input_is_one_line_and_leaves_nothing(

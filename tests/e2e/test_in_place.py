@@ -162,7 +162,7 @@ def test_a_photo_that_was_moved_is_known_by_what_it_holds(cli, jpeg, tmp_path):
     copied = Path(shutil.copy(moved, tmp_path / "copied.jpg"))
     assert cli("restore", moved)[:2] == (0, f"{moved}: original restored\n")
     assert moved.read_bytes() == before
-    assert cli("warp", "--in-place", copied, "--percent", 6)[0] == 0
+    assert cli("warp", "--in-place", copied, "--amount", 6)[0] == 0
     assert copied.read_bytes() != before
     assert cli("restore", copied)[0] == 0
     assert copied.read_bytes() == before
@@ -234,7 +234,7 @@ def test_without_a_face_the_photo_stays_untouched(cli, faceless, weights, store)
 
 def test_nothing_is_written_where_nothing_changes(cli, jpeg, store):
     before = jpeg.stat().st_mtime_ns
-    code, said, _ = cli("warp", "--in-place", jpeg, "--percent", 0)
+    code, said, _ = cli("warp", "--in-place", jpeg, "--amount", 0)
     assert code == 0
     assert "nothing changed: the file is as it was" in said
     assert jpeg.stat().st_mtime_ns == before

@@ -20,6 +20,7 @@ from kogao_core.base import installed
 from kogao_core.cli import desktop, integrate
 
 BIN = "/usr/bin"  # where the Python of the system's programs lies
+NO_FACE = "No face is certain. Choose Kogao: edit… to place faces by hand."
 THEIRS = b"-- mine\nrequire 'tools/script_manager'"
 DARKTABLE = """
 assert(io.open("{begun}", "w")):close()
@@ -28,8 +29,10 @@ local told = assert(io.open("{told}", "w"))
 dt.print = function(said) told:write("said ", said, "\\n") end
 local image, nobody = dt.database.import("{photo}"), dt.database.import("{nobody}")
 image.rating = 3
-kogao.work_on("{cancels}", {{image}})
-kogao.work_on(kogao.BY_ITSELF, {{nobody, image}})
+kogao.process("{cancels}", {{image}})
+dt.preferences.write("kogao", "amount", "float", 5)
+kogao.process(kogao.smaller(), {{nobody, image}})
+told:write(kogao.smaller():match("%-%-amount.*"), "\n")
 for _, one in ipairs(image:get_group_members()) do
   told:write(one.filename, " ", one.rating, "\\n")
 end
@@ -63,7 +66,7 @@ def act():
     document = krita.openDocument(r"{photo}")
     krita.activeWindow().addView(document)
     krita.setActiveDocument(document)
-    action = krita.action("kogao_by_itself")
+    action = krita.action("kogao_smaller")
     when(lambda: krita.activeDocument() == document and action.isEnabled(),
          lambda: choose(document, action))
 
@@ -89,7 +92,7 @@ class Hands(Extension):
     def setup(self): pass
     def createActions(self, window):
         krita = Krita.instance()
-        when(lambda: krita.activeWindow() and krita.action("kogao_by_itself"), act)
+        when(lambda: krita.activeWindow() and krita.action("kogao_smaller"), act)
 
 Krita.instance().addExtension(Hands(Krita.instance()))
 """
@@ -106,11 +109,11 @@ GIMP_2_10 = """
        (hidden (car (gimp-layer-copy (car (layers wide)) 0))))
   (gimp-image-insert-layer wide hidden 0 0)
   (gimp-item-set-visible hidden 0)
-  (catch #f (kogao-by-itself RUN-NONINTERACTIVE nobody (car (layers nobody)) 4))
-  (kogao-by-itself RUN-NONINTERACTIVE mine (car (layers mine)) 4)
-  (kogao-by-itself RUN-NONINTERACTIVE mine (car (layers mine)) 4)
+  (catch #f (kogao-smaller RUN-NONINTERACTIVE nobody (car (layers nobody)) 4))
+  (kogao-smaller RUN-NONINTERACTIVE mine (car (layers mine)) 4)
+  (kogao-smaller RUN-NONINTERACTIVE mine (car (layers mine)) 4)
   (gimp-image-resize wide 340 350 30 40)
-  (kogao-by-itself RUN-NONINTERACTIVE wide (car (layers wide)) 4)
+  (kogao-smaller RUN-NONINTERACTIVE wide (car (layers wide)) 4)
   (file-png-save RUN-NONINTERACTIVE mine (car (layers mine)) "{shown}" "" 0 9 0 0 0 0 0)
   (call-with-output-file "{told}" (lambda (file)
     (write (list after-cancelling (names nobody) (names mine)) file)
@@ -163,9 +166,9 @@ def load(mode, image, file):
 def main(kind, arguments):
     plug_in, image = sys.modules["__main__"].Kogao(), Picture()
     mode = "i" if "dialog" in sys.argv else "n"
-    procedure = Names(get_name=lambda: "kogao-by-itself", new_return_values=lambda *it: it)
-    config = Names(get_property={"percent": 6.0}.get)
-    assert "kogao-by-itself" in plug_in.do_query_procedures()
+    procedure = Names(get_name=lambda: "kogao-smaller", new_return_values=lambda *it: it)
+    config = Names(get_property={"amount": 6.0}.get)
+    assert "kogao-smaller" in plug_in.do_query_procedures()
     status, problem = plug_in.run(procedure, mode, image, [], config, None)
     print(status, problem, len(image.layers) - 3, image.layers[0].name)
 
@@ -290,7 +293,7 @@ def test_removing_takes_everything_out_and_says_what_there_was(works, programs, 
     for host in ("desktop", *integrate.HOSTS):
         works("integrate", host)
     said = works("integrate", "--remove")
-    for name in ("darktable", "GIMP", "Krita", "Kogao is gone from"):
+    for name in ("darktable", "GIMP", "Krita", "Kogao was removed from"):
         assert name in said
     left = {file for file in tmp_path.rglob("*") if file.is_file()} - before
     assert [
@@ -351,7 +354,7 @@ def test_each_gimp_that_has_been_started_gets_its_plug_in(
     code, _, complaint = cli("integrate", "gimp")
     assert {path.parents[2].name for path in tmp_path.rglob("plug-ins/kogao/common.py")} == started
     assert (code == 0) == bool(started)
-    assert ("start it once" in complaint) == (not started)
+    assert ("start GIMP once" in complaint) == (not started)
     works("integrate", "gimp", "--remove")
     assert list(tmp_path.rglob("plug-ins/kogao")) == []
 
@@ -410,7 +413,7 @@ def test_gimp_gets_a_layer_back(works, sandbox, small_portrait, tmp_path, has_fa
         assert done.stdout == "done None 1 Kogao, 6 %, faces: 1\n"
         assert (photo.read(back).pixels != photo.read(sent).pixels).any()
     else:
-        assert done.stdout.startswith("failed kogao-cli: no face in mine.tif")
+        assert done.stdout.startswith(f"failed {NO_FACE}")
         assert done.stdout.endswith(" 0 Kogao, 2 %\n")
 
 
@@ -478,12 +481,12 @@ def test_gimp_2_10_gets_a_layer_back(
     )
     assert "(340 350)" in told.read_text()
     assert f"({ {np.uint8: 150, np.uint16: 250}[depth] } " in told.read_text()
-    for entry in ("edit…", "smaller faces"):
+    for entry in ("edit…", "smaller faces…"):
         assert f'"<Image>/Filters/Distorts/Kogao: {entry}"' in told.read_text()
-    assert "'kogao-by-itself':\nkogao-cli: no face in faceless.tif" in done.stderr
+    assert f"'kogao-smaller':\n{NO_FACE}" in done.stderr
     assert "'kogao-edit'" not in done.stderr
     by_itself = tmp_path / "by itself.png"
-    assert cli("warp", mine, "-o", by_itself)[0] == 0
+    assert cli("warp", mine, "-o", by_itself, "--amount", 4)[0] == 0
     result, was = photo.read(shown), photo.read(by_itself)
     assert result.pixels.dtype == depth
     assert (result.pixels[..., :3] == was.pixels).all()
@@ -534,8 +537,9 @@ def test_darktable_gets_a_photo_back_beside_its_own(
             darktable.kill()
         if begun.exists():
             break
-    said, *photos = done.read_text().splitlines()
-    assert said.startswith("said kogao-cli: no face in faceless.tif")
+    said, amount, *photos = done.read_text().splitlines()
+    assert said == f"said faceless.png: {NO_FACE}"
+    assert amount == "--amount 5.0"
     assert sorted(photos) == ["mine's.jpg 3", "mine's_kogao.tif 3"]
     result, was = photo.read(tmp_path / "mine's_kogao.tif"), photo.read(mine)
     assert result.bits == 16
@@ -596,7 +600,7 @@ def test_krita_gets_a_layer_back(works, request, small_portrait, tmp_path, depth
         krita.kill()
     assert not kept(data)
     assert told.read_text() == repr(
-        (["Background", *["Kogao, 4 %, faces: 1"] * 2], f"U{8 * depth().itemsize}")
+        (["Background", *["Kogao, 6 %, faces: 1"] * 2], f"U{8 * depth().itemsize}")
     )
     result, was = photo.read(shown), photo.read(mine)
     assert result.bits == was.bits

@@ -36,7 +36,7 @@ def once(small_portrait, tmp_path_factory):
     path.parent.mkdir()
     shutil.copy(small_portrait, path)
     warp = (
-        "warp", path, "-o", folder / "first.png", "--percent", 6, "--fit", "approximation",
+        "warp", path, "-o", folder / "first.png", "--amount", 6, "--fit", "approximation",
         "--protect", "20,20 20,280", "--save-project",
     )  # fmt: skip
     with pytest.MonkeyPatch.context() as patch:
@@ -114,7 +114,7 @@ def test_projects_that_cannot_be_used_are_one_line(fails, kept, tmp_path):
         ((tmp_path / "cut.png", "--project", side), "another shape"),
         ((kept, "--project", bad), "newer Kogao"),
         ((kept, "--project", tmp_path / "none.json"), "can't be read"),
-        ((kept, "--project", side, "--percent", "3"), "--amount can't be combined"),
+        ((kept, "--project", side, "--amount", "3"), "--amount can't be combined"),
         ((kept, "--project", side, "--chin-length", "-5"), "--chin-length can't be combined"),
         ((kept, "--project", side, "--face", "all"), "--face can't be combined"),
         ((kept, "--save-project"), "exists; use --force"),
@@ -305,7 +305,7 @@ def test_a_result_tells_only_when_asked(cli, works, kept, tmp_path):
     differs = np.abs(before - after).max(axis=2) > 0
     assert differs[270:, 200:].any()
     assert not differs[:256].any()
-    cli("warp", kept, "-o", tmp_path / "zero.jpg", "--percent", 0, "--disclose", "--label", "x")
+    cli("warp", kept, "-o", tmp_path / "zero.jpg", "--amount", 0, "--disclose", "--label", "x")
     assert (tmp_path / "zero.jpg").read_bytes() == kept.read_bytes()
 
 

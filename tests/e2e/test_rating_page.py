@@ -390,7 +390,7 @@ def test_without_the_full_screen_nothing_is_judged(held):
     page.ask("document.exitFullscreen()")
     page.until("!document.fullscreenElement && document.getElementById('picture').hidden")
     page.press("f")
-    assert "on the full screen only" in page.ask("document.getElementById('problem').textContent")
+    assert "needs the full screen" in page.ask("document.getElementById('problem').textContent")
     click(page, "#full")
     page.until("document.fullscreenElement")
     press(page, "j")
@@ -419,7 +419,7 @@ def test_a_session_from_consent_to_its_code_for_whoever_pays(held):
     seen(page)
     page.press("j")  # natural, for this rater
     page.until("!document.getElementById('pause').hidden")
-    assert "now it begins" in page.ask("document.getElementById('paused').textContent")
+    assert "now the study begins" in page.ask("document.getElementById('paused').textContent")
     click(page, "#resume")
     press(page, "j")
     seen(page)

@@ -12,7 +12,7 @@ from kogao_core.recipe import presets
 @pytest.fixture
 def pair(works, portrait, tmp_path):
     after = tmp_path / "after.png"
-    works("warp", portrait, "-o", after, "--percent", "6", "--no-hold-background")
+    works("warp", portrait, "-o", after, "--amount", "6", "--no-hold-background")
     return portrait, after
 
 

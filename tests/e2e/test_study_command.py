@@ -75,7 +75,7 @@ def test_a_study_is_made_answered_and_reported(cli, works, portrait, tmp_path):
         log.write('{"n": 99, "pic')
     code, again, err = cli("report", folder)
     assert (code, again) == (0, said)
-    assert err == "kogao-cli: torn lines of ratings that were left out: 1\n"
+    assert err == "kogao-cli: excluded incomplete lines of ratings: 1\n"
     code, _, err = cli("report", folder, "--json", outputs[0])
     assert code == 2
     assert "--force" in err
@@ -145,10 +145,10 @@ def test_two_faces_with_one_seed_share_nothing(cli, works, small_png, tmp_path):
     code, said, err = cli("report", tmp_path / "two")
     assert code == 5
     assert re.fullmatch(
-        r"kogao-cli: not counted: \S+synthetic-1.jsonl holds ratings of another study, [^\n]+\n",
+        r"kogao-cli: not counted: \S+synthetic-1.jsonl contains ratings of another study, [^\n]+\n",
         err,
     )
-    assert "1 face, 0 raters, 0 answers to each" in said
+    assert "1 face, 0 raters, 0 answers per kind" in said
 
 
 def test_what_cant_be_done_is_said_and_leaves_nothing(fails, portrait, tmp_path):
@@ -161,13 +161,22 @@ def test_what_cant_be_done_is_said_and_leaves_nothing(fails, portrait, tmp_path)
         (2, "different numbers", "make", portrait, "-o", tmp_path / "new", "--lattices", "1,99"),
         (2, "within -15..15", "make", portrait, "-o", tmp_path / "new", "--percents", "-4,20"),
         (2, "a list such as exact", "make", portrait, "-o", tmp_path / "new", "--fits", "exact,x"),
-        (2, "no size such as", "make", portrait, "-o", tmp_path / "new", "--picture-size", "large"),
-        (3, "a text in UTF-8", "make", portrait, "-o", tmp_path / "new", "--consent", tmp_path),
+        (
+            2,
+            "not a size such as",
+            "make",
+            portrait,
+            "-o",
+            tmp_path / "new",
+            "--picture-size",
+            "big",
+        ),
+        (3, "as UTF-8 text", "make", portrait, "-o", tmp_path / "new", "--consent", tmp_path),
         (3, "text.jpg", "make", tmp_path / "text.jpg", "-o", tmp_path / "new"),
-        (3, "holds no study", "report", tmp_path / "full"),
-        (3, "holds no study", "rate", tmp_path / "full"),
+        (3, "contains no study", "report", tmp_path / "full"),
+        (3, "contains no study", "rate", tmp_path / "full"),
         (2, "64 printable letters", "make", portrait, "-o", tmp_path / "new", "--seed", "x" * 65),
-        (2, "one --key for each", "report", "a", "b", "--key", "c"),
+        (2, "one --key per folder", "report", "a", "b", "--key", "c"),
     ):
         fails(wanted, words, *arguments)
 

@@ -29,7 +29,7 @@ class Rating(Feature):
                 "rate",
                 "&Rate pictures…",
                 "Ctrl+R",
-                "Rate how natural they look (table 1, figure 11)",
+                "Rate the naturalness of faces (table 1, figure 11)",
             ),
             self._ask_folder,
         )
@@ -43,7 +43,7 @@ class Rating(Feature):
         try:
             server = Server(folder)
         except BadFile as problem:
-            step = tr("Choose a folder that kogao-cli experiment study make has made.")
+            step = tr("Choose a folder made by kogao-cli experiment study make.")
             self.say(f"{problem}. {step}")
             return
         except OSError as problem:
@@ -63,11 +63,11 @@ class Rating(Feature):
 
     def _browse(self, address: str) -> None:
         if QDesktopServices.openUrl(QUrl(address)):
-            text = tr("The study is open in your browser, for as long as Kogao runs.")
+            text = tr("The study is open in your browser until Kogao is closed.")
             self.say(text, wrong=False)
             return
         copy = BarAction(
             tr("Copy the address"), lambda: QGuiApplication.clipboard().setText(address)
         )
-        text = tr("No browser could be opened. Open {address} in one.", address=address)
+        text = tr("No browser could be started. Open {address} in a browser.", address=address)
         self.say(text, copy)

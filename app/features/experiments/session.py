@@ -91,7 +91,7 @@ class TimingSession(Feature):
         """
         photos = sorted(p for p in folder.glob("*") if p.suffix.lower() in READABLE and p.is_file())
         if len(photos) <= practice:
-            return tr("Choose a folder with more photos than are for practice.")
+            return tr("Choose a folder with more photos than practice photos.")
         random.shuffle(photos)
         places = [SessionPhoto(path, n, n <= practice) for n, path in enumerate(photos, start=1)]
 
@@ -115,7 +115,7 @@ class TimingSession(Feature):
         """End the session; applied trials are kept."""
         self.places, self._at = [], None
         step = BarAction(tr("Table 2"), self._table_2.trigger)
-        self.say(tr("The session is over; every trial is kept for table 2."), step, wrong=False)
+        self.say(tr("The session is over. All trials are saved for table 2."), step, wrong=False)
 
     def _opened(self) -> None:
         self._trial = secrets.token_hex(8)
@@ -124,7 +124,7 @@ class TimingSession(Feature):
             return
         if self.document.path != place.path.absolute():
             self.places, self._at = [], None
-            self.say(tr("Another photo was opened, which ends the session."), wrong=False)
+            self.say(tr("Opening another photo ended the session."), wrong=False)
             return
         self._manual.switch("manual")
         self._tell(place)
@@ -138,10 +138,10 @@ class TimingSession(Feature):
             all=len(self.places),
         )
         if place.practice:
-            text = tr("Practice, which doesn't count. {text}", text=text)
+            text = tr("Practice photo, not counted. {text}", text=text)
         steps = [BarAction(tr("End the session"), self.end)]
         if applied:
-            text = tr("Kept. Correct what you like and apply again, which counts too, or go on.")
+            text = tr("Trial saved. Correct points and apply again, or open the next photo.")
             steps = steps if last else [BarAction(tr("Next photo"), self.go_on), *steps]
 
         def applies() -> bool:
@@ -170,7 +170,7 @@ class TimingSession(Feature):
                     cold=self._faces.finding_was_cold,
                 )  # fmt: skip
         except OSError as problem:
-            self.say(tr("The trial wasn't kept ({why}).", why=system_reason(problem)))
+            self.say(tr("The trial couldn't be saved ({why}).", why=system_reason(problem)))
             return
         if self._at is not None:
             self._tell(self._at)
@@ -209,8 +209,9 @@ class SessionDialog(Dialog):
         who = row_of(named(tr("Person, a &code"), self.person), self.person)
         practice = row_of(named(tr("P&ractice photos"), self.practice), self.practice, None)
         how = tr(
-            "Each photo is shown in random order. Set all its points by hand; the clock runs "
-            "from the moment you see it until you apply. The machine finds its own meanwhile."
+            "The photos are shown in random order. Set all points of each photo by hand. The "
+            "clock runs from the first view until Apply. The program finds its own points "
+            "meanwhile."
         )
         self.wrong = muted_label("", wraps=True)
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Cancel)

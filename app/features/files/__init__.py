@@ -33,7 +33,15 @@ from .. import preferences
 from ..disclosure import SaveOptions
 from ..faces import Faces
 from ..feature import Context, Feature
-from .opening import EarlierWork, Opened, PhotoNotBeside, is_sample, open_photo, to_keep_beside
+from .opening import (
+    EarlierWork,
+    Opened,
+    PhotoNotBeside,
+    is_sample,
+    open_photo,
+    stamps_of,
+    to_keep_beside,
+)
 from .saver import Holds, Request, Saver, Then
 
 # First recipe for results of this program, so that no face is changed twice by accident.
@@ -188,6 +196,11 @@ class Files(Feature):
             self._saver.guard(lambda: self._show(opened))
 
     def _show(self, opened: Opened) -> None:
+        if stamps_of(opened.stamps) != opened.stamps:
+            # The edits were saved while the photo was read, e.g. by a sync.
+            recovered = opened.work if opened.work and opened.work.file is None else None
+            self.read(opened.photo.path, recovered)
+            return
         self.document.open(opened.photo, opened.pyramid, UNTOUCHED if opened.origin else None)
         if opened.work is not None and opened.state is not None:
             self._give_up_search()
@@ -218,7 +231,7 @@ class Files(Feature):
             self._sought.stop()
 
     def _go_on(self, opened: Opened, work: EarlierWork, state: State) -> None:
-        self.resuming.emit(work)
+        self.resuming.emit(opened)
         if work.file is None:
             self.document.step(state, tr("Restore"))
             self.did.emit(tr("The unsaved changes are back"))
@@ -272,6 +285,10 @@ class Files(Feature):
             self._write(self.document.path, then, self._originals)
 
     def ask_save(self, then: Then | None = None) -> None:
+        """Request a path for the copy; at the first save, ask about the edit record before."""
+        self._options.ask_once(lambda: self._ask_place(then))
+
+    def _ask_place(self, then: Then | None) -> None:
         """Request a path for the copy; suggest a name next to the original."""
         suggested = self.suggested()
         if suggested is None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import threading
 from pathlib import Path
 from typing import Any, Final
 from weakref import WeakKeyDictionary
@@ -18,6 +19,8 @@ from ...document import State, UndoSteps
 MOST_BYTES: Final = 1 << 19
 """Size limit of a photo's undo file; the oldest steps are deleted first."""
 _LONGEST: Final = 200
+TOGETHER: Final = threading.Lock()
+"""Locked while the project and the undo steps of a photo are read or written together."""
 # States are immutable, so each is serialised once. Only the thread for edits uses this cache.
 _lines: Final[WeakKeyDictionary[State, str]] = WeakKeyDictionary()
 Size = tuple[int, int]

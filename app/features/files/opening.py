@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path, PureWindowsPath
 
@@ -22,6 +23,8 @@ from ...storage import Storage
 from . import history
 from .history import project_of, state_of
 
+Stamps = dict[Path, Stamp | None]
+
 
 @dataclass(frozen=True, eq=False)
 class Opened:
@@ -35,6 +38,8 @@ class Opened:
     origin: Provenance | None = None  # provenance, for a result of this program
     # Difference between this photo and the edited photo, or the reason for ignoring the edits.
     note: str = ""
+    # Stamps of the files for the photo's edits, when the edits were read; empty if ignored.
+    stamps: Stamps = field(default_factory=dict)
 
 
 class PhotoNotBeside(BadFile):
@@ -63,21 +68,38 @@ def open_photo(
     """Read a photo with pyramid and saved edits. Raises UnreadablePhoto, BadFile."""
     if is_project(path):
         (work, path), ahead = photo_of(path), None
+    places = [] if afresh else [sidecar.sidecar_of(path), sidecar.own_place(path, storage.edits)]
     photo = read(path) if ahead is None else ahead.photo.result()
     pyramid = None if ahead is None else ahead.pyramid.result()
     if pyramid is None or pyramid.show is not screen_colours(photo).show:
         pyramid = pyramid_of(photo)  # read before the screen's profile was known
+    with history.TOGETHER:
+        try:
+            stamps = stamps_of(places)
+            work = work or (None if afresh else kept_of(photo, storage.edits))
+            if work is None:
+                origin = storage.results.origin(path)
+                return Opened(photo, pyramid, origin=origin, stamps=stamps)
+            project, note = sidecar.match(work.project, photo.pixels, hash_of(photo))
+        except BadFile as problem:
+            return Opened(photo, pyramid, note=str(problem))
+        state, size_px = state_of(project), (photo.width, photo.height)
+        known_as = work.moved_from or photo.path
+        steps = None if work.file is None else history.read(known_as, size_px, storage.edits, state)
+    return Opened(photo, pyramid, state, work, steps, note=note, stamps=stamps)
+
+
+def stamps_of(files: Iterable[Path]) -> Stamps:
+    """Return the stamp of each file; None for a missing file."""
+    return {file: stamp_of(file) for file in files}
+
+
+def stamp_of(file: Path) -> Stamp | None:
+    """Return the stamp of a file; None for a missing file."""
     try:
-        work = work or (None if afresh else kept_of(photo, storage.edits))
-        if work is None:
-            return Opened(photo, pyramid, origin=storage.results.origin(path))
-        project, note = sidecar.match(work.project, photo.pixels, hash_of(photo))
-    except BadFile as problem:
-        return Opened(photo, pyramid, note=str(problem))
-    state, size_px = state_of(project), (photo.width, photo.height)
-    known_as = work.moved_from or photo.path
-    steps = None if work.file is None else history.read(known_as, size_px, storage.edits, state)
-    return Opened(photo, pyramid, state, work, steps, note=note)
+        return Stamp.of(file.stat())
+    except OSError:
+        return None
 
 
 @dataclass(frozen=True, eq=False)

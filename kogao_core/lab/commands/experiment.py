@@ -29,7 +29,7 @@ _takes_photos = words.together(
     outputs.writes_files,
     words.option(
         "-o", "--output", "folder", type=common.FOLDER, metavar="DIR",
-        help="Write all of these, and pictures, into a folder; made if need be.",
+        help="Folder for all three files and pictures; created if missing.",
     ),
 )  # fmt: skip
 
@@ -118,7 +118,8 @@ class _Run:
             faces = known or source.find(photo.pixels)
         if not faces:
             raise ending.Stop(
-                Text("no face in {path}; leave it out or crop closer", path=path), ending.NO_FACE
+                Text("no face in {path}; remove the photo or crop closer", path=path),
+                ending.NO_FACE,
             )
         chosen = reading.selected(faces, self._given["which"])
         namesakes = [other for other in self._paths if other.name == path.name]

@@ -1,4 +1,4 @@
-"""The files that an experiment writes: all figures, a table of them, a report, pictures."""
+"""Output files of an experiment: JSON, CSV, HTML report, pictures."""
 
 from __future__ import annotations
 
@@ -22,26 +22,26 @@ STDOUT: Final = common.STDOUT
 # Adds ``--json``, ``--csv``, ``--html``, which `asked_for` reads, and ``--force``.
 writes_files = words.together(
     common.writes_json,
-    common.writes("csv", Text("Write a table of all figures, or print it.")),
-    common.writes("html", Text("Write a report for a browser, or print it.")),
+    common.writes("csv", Text("Write a table of all figures (- prints the table).")),
+    common.writes("html", Text("Write a report for a browser (- prints the report).")),
     common.forces,
 )
 
 
 def asked_for(given: Mapping[str, Any]) -> dict[str, Path]:
-    """Return the files that were asked for, by kind."""
+    """Return the requested files, by type."""
     files = {kind: given[f"{kind}_file"] for kind in KINDS}
     return {kind: file for kind, file in files.items() if file is not None}
 
 
 class Outputs:
-    """Where the result goes; checked before work begins."""
+    """Output files and folder; checked before the experiment begins."""
 
     def __init__(self, files: Mapping[str, Path], folder: Path | None, force: bool) -> None:
         self._files, self._folder = files, folder
         if list(files.values()).count(STDOUT) > 1:
             raise ending.Stop(
-                Text("only one of the files can be printed; name the others"), ending.USAGE
+                Text("only one file can be printed; give names to the others"), ending.USAGE
             )
         for file in files.values():
             if file != STDOUT:
@@ -53,7 +53,7 @@ class Outputs:
             check_empty(folder, force)
 
     def keep(self, files: Iterable[tuple[str, Image | str]]) -> None:
-        """Write pictures, grey or RGB, and texts by their names, where a folder was asked for."""
+        """Write pictures (grey or RGB) and texts by file name, if a folder was requested."""
         if self._folder is None:
             return
         with _writing(self._folder):
@@ -63,7 +63,7 @@ class Outputs:
                 atomic.put(data, self._folder / name)
 
     def write(self, report: Report, left_out: Sequence[str] = ()) -> None:
-        """Write the files, and print the tables unless a file is printed."""
+        """Write the files; print the tables unless a file goes to standard output."""
         text_of = files(report, Made.now(click.get_current_context().obj, left_out))
         if STDOUT not in self._files.values():
             ending.print_text(translated_report(report).text())
@@ -88,11 +88,11 @@ def _writing(place: Path) -> AbstractContextManager[None]:
 
 
 def check_empty(folder: Path, force: bool) -> None:
-    """Stop where files of a folder could be replaced without having been asked to."""
+    """Stop if the folder isn't empty, unless `force`."""
     if folder.is_dir() and any(folder.iterdir()) and not force:
         raise ending.Stop(
             Text(
-                "{folder} isn't empty; choose another, or --force to replace files in it",
+                "{folder} isn't empty; choose another folder, or overwrite files with --force",
                 folder=folder,
             ),
             ending.USAGE,
@@ -100,11 +100,11 @@ def check_empty(folder: Path, force: bool) -> None:
 
 
 def _check_folder(folder: Path, *, made: bool) -> None:
-    """Stop where files can't be put into a folder; with `made` it will be made if need be."""
+    """Stop if the folder isn't writable, or is missing and not `made`."""
     nearest = next((place for place in (folder, *folder.parents) if place.exists()), folder)
     if not nearest.is_dir() or (nearest != folder and not made):
         raise ending.Stop(Text("there is no folder {folder}", folder=folder), ending.UNREADABLE)
     if not os.access(nearest, os.W_OK):
         raise ending.Stop(
-            Text("{nearest} may not be written to", nearest=nearest), ending.UNREADABLE
+            Text("no permission to write to {nearest}", nearest=nearest), ending.UNREADABLE
         )

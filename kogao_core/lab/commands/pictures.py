@@ -18,7 +18,7 @@ from kogao_core.lab.subjects import Subject
 _KINDS: Final = ("png", "svg")
 _writes_pictures = words.option(
     "-o", "--output", "folder", required=True, type=common.FOLDER, metavar="DIR",
-    help="A folder for the pictures, which are called after the photos; made if need be.",
+    help="Output folder, created if missing; files are named after the photos.",
 )  # fmt: skip
 
 
@@ -28,7 +28,7 @@ def _photos(given: Mapping[str, Any]) -> list[Path]:
     (stem, count), *_ = Counter(photo.stem for photo in photos).most_common(1)
     if count > 1:
         raise ending.Stop(
-            Text("several photos are called {twice}; give those their own folder", twice=stem),
+            Text("several photos are called {twice}; use separate folders", twice=stem),
             ending.USAGE,
         )
     return photos
@@ -55,9 +55,9 @@ def _subject(path: Path, given: Mapping[str, Any]) -> Subject:
 def figures(folder: Path, kinds: str, width_px: int, force: bool, **given: Any) -> int:
     """Draw the paper's figures of photos.
 
-    Landmarks and targets (4, 5), directions (6), centre candidates (7), lattice (2), one point (1),
-    control points of two (3), small, large and four lattices (8 to 10), domains (12 to 15), before
-    and after (16), cut to the paper's 4 : 3 round the faces.
+    One point (1), lattice (2), control points of two landmarks (3), landmarks and targets (4, 5),
+    directions (6), centre candidates (7), lattice sizes (8 to 10), domains (12 to 15), before and
+    after (16). Pictures are cropped to 4 : 3 around the faces.
     """
     recipe = options.paper_recipe_of(given["recipe_file"], given["percent"])
     photos = _photos(given)

@@ -38,8 +38,8 @@ _TEXT: Final = click.Path(path_type=Path)
 def command() -> None:
     """Ask people which faces look natural (table 1, figures 10 and 11).
 
-    make writes pictures and a page that say nothing of how they were made; rate asks in the
-    browser; report counts. docs/study.md says how to run a study.
+    make writes pictures and a rating page without labels; rate serves the page in a browser; report
+    counts the answers. See docs/study.md.
     """
 
 
@@ -78,14 +78,14 @@ def _fits(_: click.Context, __: click.Parameter, value: str | None) -> tuple[Fit
 
 
 def _text(path: Path | None) -> str:
-    """Return the text of a file, or an empty text without a file."""
+    """Return the text of a file; empty without a file."""
     if path is None:
         return ""
     try:
         return path.read_text(encoding="utf-8").strip()
     except (OSError, UnicodeDecodeError):
         raise ending.Stop(
-            Text("{path} can't be read as a text in UTF-8", path=path), ending.UNREADABLE
+            Text("{path} can't be read as UTF-8 text", path=path), ending.UNREADABLE
         ) from None
 
 
@@ -93,7 +93,7 @@ def _text(path: Path | None) -> str:
 @reading.takes_photos
 @words.option(
     "-o", "--output", "folder", required=True, type=click.Path(path_type=Path),
-    help="A new folder for the raters; the key is written beside it.",
+    help="New folder for the raters; the key is written next to this folder.",
 )  # fmt: skip
 @words.option(
     "--lattices", callback=_numbers(0.1, _LARGEST_LATTICE), default="0.25,0.5,1,2",
@@ -114,38 +114,38 @@ def _text(path: Path | None) -> str:
 )  # fmt: skip
 @words.option(
     "--match", is_flag=True,
-    help="Distances are those achieved; what is asked for follows, picture by picture.",
+    help="Make the achieved distances equal to --percents.",
 )  # fmt: skip
 @options.takes_papers_recipe
-@words.option("--control", is_flag=True, help="Show each photo as it is, too.")
+@words.option("--control", is_flag=True, help="Show each original photo, too.")
 @words.option(
     "--catch/--no-catch", default=True,
-    help="Show each face cut in two, too, to find raters who don't look [shown].",
+    help="Show each face cut in two, too, to find inattentive raters [shown].",
 )  # fmt: skip
 @words.option(
     "--count-unfinished", is_flag=True,
-    help="Count the answers of sessions that aren't finished; the key holds this rule.",
+    help="Count unfinished sessions; the rule is stored in the key.",
 )  # fmt: skip
 @words.option(
     "--satisfaction", is_flag=True,
-    help="At the end raters grade the picture of themselves from 0 to 100.",
+    help="At the end, raters grade the picture of their own face from 0 to 100.",
 )  # fmt: skip
 @words.option(
     "--practice", type=click.IntRange(0, 8), default=0, show_default=True,
-    help="Begin with this many pictures of the sample portrait, which don't count.",
+    help="Number of practice pictures of the sample portrait.",
 )  # fmt: skip
 @words.option(
     "--task", type=click.Choice(get_args(Task)), default="natural", show_default=True,
-    help="Ask for one of two answers or for a grade, or compare each picture with the photo.",
+    help="Two answers, a grade, or a comparison with the original photo.",
 )  # fmt: skip
 @words.option(
     "--faces-each", type=click.IntRange(0), default=0, show_default=True,
-    help="Faces that one rater judges, in balanced blocks; 0 for all.",
+    help="Faces per rater, in balanced blocks; 0 for all.",
 )  # fmt: skip
-@words.option("--swap-keys", is_flag=True, help="F and J change places for half of the raters.")
+@words.option("--swap-keys", is_flag=True, help="Swap F and J for half of the raters.")
 @words.option(
     "--break-every", type=click.IntRange(0), default=0, show_default=True,
-    help="Answers between two breaks; 0 for none.",
+    help="Answers between breaks; 0 for no breaks.",
 )  # fmt: skip
 @words.option(
     "--picture-size", "size", default="fit", show_default=True, metavar="SIZE",
@@ -153,14 +153,16 @@ def _text(path: Path | None) -> str:
 )  # fmt: skip
 @words.option(
     "--distance", type=click.FloatRange(10.0, 1000.0), default=60.0, show_default=True,
-    metavar="CM", help="From the eyes to the screen, for a size in degrees.",
+    metavar="CM", help="Viewing distance, for a size in degrees.",
 )  # fmt: skip
-@words.option("--full-screen", is_flag=True, help="Show pictures on the full screen only.")
-@words.option("--consent", type=_TEXT, metavar="FILE", help="What raters must agree to.")
-@words.option("--instructions", type=_TEXT, metavar="FILE", help="Instead of the page's own.")
-@words.option("--debriefing", type=_TEXT, metavar="FILE", help="What raters read at the end.")
-@words.option("--completion-code", default="", help="Shown at the end, for whoever pays.")
-@words.option("--seed", help="Bring the pictures of an earlier study again [drawn].")
+@words.option("--full-screen", is_flag=True, help="Require the full screen.")
+@words.option("--consent", type=_TEXT, metavar="FILE", help="Consent text; raters must agree.")
+@words.option(
+    "--instructions", type=_TEXT, metavar="FILE", help="Instructions, instead of the page's text."
+)
+@words.option("--debriefing", type=_TEXT, metavar="FILE", help="Text at the end.")
+@words.option("--completion-code", default="", help="Code shown at the end, for payment.")
+@words.option("--seed", help="Seed of an earlier study, for the same pictures [random].")
 def make(
     inputs: Sequence[Path],
     sample: bool,
@@ -219,15 +221,17 @@ def make(
         progress.end()
     ending.print_text(
         tr(
-            "{folder}: {count} pictures of {faces}; kogao-cli experiment study rate {folder} asks "
-            "about them",
+            "{folder}: {count} pictures of {faces}; to rate: kogao-cli experiment study rate "
+            "{folder}",
             folder=folder,
             count=len(key.pictures),
             faces=common.count_of_faces(len(photos)),
         )
     )
     key_file = plan.key_path(folder)
-    ending.print_text(tr("{file}: what each picture is; keep it from the raters", file=key_file))
+    ending.print_text(
+        tr("{file}: the key of the pictures; keep this file from the raters", file=key_file)
+    )
 
 
 def _subjects(
@@ -246,16 +250,16 @@ def _subjects(
 @click.argument("folder", type=click.Path(path_type=Path))
 @words.option("--no-browser", is_flag=True, help="Print the address only.")
 def rate(folder: Path, no_browser: bool) -> None:
-    """Ask about the pictures of the study in FOLDER, in a browser on this machine.
+    """Serve the rating page of the study in FOLDER, in a browser on this machine.
 
-    Answers are kept in FOLDER/ratings, each before the next picture shows. Ctrl-C ends it.
+    Each answer is saved in FOLDER/ratings before the next picture. Ctrl-C stops the server.
     """
     with ending.stopping(BadFile, ending.UNREADABLE), ending.stopping(OSError, ending.BROKEN):
         server = Server(folder)
     # A program that reads the last line may stop the server at once.
     with server, suppress(KeyboardInterrupt), interrupts.raised():
         click.echo(server.address)
-        click.echo(tr("Ctrl-C ends it; one rater after another may use it."))
+        click.echo(tr("Raters can use this address one after another. Ctrl-C stops the server."))
         if not no_browser:
             # In a thread: a browser in the terminal keeps the call until it is closed.
             threading.Thread(target=_browse, args=(server.address,), daemon=True).start()
@@ -264,25 +268,23 @@ def rate(folder: Path, no_browser: bool) -> None:
 
 def _browse(address: str) -> None:
     if not webbrowser.open(address):
-        ending.print_message(Text("no browser was found; open the address in one"))
+        ending.print_message(Text("no browser was found; open the address in a browser"))
 
 
 @command.command("report")
 @click.argument("folders", nargs=-1, required=True, type=click.Path(path_type=Path))
 @words.option(
     "--key", "keys", multiple=True, type=click.Path(path_type=Path), metavar="FILE",
-    help="Keys, one for each folder in turn [FOLDER.key.json beside each].",
+    help="Keys, one per folder, in the same order [FOLDER.key.json].",
 )  # fmt: skip
 @words.option(
     "--ratings", "files", multiple=True, type=click.Path(path_type=Path), metavar="FILE",
-    help="A file that a browser saved and that doesn't lie in the folder; repeatable.",
+    help="Rating file saved by a browser, outside of the folder; repeatable.",
 )  # fmt: skip
-@words.option(
-    "--exclude", multiple=True, metavar="RATER", help="Leave this rater's answers out; repeatable."
-)
+@words.option("--exclude", multiple=True, metavar="RATER", help="Exclude this rater; repeatable.")
 @words.option(
     "--data", type=common.FOLDER, metavar="DIR",
-    help="Write every answer and rater as tables with a codebook, and a mixed model for R.",
+    help="Write tables of all answers and raters, a codebook, and a mixed model for R.",
 )  # fmt: skip
 @outputs.writes_files
 def report(
@@ -296,13 +298,13 @@ def report(
 ) -> int:
     """Count the ratings of the studies in FOLDERS."""
     if keys and len(keys) != len(folders):
-        raise ending.Stop(Text("give one --key for each folder, or none"), ending.USAGE)
+        raise ending.Stop(Text("give one --key per folder, or none"), ending.USAGE)
     to = outputs.Outputs(outputs.asked_for(given), data, force)
     found = [*keys] or [plan.key_path(folder) for folder in folders]
     with ending.stopping(BadFile, ending.UNREADABLE):
         counted = tally.tally(list(zip(folders, found, strict=True)), files, exclude)
     for rater in set(exclude) - set(counted.raters):
-        raise ending.Stop(Text("there is no rater {rater}", rater=rater), ending.USAGE)
+        raise ending.Stop(Text("no rater {rater}", rater=rater), ending.USAGE)
     for note in notes(counted):
         ending.print_message(note)
     to.write(made_report(counted))

@@ -35,38 +35,38 @@ from kogao_core.warp.one_to_one import largest_det
 RULES: Final = 16  # ruled lines in each direction
 _ROUND: Final = 0.25  # margin around the faces for the ruled lines, relative to the faces' box
 _LOCAL_STEPS: Final = 200  # samples of det J along each side of the domain
-_EVERY_PX: Final = 2.0  # sampling of a displacement that is compared
+_EVERY_PX: Final = 2.0  # sampling of compared displacements
 
 
 @dataclass(frozen=True, slots=True)
 class Distortion:
     """Measures of one variant on one photo."""
 
-    photo: str  # its name
+    photo: str  # name
     variant: Variant  # centre, distance and lattice
     # Mean lattice spacing, and mean warp distance, of the faces.
     spacing_px: float
     warp_px: float
-    # How far landmarks come towards the centre, mean over the faces, in % of D
-    # (`kogao_core.warp.measures`); the variant's percentage was asked for.
+    # Achieved distance towards the centre, mean over the faces, % of D
+    # (`kogao_core.warp.measures`). The variant has the requested distance.
     achieved: float
     # Area inside the outline after the warp over the area before it, minus 1, in %.
     face_area: float
     # Root mean square of local changes of area, |det J - 1|, where pixels move, in %.
     local_area: float
-    # Smallest and largest Jacobian determinant of the backward field, of 8 x 8 samples a lattice
-    # cell: below 1 the picture is stretched, 0 or less is a fold; above 1 it is compressed.
+    # Smallest and largest Jacobian determinant of the backward field, of 8 x 8 samples per lattice
+    # cell. Below 1 the picture is stretched, above 1 compressed, at 0 or less folded.
     min_det: float
     max_det: float
     folds: bool  # whether it folds
-    # How far the worst straight line of a grid over and round the faces departs from straight, in %
-    # of the distance between the eyes' outer corners.
+    # Largest deviation of a straight line of a grid over and around the faces, % of the distance
+    # between the outer eye corners.
     bend: float
-    # The same of the worst line found in the photo beside the faces, on hair and collars, too: a
-    # studio portrait has no others.
+    # The same for straight lines found in the photo outside of the faces, such as hair and collars.
+    # None without such a line.
     photo_bend: float | None
-    # How far the field at the targets misses what they ask for, on average, and the outline between
-    # them its curve's, at worst, in % of the same; and how far landmarks land from their targets.
+    # In % of the same distance: mean error of the displacement at the targets; largest error of the
+    # outline between targets; mean distance of the moved landmarks from the targets.
     residual: float
     contour: float
     landing: float
@@ -88,7 +88,7 @@ class OriginEffect:
 
 @dataclass(frozen=True, slots=True)
 class DistortionResult:
-    """Table 1's grid and figure 11's sizes on some photos, made after one recipe."""
+    """Results for table 1 and figure 11 on some photos, with one recipe."""
 
     distortions: tuple[Distortion, ...]
     recipe: Recipe
@@ -182,7 +182,7 @@ def _landing_px(field: Field, pairs: Pairs) -> float:
 
 
 class _LinesOf:
-    """Straight lines to bend: those ruled over the faces, and the photo's own beside them."""
+    """Straight lines: a grid over the faces, and lines of the photo outside of the faces."""
 
     def __init__(self, subject: Subject) -> None:
         self.ruled = _grid(np.vstack([face.points for face in subject.faces]))
@@ -197,7 +197,7 @@ class _LinesOf:
 
 
 def _grid(points: Array) -> Array:
-    """Return straight lines evenly over and round points, shape (2 RULES, 2, 2)."""
+    """Return a grid of straight lines over and around points, shape (2 RULES, 2, 2)."""
     low, high = points.min(axis=0), points.max(axis=0)
     low, high = low - _ROUND * (high - low), high + _ROUND * (high - low)
     xs, ys = np.linspace(low, high, RULES).T
@@ -222,32 +222,29 @@ def _local_area(rendering: Rendering) -> float:
     return float(np.sqrt(np.square(change).mean())) if change.size else 0.0
 
 
-_OTHER: Final = Text(
-    "Table 1 was measured with the face alone moved; here what surrounds the face goes along, or "
-    "eyes and mouth keep their shape."
-)
+_OTHER: Final = Text("Table 1 was measured on warps of the face alone; here the head moves, too.")
 
 
 @dataclass(frozen=True, slots=True)
 class Measure:
     """A number of `Distortion`."""
 
-    name: str  # of the column in files
-    # What people read, within a sentence and above a table.
+    name: str  # column in files
+    # Title within a sentence, and above a table.
     title: Text
     heading: Text
     digits: int  # decimals shown
-    # Turns it into something that is 0 without a warp and grows with it.
+    # Converts the value to a measure of harm: 0 without a warp, growing with the warp.
     harm: Callable[[float], float] = abs
 
     def median(self, found: Sequence[Distortion]) -> float:
-        """Return the median over photos; NaN where none has a value."""
+        """Return the median over photos; NaN without values."""
         values = [getattr(one, self.name) for one in found]
         known = [float(value) for value in values if value is not None]
         return statistics.median(known) if known else float("nan")
 
     def text(self, value: float) -> str:
-        """Return it as people read it."""
+        """Return a value as text."""
         return NONE if np.isnan(value) else f"{value:.{self.digits}f}"
 
 
@@ -316,14 +313,14 @@ _CHARTED: Final = {
 
 
 def report(result: DistortionResult) -> Report:
-    """Return how each measure grows, table 1 and each in its shape, and the lattice sizes."""
+    """Return the report: growth of each measure, tables in the form of table 1, lattice sizes."""
     photos = len({one.photo for one in result.distortions})
     how = Text.counted(
         photos,
-        "{fit} fit, {n} photo. Nothing here looks at a face: these are numbers of the "
-        "displacement, and of straight lines that it bends.",
-        "{fit} fit, {n} photos, medians. Nothing here looks at a face: these are numbers of the "
-        "displacement, and of straight lines that it bends.",
+        "{fit} fit, {n} photo. All numbers describe the displacement and the bending of "
+        "straight lines.",
+        "{fit} fit, {n} photos, medians. All numbers describe the displacement and the "
+        "bending of straight lines.",
         fit=SETTINGS["fit"].alternative(result.recipe.fit).title,
     )
     records = [_record(one) for one in result.distortions]
@@ -337,10 +334,10 @@ def report(result: DistortionResult) -> Report:
         *([_origins(result.origins)] if result.origins else []),
     ]  # fmt: skip
     return Report(
-        Text("Table 1 beside numbers: what the warp distorts"),
+        Text("Table 1 and the measured distortion"),
         Text(
-            "Above a warp distance of 6 % people suddenly called faces unnatural. Does "
-            "anything that can be measured in the warp jump there, too?"
+            "Above a warp distance of 6 %, people suddenly called faces unnatural. Does a measure"
+            " of the warp jump there, too?"
         ),
         parts,
         records,
@@ -364,8 +361,8 @@ def _published() -> Table:
     rows = [(str(k), *(f"{v:.3f}" for v in row)) for k, row in enumerate(UNNATURAL, start=1)]
     caption = Text("Table 1: answers that called the picture unnatural, %")
     note = Text(
-        "Published: {subjects} faces, which moved alone; {students} people. Columns: warp distance "
-        "asked for, in % of D; what the fit makes of it follows.",
+        "Published: {subjects} faces, {students} people, warps of the face alone. Columns: "
+        "requested warp distance, % of D. The achieved distance follows below.",
         subjects=SUBJECTS,
         students=STUDENTS,
     )
@@ -406,17 +403,16 @@ def _growth(result: DistortionResult) -> Table:
         title = _CHARTED.get(measure.name, measure.title)
         rows.append((title, *_whole(_relative(harms)), NONE if alike is None else f"{alike:.2f}"))
     header = (
-        *_header(Text("mean over the centres, % of its value at 10 %")),
+        *_header(Text("mean over the centres, % of the value at 10 %")),
         Text("rank correlation"),
     )
     note = Text(
-        "The field says where each pixel is read: where det J is below 1 the result is stretched, "
-        "above 1 compressed. A number that grows evenly reads 20, 40, 60, 80, 100. Rank "
-        "correlation: Spearman's, of the 20 cells with table 1; it says whether the order "
-        "agrees, not the jump. Photos without a straight line beside the face "
-        "don't count for that row."
+        "det J of the backward field: below 1 the result is stretched, above 1 compressed. "
+        "Even growth reads 20, 40, 60, 80, 100. Rank correlation: Spearman's, of the 20 cells"
+        " with table 1; this compares the order, not the jump. The row on lines of the photo "
+        "omits photos without a straight line outside of the face."
     )
-    return Table(Text("How each grows with the warp distance"), header, rows, note)
+    return Table(Text("Growth of each measure with the warp distance"), header, rows, note)
 
 
 def _whole(values: Sequence[float]) -> list[str]:
@@ -424,7 +420,7 @@ def _whole(values: Sequence[float]) -> list[str]:
 
 
 def rank_correlation(a: np.ndarray, b: np.ndarray) -> float | None:
-    """Return Spearman's rank correlation; None where a value is missing or all are equal."""
+    """Return Spearman's rank correlation; None if a value is missing or all are equal."""
     if np.isnan(a).any() or np.ptp(a) == 0.0 or np.ptp(b) == 0.0:
         return None
     return float(np.corrcoef(_ranks(a), _ranks(b))[0, 1])
@@ -451,11 +447,10 @@ def _lattices(result: DistortionResult) -> Table:
         *((m.title, *(m.text(m.median(one)) for one in found)) for m in MEASURES),
     ]
     note = Text(
-        "At 4 % towards centre 2, medians over the photos. The paper prints no "
-        "numbers for figure 11; it says that nobody called a face unnatural once "
-        "the lattice size exceeded the warp distance. The four sizes are this "
-        "program's choice. They achieve different distances, so what differs "
-        "between the columns is size and distance together."
+        "At 4 % towards centre 2, medians over the photos. The paper prints no numbers for "
+        "figure 11. According to the text, all faces looked natural with a lattice larger "
+        "than the warp distance. The four sizes are this program's choice. The columns differ"
+        " in lattice size and in achieved distance."
     )
     header = ("", *(f"R = {variant.lattice:g}" for variant in sizes))
     return Table(Text("Figure 11's question: lattice sizes"), header, rows, note)
@@ -525,9 +520,9 @@ def _run(work: Work) -> Report:
 EXPERIMENT: Final = Experiment(
     "distortion",
     Text("D&istortion…"),
-    Text("What can be measured where people called faces unnatural (table 1, figure 11)"),
-    Text("Distortion beside table 1"),
-    Text("Table 1 and figure 11 beside numbers: area, folds, bent lines, missed targets."),
+    Text("Measured distortion next to people's answers (table 1, figure 11)"),
+    Text("Distortion and table 1"),
+    Text("Table 1 and figure 11 with measures: area, folds, bent lines, errors at targets."),
     _run,
     takes_percent=False,  # it tries every distance
 )

@@ -43,41 +43,41 @@ _WORDS: Final = {one.name: one.word for one in DOMAINS}
 
 @dataclass(frozen=True, slots=True)
 class Error:
-    """How a thresholded result differs from the one without a threshold."""
+    """Differences between a thresholded result and the result without a threshold."""
 
-    max_levels: float  # largest difference of a pixel, 0 to 255 whatever the photo's depth
+    max_levels: float  # largest difference of a pixel, scaled to 0 to 255
     psnr_db: float | None  # peak signal-to-noise ratio over the pixels of the control-point domain
-    # Largest step that the threshold brings into the displacement between neighbouring pixels.
+    # Largest step of the displacement between neighbouring pixels caused by the threshold, px.
     seam_px: float
 
 
 @dataclass(frozen=True, slots=True)
 class ThresholdErrors:
-    """One threshold."""
+    """Results of one threshold."""
 
-    threshold_px: float  # T: pixels that move by no more stay
-    pixels: int  # pixels that move by more
-    cut: Error  # as section 4.2 has it: below T a pixel isn't moved at all
-    fade: Error  # as this program has it: the displacement fades in over [T, 2T]
-    fade_proven: bool  # whether that fade is proven not to fold
+    threshold_px: float  # T: smaller displacements are ignored
+    pixels: int  # pixels with larger displacements
+    cut: Error  # as in section 4.2: no displacement below T
+    fade: Error  # as in this program: the displacement fades in over [T, 2T]
+    fade_proven: bool  # whether the fade is proven free of folds
 
 
 @dataclass(frozen=True, eq=False)
 class Domains:
     """The domains of one photo."""
 
-    photo: str  # its name
+    photo: str  # name
     # Size of the photo, px.
     width: int
     height: int
     faces: int
     counts: dict[DomainName, int]  # pixels of all three domains
-    literal: int  # pixels of section 4.1 to the letter, see `literal_pixels`; 0 if not counted
-    computing_ms: dict[DomainName, Spread]  # time that a warp of each domain takes
+    literal: int  # see `literal_pixels`; 0 if not counted
+    computing_ms: dict[DomainName, Spread]  # computing time by domain
     steps: tuple[ThresholdErrors, ...]  # one for each threshold
-    # The photo where each domain works on it and white elsewhere; RGB, reduced for a report.
+    # The photo inside each domain, white outside; RGB, reduced for a report.
     shown: dict[DomainName, Image]
-    # (H, W): pixels to work on in each but the whole image, with the lossless threshold.
+    # (H, W): masks of the domains other than the whole image, with the lossless threshold.
     masks: dict[DomainName, Mask]
 
 
@@ -89,7 +89,7 @@ def measure(
     repeats: int = 5,
     progress: Progress = no_progress,
 ) -> Domains:
-    """Count the domains of one photo, time them in turns, and compare thresholds with none."""
+    """Count and time the domains of one photo, and measure the errors of thresholds."""
     whole = _render(subject, recipe, "control-points")
     image = whole.domain.image
     masks = {one.name: mask_of(whole.field, image, one.name) for one in DOMAINS}
@@ -111,10 +111,10 @@ def measure(
 
 
 def literal_pixels(rendering: Rendering) -> int:
-    """Count the pixels of section 4.1 to the letter.
+    """Count the pixels of section 4.1, read literally.
 
-    Those in cells that the 4 x 4 control points round a target reach, whatever they hold; ours are
-    those that a control point which isn't zero reaches.
+    These are the cells in reach of the 4 x 4 control points around each target. Kogao's domain has
+    only the cells in reach of a control point other than zero.
     """
     lattices = []
     for lattice, pairs in zip(rendering.field.lattices, rendering.pairs, strict=True):
@@ -148,7 +148,7 @@ def _times(subject: Subject, recipe: Recipe, repeats: int) -> dict[DomainName, S
 
 
 class _Compared:
-    """Results with a threshold against the one without, inside the control-point domain."""
+    """Compares results with and without a threshold inside the control-point domain."""
 
     def __init__(self, subject: Subject, whole: Rendering, domain: Mask) -> None:
         self.subject, self.box = subject, whole.domain.bounds
@@ -163,7 +163,7 @@ class _Compared:
         cut = np.where(moves if self.whole.ndim == 2 else moves[..., None], self.whole, self.photo)
         rendering = _render(self.subject, recipe, "threshold", threshold_px)
         faded = rendering.pixels[self.box.slices]
-        # A fade that the guard refused isn't in the field any more, which says nothing for it.
+        # The guard removes a fade that could fold from the field; such a fade isn't proven.
         refused = rendering.threshold_px < threshold_px
         return ThresholdErrors(
             threshold_px,
@@ -195,18 +195,18 @@ def _largest_step(change: Array) -> float:
 
 
 def report(photos: Sequence[Domains], recipe: Recipe) -> Report:
-    """Return pixel counts photo by photo, the errors of each threshold, and the domains."""
+    """Return the report: pixel counts, errors of thresholds, pictures of domains."""
     parts: list[Part] = [
         Row(_bars(photos), wide=True),
         Text("{recipe}.", recipe=recipe_in_words(recipe)),
         _counts(photos),
-        Heading(Text("What a threshold costs the picture")),
+        Heading(Text("Error of a threshold")),
         Row(_curves(photos), wide=True),
         _errors(photos),
         Heading(Text("The domains")),
         Text(
-            "What is worked on shows the photo; white pixels keep their bytes. The "
-            "threshold is 1/64 px, which changes no byte."
+            "The domains show the photo; white pixels keep their bytes. A threshold of 1/64 px "
+            "changes no byte."
         ),
     ]
     for photo in photos:
@@ -217,8 +217,8 @@ def report(photos: Sequence[Domains], recipe: Recipe) -> Report:
     return Report(
         Text("Figures 14 and 15: the reduced domain"),
         Text(
-            "Which pixels does the warp have to work on, and what does it cost the "
-            "picture when pixels that move only a little are left where they are?"
+            "Which pixels must the warp process? How large is the error if pixels with small "
+            "displacements stay unchanged?"
         ),
         parts,
         records,
@@ -285,10 +285,10 @@ def _counts(photos: Sequence[Domains]) -> Table:
         ),
         rows,
         Text(
-            "Computing: median and quartiles of all stages from landmarks to pixels, "
-            "domains in turns. Section 4.1 to the letter counts what the 4 x 4 control points "
-            "round each target reach, zero or not; control points, what those reach that aren't "
-            "zero."
+            "Computing: median and quartiles of all stages from landmarks to pixels, domains in "
+            "turns. Control points: cells in reach of control points other than zero. Section 4.1"
+            " to the letter: cells in reach of the 4 x 4 control points around each target, zero "
+            "or not."
         ),
     )
 
@@ -308,7 +308,7 @@ def _count_cells(photos: Sequence[Domains], count: Callable[[Domains], int]) -> 
 
 
 def _computing(photos: Sequence[Domains], name: DomainName) -> Spread:
-    """Return the rounds of one photo, or the medians of several."""
+    """Return the rounds of one photo, or the medians of several photos."""
     spreads = [photo.computing_ms[name] for photo in photos]
     return spreads[0] if len(spreads) == 1 else Spread.of([one.median for one in spreads])
 
@@ -329,14 +329,13 @@ def _errors(photos: Sequence[Domains]) -> Table:
             Text("{proven} of {count}", proven=proven, count=len(steps)),
         ))  # fmt: skip
     note = Text(
-        "Against the result without a threshold; medians over the photos. Max: "
-        "largest difference of a pixel, of 255. PSNR: over the control-point "
-        "domain; a dash where no byte differs. Seam: largest step that the "
-        "threshold brings in between neighbouring pixels. Cut: as in the paper, "
-        "pixels below T aren't moved; fade: the move comes in over [T, 2T]. A "
-        "fade that isn't proven could fold in bands thinner than the samples."
+        "Differences to the result without a threshold, medians over the photos. Max: largest"
+        " difference of a pixel, of 255. PSNR: over the control-point domain; a dash for no "
+        "difference. Seam: largest step between neighbouring pixels caused by the threshold. "
+        "Cut: no displacement below T, as in the paper. Fade: the displacement fades in over "
+        "[T, 2T]. A fade without proof could fold between the samples."
     )
-    return Table(Text("Error that each threshold causes"), header, rows, note)
+    return Table(Text("Error of each threshold"), header, rows, note)
 
 
 def _error_cells(errors: list[Error]) -> tuple[str, str, str]:
@@ -356,7 +355,7 @@ def _psnr(errors: list[Error]) -> float | None:
 
 
 def _whole_or_half(value: float) -> str:
-    """Return a median of whole numbers, which an even number of photos can put between two."""
+    """Return a median of whole numbers as text; the median may end in .5."""
     return f"{value:.1f}".removesuffix(".0")
 
 
@@ -388,7 +387,7 @@ def _record(photo: Domains, step: ThresholdErrors) -> dict[str, object]:
 
 
 def pictures(stem: str, masks: Mapping[DomainName, Mask]) -> Iterator[tuple[str, Image]]:
-    """Yield masks as pictures with their files' names: white is worked on, black stays."""
+    """Yield the masks as pictures with file names: white pixels are processed."""
     for name, mask in masks.items():
         yield f"{stem}-{name}.png", np.where(mask, np.uint8(255), np.uint8(0))
 
@@ -413,7 +412,7 @@ def _curves(photos: Sequence[Domains]) -> list[Chart]:
         (
             Text("Pixels worked on"),
             Text("% of the image"),
-            [Series(Text("pixels that move by more than T"), shares)],
+            [Series(Text("pixels displaced by more than T"), shares)],
         ),
         (Text("Largest difference"), Text("levels of 255"), errors(median("max_levels"))),
         (
@@ -457,7 +456,7 @@ def _run(work: Work) -> Report:
 EXPERIMENT: Final = Experiment(
     "domains",
     Text("Reduced &domains…"),
-    Text("Pixels of the three domains, and what a threshold costs (figures 14 and 15)"),
+    Text("Pixels of the three domains, and errors of thresholds (figures 14 and 15)"),
     Text("Reduced domains (figures 14 and 15)"),
     Text("Figures 14 and 15: pixels of the domains, and the error of each threshold."),
     _run,

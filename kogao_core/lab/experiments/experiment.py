@@ -1,4 +1,4 @@
-"""Declaration of an experiment; its command and its window follow from this."""
+"""Declaration of an experiment: the source of command, menu entry and window."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from kogao_core.recipe.recipe import Recipe
 class Work:
     """Input of an experiment, and callbacks of the command line or the window."""
 
-    subjects: Iterable[Subject]  # read and searched one after another
+    subjects: Iterable[Subject]  # read and searched lazily
     recipe: Recipe  # settings of the warp
     source: Callable[[], LandmarkSource]  # returns the landmark source, made at the first call
-    new_source: Callable[[], LandmarkSource]  # makes another, its networks yet to be loaded
-    given: Mapping[str, Any]  # by the names of the experiment's options, with _ for -
+    new_source: Callable[[], LandmarkSource]  # returns a new source with networks not yet loaded
+    given: Mapping[str, Any]  # values of the options, by key
     progress: Progress
-    leave_out: Callable[[str], None]  # takes a sentence: why a photo or a method is left out
-    # Takes pictures, grey or RGB, by the names of their files; a window keeps none.
+    leave_out: Callable[[str], None]  # called with the reason for a skipped photo or method
+    # Called with pictures, grey or RGB, by file name; ignored in the window.
     keep: Callable[[Iterable[tuple[str, Image]]], None]
 
 
@@ -34,13 +34,13 @@ class Work:
 class ExperimentOption:
     """An option of an experiment: a number, a name, or files."""
 
-    name: str  # as the command spells it behind its dashes
-    default: int | str = ""  # a number or a name; of files there are none
-    least: int = 1  # of a number
-    names: tuple[str, ...] = ()  # among which a name is
-    # Reads a file. A window takes the one called after the option among the editor's data.
+    name: str  # name on the command line, without dashes
+    default: int | str = ""  # a number or a name; not used for files
+    least: int = 1  # minimum of a number
+    names: tuple[str, ...] = ()  # allowed names
+    # Reads a file. The window reads the file NAME.jsonl in the editor's data folder.
     read: Callable[[Path], Iterable[Any]] | None = None
-    in_window: int | None = None  # the number that a window takes, where it is another
+    in_window: int | None = None  # default in the window, if different
     help: Text | None = None
 
     @property
@@ -51,14 +51,14 @@ class ExperimentOption:
 
 @dataclass(frozen=True, slots=True)
 class Experiment:
-    """An experiment, as the table `EXPERIMENTS` lists it."""
+    """An experiment, an entry of `EXPERIMENTS`."""
 
-    name: str  # of its command, its files and its section in ``docs/experiments.md``
-    # Menu text with the letter for Alt, and tip.
+    name: str  # name of the command, of files, and of the section in docs/experiments.md
+    # Menu text with mnemonic, and tooltip.
     entry: Text
     tip: Text
-    title: Text  # of its window
-    help: Text  # of its command
+    title: Text  # title of the window
+    help: Text  # help of the command
     run: Callable[[Work], Report]
     options: tuple[ExperimentOption, ...] = ()
-    takes_percent: bool = True  # whether its command has ``--percent``
+    takes_percent: bool = True  # whether the command has the option ``--amount``

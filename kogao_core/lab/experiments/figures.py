@@ -1,4 +1,4 @@
-"""Draw the paper's figures, except those of its survey, from any photo."""
+"""Draw the paper's figures from any photo, except the survey's."""
 
 from __future__ import annotations
 
@@ -30,16 +30,16 @@ TARGET: Final = "#d55e00"
 CENTER: Final = "#f0e442"
 LATTICE: Final = "#cc79a7"
 _INK: Final = "#202020"
-_GAP: Final = 0.0125  # of the width, between pictures side by side
-_LETTER: Final = 0.02  # of the width
-_DOT: Final = 0.004  # of the width
+_GAP: Final = 0.0125  # gap between pictures, relative to the width
+_LETTER: Final = 0.02  # height of letters, relative to the width
+_DOT: Final = 0.004  # radius of dots, relative to the width
 _PROCESSED, _LEFT_OUT = 150, 255  # greys of figures 12 to 15
 _NEVER_ZERO: Final = 1e-9
 _CHIN: Final = 10  # of the outline's 21 points
-_FOUR: Final = (0, 6, 14, 20)  # landmarks that figures 12 and 13 show apart
-_FAR_PERCENT: Final = 30.0  # of D, so that one point's move is seen in print
-_SEEN_PX: Final = 0.5  # a threshold whose domain differs from the lossless one in print
-# Of figures 8 to 10, in landmark spacings; the paper's own sizes aren't told.
+_FOUR: Final = (0, 6, 14, 20)  # landmarks of figures 12 and 13
+_FAR_PERCENT: Final = 30.0  # of D; large, to be visible in print
+_SEEN_PX: Final = 0.5  # minimum threshold of figure 13; large, to be visible in print
+# Lattice sizes of figures 8 to 10, in landmark spacings; the paper prints none.
 _SMALL_LATTICE, _LARGE_LATTICE = 0.25, 4.0
 _LATTICES: Final = (0.25, 0.5, 1.0, 2.0)
 
@@ -67,7 +67,7 @@ def figures(subject: Subject, recipe: Recipe, width_px: int) -> list[Drawing]:
 
 
 def pictured(subject: Subject, width_px: int) -> Subject:
-    """Return the subject cut to the paper's shape round its faces, `width_px` wide, 8-bit RGB."""
+    """Return the subject cropped to 4 : 3 around the faces, `width_px` wide, 8-bit RGB."""
     paper = at_paper_size(subject)
     width, height = paper.size
     size = (width_px, round(height * width_px / width))
@@ -78,7 +78,7 @@ def pictured(subject: Subject, width_px: int) -> Subject:
 
 
 def landmarks(shown: Subject, rendering: Rendering) -> Drawing:
-    """Draw the 27 feature points and where the outline's go (figures 4a and 5b)."""
+    """Draw the 27 feature points and the targets of the outline (figures 4a and 5b)."""
     dot = _DOT * shown.size[0]
     marks: list[Mark] = []
     for face, pairs in zip(shown.faces, rendering.pairs, strict=True):
@@ -128,7 +128,7 @@ def _distances(face: Face, recipe: Recipe, width_px: int) -> list[Mark]:
 
 
 def lattice(shown: Subject, rendering: Rendering) -> Drawing:
-    """Draw the control lattice and the control points that aren't zero (figures 2 and 8)."""
+    """Draw the control lattice and the control points other than zero (figures 2 and 8)."""
     dot = _DOT * shown.size[0]
     marks: list[Mark] = []
     for one in rendering.field.lattices:
@@ -162,7 +162,7 @@ def _control_points(one: Lattice, dot: float) -> list[Mark]:
 
 
 def domains(shown: Subject, rendering: Rendering) -> Drawing:
-    """Draw the conventional domain, that of control points, and the threshold's (14 and 15)."""
+    """Draw the three domains: image, control points, threshold (figures 14 and 15)."""
     image = Box.of(shown.pixels)
     threshold_px = rendering.recipe.threshold_px
     panels = [_mask(mask_of(rendering.field, image, one.name, threshold_px)) for one in DOMAINS]
@@ -200,7 +200,7 @@ def one_point(shown: Subject, rendering: Rendering) -> Drawing:
 
 
 def overlap(shown: Subject, rendering: Rendering) -> Drawing:
-    """Draw the 4 x 4 control points of two landmarks near each other, and those of both (3)."""
+    """Draw the 4 x 4 control points of two close landmarks; mark the shared ones (figure 3)."""
     one, places = rendering.field.lattices[0], rendering.pairs[0].target_px[[_CHIN, _CHIN + 2]]
     grid, dot = one.grid, _DOT * shown.size[0]
     around = np.arange(-1, ORDER - 1)
@@ -225,7 +225,7 @@ def overlap(shown: Subject, rendering: Rendering) -> Drawing:
 
 
 def directions(shown: Subject, rendering: Rendering) -> Drawing:
-    """Draw the lines from the landmarks to the centre, on which the targets lie (figure 6)."""
+    """Draw the lines from the landmarks to the centre, with the targets (figure 6)."""
     dot = _DOT * shown.size[0]
     marks: list[Mark] = []
     for face, pairs in zip(shown.faces, rendering.pairs, strict=True):
@@ -241,13 +241,13 @@ def directions(shown: Subject, rendering: Rendering) -> Drawing:
 
 
 def small_lattice(shown: Subject, rendering: Rendering) -> Drawing:
-    """Draw the photo, the result of R = 1, and that of a very small lattice (figure 8)."""
+    """Draw the photo and the results of R = 1 and of a very small lattice (figure 8)."""
     panels = [_at_lattice(shown, rendering, size).pixels for size in (1.0, _SMALL_LATTICE)]
     return _side_by_side("small-lattice", [shown.pixels, *panels])
 
 
 def large_lattice(shown: Subject, rendering: Rendering) -> Drawing:
-    """Draw the domains of R = 1 and of a very large lattice, with their control points (9)."""
+    """Draw the domains and lattices of R = 1 and of a very large R (figure 9)."""
     panels = []
     for size in (1.0, _LARGE_LATTICE):
         made = _at_lattice(shown, rendering, size)
@@ -257,13 +257,13 @@ def large_lattice(shown: Subject, rendering: Rendering) -> Drawing:
 
 
 def lattice_sizes(shown: Subject, rendering: Rendering) -> Drawing:
-    """Draw the results of the four lattice sizes that people were asked about (figure 10)."""
+    """Draw the results of the survey's four lattice sizes (figure 10)."""
     panels = [_at_lattice(shown, rendering, size).pixels for size in _LATTICES]
     return _side_by_side("lattice-sizes", panels)
 
 
 def selection(shown: Subject, rendering: Rendering) -> Drawing:
-    """Draw the conventional domain of four landmarks, and that of their control points (12)."""
+    """Draw the image domain and the control-point domain of four landmarks (figure 12)."""
     field = _of_four(shown, rendering)
     image = Box.of(shown.pixels)
     masks = [mask_of(field, image, name) for name in ("image", "control-points")]
@@ -272,7 +272,7 @@ def selection(shown: Subject, rendering: Rendering) -> Drawing:
 
 
 def threshold(shown: Subject, rendering: Rendering) -> Drawing:
-    """Draw the same four landmarks' control points, and the pixels that move by T (figure 13)."""
+    """Draw the control-point and threshold domains of four landmarks (figure 13)."""
     field, image = _of_four(shown, rendering), Box.of(shown.pixels)
     masks = (
         mask_of(field, image, "control-points"),
@@ -311,7 +311,7 @@ def _at_lattice(shown: Subject, rendering: Rendering, size: float) -> Rendering:
 def _over(
     shown: Subject, mask: Image, lattices: Sequence[Lattice], points: Array | None = None
 ) -> Image:
-    """Return a domain in grey with the lattice over it, and points."""
+    """Return a domain in grey with lattices and points."""
     marks: list[Mark] = [Strokes(_grid_lines(one), 1.0, LATTICE) for one in lattices]
     if points is not None:
         marks.append(Dots(points, 1.5 * _DOT * shown.size[0], _INK))

@@ -48,7 +48,7 @@ def report(photos: Sequence[Comparison], recipe: Recipe, repeats: int) -> Report
     parts: list[Part] = [
         Row(_bars(photos), wide=True),
         Text(
-            "{amount}; B-splines with lattice R = {lattice:g}. {repeats} rounds that count.",
+            "{amount}; B-splines with lattice R = {lattice:g}. {repeats} rounds.",
             amount=recipe.amount,
             lattice=recipe.lattice,
             repeats=repeats,
@@ -69,9 +69,9 @@ def report(photos: Sequence[Comparison], recipe: Recipe, repeats: int) -> Report
     return Report(
         Text("Methods side by side"),
         Text(
-            "The same landmarks move to the same targets by the paper's method, by the methods of "
-            "its references and by today's. How exact and how fast is each, how many pixels does "
-            "it move, and does it fold?"
+            "The paper's method, methods of the paper's references and newer methods move the "
+            "same landmarks to the same targets. The report compares accuracy, speed, moved "
+            "pixels and folds."
         ),
         parts,
         records,
@@ -121,8 +121,8 @@ def _bars(photos: Sequence[Comparison]) -> list[Chart]:
             caption=Text("Medians over all photos. The axis is logarithmic."),
         ),
         Chart(
-            Text("How far the displacement is off at the targets"), names, "px", off, bars=True,
-            caption=Text("Mean and largest of a face's points, medians over the photos."),
+            Text("Error of the displacement at the targets"), names, "px", off, bars=True,
+            caption=Text("Mean and maximum over the points of a face, medians over the photos."),
         ),
     ]  # fmt: skip
 
@@ -134,7 +134,7 @@ def _tables(of: str, photos: Sequence[Comparison]) -> list[Table]:
     over = Text(" Medians over the photos.") if len(photos) > 1 else ""
     return [
         Table.of(
-            Text("What the methods cost: {of}", of=of),
+            Text("Computing time: {of}", of=of),
             by_method,
             [
                 (Text("method"), lambda mine: mine[0].method.title),
@@ -156,7 +156,7 @@ def _tables(of: str, photos: Sequence[Comparison]) -> list[Table]:
             ),
         ),
         Table.of(
-            Text("What the methods do: {of}", of=of),
+            Text("Accuracy and effect: {of}", of=of),
             by_method,
             [
                 (Text("method"), lambda mine: mine[0].method.title),

@@ -40,7 +40,7 @@ class Procedure:
     title: str
     automatic: bool
     domain: DomainName
-    computing_s: float  # in the paper, on a computer of 2011
+    computing_s: float  # printed in the paper, computer of 2011
 
 
 PROCEDURES: Final = (
@@ -49,8 +49,8 @@ PROCEDURES: Final = (
     Procedure("akt", Text("Automatic transformation (Akt)"), True, "image", 6.102),
     Procedure("dual", Text("Dual method (Wdr + Akt)"), True, "threshold", 3.722),
 )
-# The first row's computation under another name: how far apart it and the first come out is how far
-# apart two rows must be to differ.
+# The first row's computation again: the difference to the first row is the noise of the
+# measurement.
 AGAIN: Final = dataclasses.replace(
     PROCEDURES[0], name="again", title=Text("Conventional method, again")
 )
@@ -60,62 +60,62 @@ AGAIN: Final = dataclasses.replace(
 class Timing:
     """The runs of one procedure on one photo at one size."""
 
-    photo: str  # its name
-    size: Size  # which size
+    photo: str  # name
+    size: Size
     # Size of the photo, px.
     width: int
     height: int
     faces: int
     procedure: str  # name of a row of `PROCEDURES`, or of `AGAIN`
-    domain_share: float  # part of the image that was worked on, 0 to 1, by section 4's counts
-    # Time to find faces and landmarks in each run; empty where people do that.
+    domain_share: float  # processed share of the image, 0 to 1
+    # Time of the face search in each run; empty for manual procedures.
     setting_ms: tuple[float, ...]
-    stages_ms: dict[str, tuple[float, ...]]  # computing time by stage of `pipeline.render`
+    stages_ms: dict[str, tuple[float, ...]]  # computing time by stage of `render`
     processor_ms: tuple[float, ...]  # processor time of all threads
 
     @property
     def computing_ms(self) -> tuple[float, ...]:
-        """All stages together, of each run."""
+        """Sum of the stages of each run."""
         return tuple(map(sum, zip(*self.stages_ms.values(), strict=True)))
 
 
 @dataclass(frozen=True, slots=True)
 class Around:
-    """Times that table 2 leaves out, of one photo, one value for each run, ms."""
+    """Times of one photo that are not in table 2, one value per run, ms."""
 
-    photo: str  # its name
-    reading_ms: tuple[float, ...]  # from its file to pixels
-    # The first search of a new source, which loads its networks; a search that needn't.
+    photo: str  # name
+    reading_ms: tuple[float, ...]  # from file to pixels
+    # First search of a new source, with loading of the networks; second search.
     cold_ms: tuple[float, ...]
     warm_ms: tuple[float, ...]
-    saving_ms: tuple[float, ...]  # the result, as a file of the same kind
+    saving_ms: tuple[float, ...]  # saving the result in the same format
 
 
 @dataclass(frozen=True, slots=True)
 class TimingResult:
-    """Table 2 on some photos."""
+    """Results for table 2 on some photos."""
 
     timings: tuple[Timing, ...]  # all measurements
-    trials: tuple[Trial, ...]  # setting, as recorded; may be empty
+    trials: tuple[Trial, ...]  # recorded trials; may be empty
     recipe: Recipe  # settings; the procedure sets the domain
-    # Rounds that count, and rounds before them.
+    # Number of counted rounds, and of warm-up rounds.
     repeats: int
     warm_up: int
     around: tuple[Around, ...] = ()
 
     def trials_of(self, mode: str) -> list[Trial]:
-        """Return the trials of a mode that weren't practice."""
+        """Return the trials of a mode, without practice."""
         return [one for one in self.trials if one.mode == mode and not one.practice]
 
     @property
     def setting(self) -> Spread | None:
-        """Setting time by hand with corrections, s; None while no trial was recorded."""
+        """Manual setting time with corrections, s; None without trials."""
         times = [one.total_s for one in self.trials_of("manual")]
         return Spread.of(times) if times else None
 
     @property
     def points(self) -> list[tuple[Trial, int, Apart]]:
-        """Manual trials, each with the number of found landmarks and the distances between both."""
+        """Manual trials, with the number of found landmarks and their distances."""
         found = {one.trial: one.faces for one in self.trials if one.mode == "automatic"}
         pairs = [(one, found.get(one.trial, ())) for one in self.trials_of("manual")]
         compared = [(one, other, apart(one.faces, other)) for one, other in pairs]
@@ -131,7 +131,7 @@ class TimingResult:
 
 
 def with_trial(subject: Subject, trials: Sequence[Trial]) -> Subject:
-    """Return the subject with the points that a person last set on it, if somebody did."""
+    """Return the subject with the landmarks of the last manual trial, if any."""
     mine = [
         one
         for one in trials
@@ -153,10 +153,9 @@ def measure(
 ) -> tuple[list[Timing], list[str]]:
     """Time all four procedures on one photo, in turns.
 
-    Manual procedures get what a person set (`Subject.by_hand`), or else the subject's faces with
-    all targets set; how long people take for that is their clock's to say. Automatic procedures
-    search the photo anew in every run, and of what they find warp the same faces. Result: and what
-    couldn't be measured, in a sentence each.
+    Manual procedures use `Subject.by_hand`, or the subject's faces with all targets set; trials
+    have the setting times. Automatic procedures search the photo in every run and warp the same
+    faces. Return the timings, and a sentence for each problem.
     """
     timings: list[Timing] = []
     notes: list[str] = []
@@ -168,7 +167,8 @@ def measure(
         if len(_again(here.faces, source.find(here.pixels))) < len(here.faces):
             notes.append(
                 Text(
-                    "{name} at {size}: not every face was found again, so nothing is automatic",
+                    "{name} at {size}: not all faces were found again; automatic procedures are "
+                    "skipped",
                     name=subject.name,
                     size=size,
                 )
@@ -188,7 +188,7 @@ class _Timer:
     def __init__(self, subject: Subject, source: LandmarkSource, recipe: Recipe) -> None:
         self.subject, self.source, self.recipe = subject, source, recipe
         self.by_hand = subject.by_hand or set_by_hand(subject.faces, recipe)
-        # Of each procedure and run that counts: setting, laps and processor, ms.
+        # By procedure, for each counted run: setting time, stages and processor time, ms.
         self.runs: defaultdict[str, list[tuple[float, dict[str, float], float]]] = defaultdict(list)
         self.fields: dict[str, Field] = {}
 
@@ -258,7 +258,7 @@ def measure_around(
 
 
 def _again(faces: Sequence[Face], found: Sequence[Face]) -> list[Face]:
-    """Return those of the faces found that are `faces`; `matching` alone takes neighbours, too."""
+    """Return the found faces that match `faces`, closer than the eye distance."""
     near: dict[int, Face] = {}
     for face in faces:
         place = matching(face, found)

@@ -41,7 +41,7 @@ _SHORT: Final = {
 
 
 def report(result: TimingResult) -> Report:
-    """Return table 2 and the stages for each size, the trials of people, then each photo."""
+    """Return the report: table 2 and stages by size, manual trials, each photo."""
     sizes = [size for size in SIZES if any(timing.size == size for timing in result.timings)]
     parts = [
         part
@@ -51,9 +51,9 @@ def report(result: TimingResult) -> Report:
         )
     ]  # fmt: skip
     how = Text(
-        "{recipe}; {warm_up} rounds to warm up, then {repeats} that "
-        "count, the ways in turns. Manual ways are computed with the points that a person set on "
-        "that photo, where somebody did, else with those found, held as if set by hand.",
+        "{recipe}; {warm_up} warm-up rounds, then {repeats} rounds, procedures in turns. "
+        "Manual procedures use the points of the manual trial of the photo. Without a trial, "
+        "manual procedures use the found points, treated as set by hand.",
         recipe=recipe_in_words(result.recipe),
         warm_up=result.warm_up,
         repeats=result.repeats,
@@ -61,9 +61,8 @@ def report(result: TimingResult) -> Report:
     return Report(
         Text("Table 2: setting and computing time"),
         Text(
-            "How long does it take to make a face smaller when landmarks and targets are "
-            "set by hand or found, and when the whole image or only the reduced domain "
-            "is warped?"
+            "How long does a warp take with manual or found landmarks, on the whole image or the "
+            "reduced domain?"
         ),
         [*parts, *_by_hand(result), *_around(result), _photos(result), how],
         [_record(result, timing) for timing in result.timings],
@@ -127,15 +126,14 @@ def _table_2(result: TimingResult, size: Size) -> Table:
             *(_of_conventional(result, size, procedure.name, of) for of in _CLOCKS),
             NONE if is_again else f"{procedure.computing_s / PROCEDURES[0].computing_s:.2f}",
         ))  # fmt: skip
-    people = Text("No trial of setting by hand was given, so there is no total with one.")
+    people = Text("No manual trial was given: manual procedures have no total.")
     if result.setting is not None:
-        people = Text("Setting by hand: from seeing the photo to applying, with corrections.")
+        people = Text("Manual setting: from the first view to Apply, with corrections.")
     note = Text(
-        "Median and quartiles of n runs. Automatic setting is warm: the networks were loaded "
-        "before. {people} The last row times the first one's computation once more, so its ratios "
-        "say how far two rows must be apart to differ. Processor: of all threads, without waiting "
-        "for other programs. No row contains reading, loading networks and saving. Last column: "
-        "the ratio that the paper printed.",
+        "Median and quartiles of n runs. Automatic setting: networks loaded before. {people} "
+        "The last row repeats the first row; smaller differences than between these two mean "
+        "nothing. Processor: time of all threads. Reading, loading the networks and saving "
+        "are not included. Last column: ratio printed in the paper.",
         people=people,
     )
     return Table(Text("Table 2 at {size}, measured here", size=_NAMES[size]), header, rows, note)
@@ -155,28 +153,28 @@ def _by_hand(result: TimingResult) -> list[Table]:
     people = list(dict.fromkeys(one.person for one in trials))
     rows = [_set_by(one or NONE, [t for t in trials if t.person == one]) for one in people]
     if len(people) > 1:
-        rows.insert(0, _set_by(Text("everybody"), trials))
+        rows.insert(0, _set_by(Text("all people"), trials))
     for cold, called in ((True, Text("machine, cold")), (False, Text("machine, warm"))):
         found = [one for one in result.trials_of("automatic") if one.cold == cold]
         rows += [_set_by(called, found)] if found else []
     practice = sum(one.practice and one.mode == "manual" for one in result.trials)
     times = Table(
-        Text("Setting, person by person"),
+        Text("Setting time by person"),
         (
             Text("who"), Text("n"), Text("looking, s"), Text("to applying, s"),
             Text("corrections"), Text("correcting, s"), Text("all of it, s"), Text("landmarks"),
         ),
         rows,
         Text(
-            "Medians and quartiles of n photos; practice, left out: {practice}. The clock runs "
-            "from the moment the photo is seen; looking ends with the first point, and a "
-            "correction after applying is part of the same trial. Cold: the networks were loaded "
-            "in it.",
+            "Medians and quartiles of n photos, without {practice} practice photos. The clock "
+"starts with the first view of the photo. Looking ends with the first point. "
+"Corrections after Apply belong to the same trial. Cold: the time contains loading "
+"the networks.",
             practice=practice,
         ),
     )  # fmt: skip
     beside = Table.of(
-        Text("Points set by hand and found, how far apart"),
+        Text("Distances between manual and found points"),
         result.points,
         [
             (Text("who"), lambda of: of[0].person or NONE),
@@ -186,7 +184,7 @@ def _by_hand(result: TimingResult) -> list[Table]:
             (Text("landmarks, % of the eyes' distance"), lambda of: f"{of[2].landmarks:.1f}"),
             (Text("targets, % of the eyes' distance"), lambda of: f"{of[2].targets:.1f}"),
         ],
-        Text("Means over the points of a photo's faces, each with its partner or the nearest one."),
+        Text("Means over the points of a photo, each to the corresponding or nearest point."),
     )
     return [times, beside] if beside.rows else [times]
 
@@ -209,7 +207,7 @@ def _around(result: TimingResult) -> list[Table]:
         return []
     kinds = {
         "reading_ms": Text("reading the file"),
-        "cold_ms": Text("finding, cold: networks loaded in it"),
+        "cold_ms": Text("finding, cold: with loading of the networks"),
         "warm_ms": Text("finding, warm"),
         "saving_ms": Text("saving the result"),
     }
@@ -218,7 +216,7 @@ def _around(result: TimingResult) -> list[Table]:
         pooled = Spread.of([ms for one in result.around for ms in getattr(one, name)])
         rows.append((title, pooled.text(), str(pooled.count)))
     header = (Text("what"), Text("ms"), Text("n"))
-    note = Text("At the photos' own size; median and quartiles of all runs of all photos.")
+    note = Text("At the original size; median and quartiles of all runs of all photos.")
     return [Table(Text("Before and after"), header, rows, note)]
 
 
@@ -234,14 +232,14 @@ def _pooled(timings: Sequence[Timing]) -> Spread:
 def _setting(
     result: TimingResult, timings: Sequence[Timing], procedure: Procedure
 ) -> Spread | None:
-    """Return the time to set everything, s."""
+    """Return the setting time, s."""
     if not procedure.automatic:
         return result.setting
     return Spread.of([ms / 1e3 for timing in timings for ms in timing.setting_ms])
 
 
 def _total(result: TimingResult, timings: Sequence[Timing], procedure: Procedure) -> Spread | None:
-    """Return setting and computing together, s: run by run, or each session with the median."""
+    """Return setting plus computing, s: by run, or by trial plus median computing time."""
     if procedure.automatic:
         both = (zip(one.setting_ms, one.computing_ms, strict=True) for one in timings)
         return Spread.of([sum(run) / 1e3 for run in chain.from_iterable(both)])
@@ -254,7 +252,7 @@ def _total(result: TimingResult, timings: Sequence[Timing], procedure: Procedure
 def _of_conventional(
     result: TimingResult, size: Size, procedure: str, clock: Callable[[Timing], Sequence[float]]
 ) -> str:
-    """Return computing time against the conventional one: median of the photos' ratios."""
+    """Return computing time relative to conventional: median of the photos' ratios."""
     base = {one.photo: one for one in result.of(size, PROCEDURES[0].name)}
     ratios = [
         statistics.median(clock(one)) / statistics.median(clock(base[one.photo]))
@@ -371,25 +369,25 @@ def _run(work: Work) -> Report:
 EXPERIMENT: Final = Experiment(
     "timing",
     Text("Setting and computing &time…"),
-    Text("Manual and automatic, whole and reduced, on this photo (table 2)"),
+    Text("Manual and automatic, whole image and reduced domain (table 2)"),
     Text("Setting and computing time (table 2)"),
-    Text("Table 2: setting and computing time by hand and found, whole and reduced."),
+    Text(
+        "Table 2: setting and computing time, manual and automatic, whole image and reduced domain."
+    ),
     _run,
     (
         ExperimentOption(
             "size",
             "both",
             names=("own", "960x720", "both"),
-            help=Text("The photo's own size, or the paper's (cut to its shape and scaled)."),
+            help=Text("The photo's size, or the paper's (cropped and resized)."),
         ),
         ExperimentOption("repeats", 10, in_window=5),
         ExperimentOption("warm-up", 2, least=0, in_window=1),
         ExperimentOption(
             "trials",
             read=read,
-            help=Text(
-                "Trials of setting by hand that the editor recorded (JSON lines); repeatable."
-            ),
+            help=Text("Manual trials recorded by the editor (JSON lines); repeatable."),
         ),
     ),
 )

@@ -1,14 +1,13 @@
-"""Trials of setting, as table 2 counts them: one photo set once, by a person or by the machine.
+"""Trials for table 2: landmarks of one photo, set by a person or found by the program.
 
-A file holds a line of JSON for each trial and mode; a correction after applying adds the line anew,
-longer, and the last line of a trial counts::
+A file has one line of JSON per trial and mode. A correction after *Apply* appends a longer line;
+the last line of a trial counts::
 
     {"version": 2, "trial": "9f1c…", "mode": "manual", "person": "anna", "photo": "a.jpg",
      "width": 960, "height": 720, "order": 3, "practice": false, "cold": false, "looking_s": 6.1,
      "setting_s": 22.8, "corrections_s": [2.2], "faces": [{"outline": [[…], …], …}], "at": "2026-…"}
 
-Lines are only ever added, whole; a last line that was cut off when a program was killed is left
-out on reading.
+Files are append-only. Readers ignore an incomplete last line, left by a killed program.
 """
 
 from __future__ import annotations
@@ -38,53 +37,53 @@ Mode = Literal["manual", "automatic"]
 _LONGEST_S: Final = 86_400.0
 _MOST_PX: Final = 1_000_000
 _MOST_TRIALS: Final = 100_000
-_MOST_BYTES: Final = 2**21  # of a line
+_MOST_BYTES: Final = 2**21  # limit of a line
 
 
 @dataclass(frozen=True, eq=False)
 class Trial:
-    """One photo set once."""
+    """One trial: the landmarks of one photo, and times."""
 
-    trial: str  # its name: lines of the same name and mode are one trial, of which the last counts
+    trial: str  # name; of lines with the same name and mode the last counts
     mode: Mode
-    person: str  # who set it, a code; empty where nobody said
-    photo: str  # name of its file, without the folder
-    # Its size, px.
+    person: str  # code of the person; may be empty
+    photo: str  # file name without folder
+    # Size of the photo, px.
     width: int
     height: int
-    order: int  # which photo of a session it was, from 1; 0 outside of one
-    practice: bool  # whether it was to learn how it goes; table 2 leaves those out
-    cold: bool  # of automatic setting: whether the networks were loaded in that time
-    looking_s: float  # from the moment the photo was seen to the first point, s
-    setting_s: float  # from the moment the photo was seen to applying, s
-    corrections_s: tuple[float, ...]  # from each change after applying to applying again, s
+    order: int  # number in the session, from 1; 0 without a session
+    practice: bool  # True: not in table 2
+    cold: bool  # automatic setting: whether the time contains loading the networks
+    looking_s: float  # from the first view to the first point, s
+    setting_s: float  # from the first view to Apply, s
+    corrections_s: tuple[float, ...]  # from each change after Apply to the next Apply, s
     faces: tuple[
         Face, ...
     ]  # what was set, with all targets, px of the photo; in shares of its longer
     # side in files
-    at: str  # when, ISO 8601 with the time zone
+    at: str  # time, ISO 8601 with time zone
 
     @property
     def total_s(self) -> float:
-        """All of the setting, corrections with it, s."""
+        """Setting time with corrections, s."""
         return self.setting_s + sum(self.corrections_s)
 
     @property
     def landmarks(self) -> int:
-        """How many landmarks were set on outlines."""
+        """Number of landmarks on outlines."""
         return sum(len(face.outline) for face in self.faces)
 
 
 @dataclass(frozen=True, slots=True)
 class Apart:
-    """How far points set by hand lie from those found, means over them, % of the eyes' distance."""
+    """Mean distances between manual and found points, % of the eye distance."""
 
     landmarks: float
     targets: float
 
 
 def apart(by_hand: Sequence[Face], found: Sequence[Face]) -> Apart | None:
-    """Compare the points of two modes on one photo; None where no face is the same."""
+    """Compare the points of two modes on one photo; None without a matching face."""
     pairs = []
     for face in by_hand:
         place = matching(face, found)
@@ -96,12 +95,12 @@ def apart(by_hand: Sequence[Face], found: Sequence[Face]) -> Apart | None:
 
 
 def now() -> str:
-    """Return the time as a trial keeps it."""
+    """Return the current time in the format of trials."""
     return datetime.now().astimezone().isoformat(timespec="seconds")
 
 
 def append(path: Path, trial: Trial) -> None:
-    """Add a trial to a file, which is made if need be."""
+    """Append a trial to a file; create the file if missing."""
     values = {field.name: getattr(trial, field.name) for field in dataclasses.fields(Trial)}
     values["faces"] = [face_dict(face, max(trial.width, trial.height)) for face in trial.faces]
     with appended(path) as file:
@@ -111,7 +110,7 @@ def append(path: Path, trial: Trial) -> None:
 
 
 def read(path: Path) -> list[Trial]:
-    """Return the trials of a file, oldest first, each as it was last written. Raises BadFile."""
+    """Return the trials of a file, oldest first, with the last line of each. Raises BadFile."""
     found: dict[tuple[str, str], Trial] = {}
     lines = path.read_bytes().split(b"\n")
     for number, line in enumerate(lines, start=1):
@@ -124,7 +123,7 @@ def read(path: Path) -> list[Trial]:
                 continue
             raise BadFile(
                 Text(
-                    "line {number} of {path} is no trial: {error}",
+                    "line {number} of {path} is not a trial: {error}",
                     number=number,
                     path=path,
                     error=error,

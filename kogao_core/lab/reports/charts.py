@@ -1,6 +1,6 @@
 """Small SVG charts; lines differ by marks, dashes and words, not only by colour.
 
-Whatever text its elements, and those of HTML, are given stays text: the serializer escapes it.
+The serializer escapes all text of SVG and HTML elements.
 """
 
 from __future__ import annotations
@@ -15,42 +15,42 @@ from kogao_core.lab.reports.spread import rounded
 
 WIDTH: Final = 440
 HEIGHT: Final = 280
-_LEFT, _END, _TOP, _FLOOR = 62, 424, 34, 230  # the field inside the axes
+_LEFT, _END, _TOP, _FLOOR = 62, 424, 34, 230  # area inside the axes
 _DASHES: Final = ("", "7 4", "2 4", "10 4 2 4")
 _COLOURS: Final = 6
-_KEY_PX: Final = 17  # a line of the key
-_DODGE_PX: Final = 5.0  # between the marks of one place, where they have intervals
-_LABELS, _BARS_END = 172, 380  # of a bar chart: where its names end, and its longest bar
+_KEY_PX: Final = 17  # height of a legend line
+_DODGE_PX: Final = 5.0  # offset between markers with intervals at one place
+_LABELS, _BARS_END = 172, 380  # bar charts: right end of the names, and of the longest bar
 _BAR_PX: Final = 12
 _GAP_PX: Final = 10
-_MOST_TICKS: Final = 6  # beside which their names would touch
+_MOST_TICKS: Final = 6  # more tick labels would overlap
 _DIGITS: Final = 1  # decimals of a coordinate, px
-_LEAST: Final = 1e-3  # smaller values are told as such
+_LEAST: Final = 1e-3  # smaller values are written as < 0.001
 
 
 @dataclass(frozen=True, slots=True)
 class Series:
     """One curve, or one kind of bar."""
 
-    name: str  # name in the chart's key
-    values: Sequence[float]  # one for each place; NaN and infinity leave a gap
+    name: str  # name in the legend
+    values: Sequence[float]  # one per place; NaN and infinity leave a gap
     # Lower and upper ends for each value, drawn as error bars.
     intervals: Sequence[tuple[float, float]] = ()
 
 
 @dataclass(frozen=True, slots=True)
 class Chart:
-    """Values at places: curves over places that lie evenly along x, or bars beside their names."""
+    """A line chart over evenly spaced places, or a bar chart."""
 
-    title: str  # title; screen readers read it with the values
+    title: str  # read by screen readers, with the values
     places: Sequence[str]  # names of the places
-    unit: str  # name and unit of the values, which begin at 0
+    unit: str  # name and unit of the values; the axis begins at 0
     series: Sequence[Series]  # at most a handful
     along: str = ""  # label of the x axis with its unit; for curves only
     bars: bool = False  # draw bars
     logarithmic: bool = False  # bars begin at a power of ten instead of 0
-    caption: str = ""  # text below it
-    # Where the axis of curves ends, at least; so that charts side by side compare.
+    caption: str = ""  # text below the chart
+    # Minimum end of the value axis, to compare charts side by side.
     most: float = 0.0
 
 
@@ -172,7 +172,7 @@ def _curve(points: Sequence[tuple[float, float]], number: int) -> Iterator[Eleme
 
 
 def _whisker(ends: Sequence[tuple[float, float]], number: int) -> Element:
-    """Draw an interval with a short bar across each end."""
+    """Draw an error bar with caps."""
     (x, y), (u, v) = ends
     across = "m-3 0h6" if x == u else "m0 -3v6"
     path = f"M{x:.1f} {y:.1f}L{u:.1f} {v:.1f}" + "".join(
@@ -196,14 +196,14 @@ def _short(value: float) -> str:
 
 
 def _finite(chart: Chart) -> list[float]:
-    """Return every value and end of an interval."""
+    """Return all values and ends of intervals."""
     values = [value for series in chart.series for value in series.values]
     ends = [end for series in chart.series for both in series.intervals for end in both]
     return [value for value in (*values, *ends) if math.isfinite(value)]
 
 
 def _scale(largest: float) -> tuple[float, float]:
-    """Return the end of the axis and the distance of its rules: a round number."""
+    """Return the end of the axis and the distance of the grid lines, a round number."""
     if largest <= 0.0:
         return 1.0, 0.5
     rough = largest / 4.0
@@ -213,7 +213,7 @@ def _scale(largest: float) -> tuple[float, float]:
 
 
 def _in_words(chart: Chart) -> str:
-    """Return every value: the chart for those who don't see it."""
+    """Return all values as text, for screen readers."""
     return "; ".join(
         f"{series.name}: "
         + ", ".join(

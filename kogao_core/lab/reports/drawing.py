@@ -1,4 +1,4 @@
-"""A picture with marks on it, written as PNG or as SVG from the same description."""
+"""A picture with dots, lines and words, saved as PNG or SVG."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _HALO: Final = "#ffffff"
 _HALO_PX: Final = 1.2
 _FRACTION_BITS: Final = 4  # OpenCV draws at sixteenths of a px
 _FONT: Final = cv2.FONT_HERSHEY_SIMPLEX
-_FONT_PX: Final = 22.0  # height of that font's capitals at scale 1
+_FONT_PX: Final = 22.0  # height of capitals at scale 1
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -40,7 +40,7 @@ class Strokes:
 
 @dataclass(frozen=True, slots=True)
 class Word:
-    """A short text of plain letters, its baseline beginning at a point."""
+    """A short ASCII text; `at` is the left end of the baseline."""
 
     at: tuple[float, float]
     text: str
@@ -53,15 +53,15 @@ Mark = Dots | Strokes | Word
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Drawing:
-    """A picture and the shapes painted over it, in this order."""
+    """A picture and shapes painted over the picture, in order."""
 
-    name: str  # what it shows
+    name: str  # title, and part of the file name
     pixels: Image  # (H, W, 3): RGB, uint8
     marks: tuple[Mark, ...] = ()  # in px of the picture
-    exact: bool = False  # keep the very pixels in an SVG, too (PNG inside); JPEG otherwise
+    exact: bool = False  # SVG contains the picture as PNG (lossless) instead of JPEG
 
     def painted(self) -> Image:
-        """Return the picture with its marks, as pixels."""
+        """Return the pixels of the picture with all shapes."""
         canvas = np.ascontiguousarray(self.pixels).copy()
         for mark in self.marks:
             _paint(canvas, mark)
@@ -75,7 +75,7 @@ class Drawing:
         """Return the drawing as an SVG file without external references."""
         height, width = self.pixels.shape[:2]
         source = data_uri(self.pixels, exact=self.exact)
-        # A pixel's centre is a whole number here, its corner in SVG.
+        # Pixel centres are at integers here, pixel corners in SVG: shift by half a pixel.
         parts = [
             f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" '
             f'viewBox="-0.5 -0.5 {width} {height}">',

@@ -1,7 +1,7 @@
-"""Report of an experiment: tables, charts and pictures in order, and every figure as data.
+"""Report of an experiment: tables, charts, pictures and data.
 
-Text tables, CSV, JSON and one HTML file all follow from one `Report`. The page asks nothing of the
-network: pictures are data URIs, and a content security policy forbids the rest.
+A `Report` is saved as text, CSV, JSON or one HTML file. The HTML file makes no network requests:
+pictures are data URIs, and a content security policy blocks all others.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ PACKAGES: Final = (
 )
 NONE: Final = "\N{EN DASH}"
 Item = TypeVar("Item")  # the item of a table row
-# A sign may stand before it; a dash stands for a number that is missing.
+# Numbers may have a sign; a dash is a missing number.
 _NUMBER: Final = re.compile("[-+<>\u2212\u00b1\u2264\u2265\u00d7]?\\s?\\.?\\d|[\u2013\u2014]$")
 
 
@@ -48,7 +48,7 @@ class Table:
 
     caption: str  # content, with units
     header: Sequence[str]  # names of the columns
-    rows: Sequence[Sequence[str]]  # one string a column; the first names the row
+    rows: Sequence[Sequence[str]]  # one string per column; the first names the row
     note: str = ""  # explanation below the table
 
     @staticmethod
@@ -86,7 +86,7 @@ def _padded(text: str, width: int, right: bool) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Heading:
-    """A heading; 2 opens a section, 3 a part of one."""
+    """A heading of level 2 (section) or 3."""
 
     text: str
     level: int = 2
@@ -97,14 +97,14 @@ class Picture:
     """A picture with its caption."""
 
     pixels: Image  # (H, W) or (H, W, 3): grey or RGB, uint8; shown reduced
-    # Text below it; what it shows, for those who don't see it.
+    # Text below the picture, and alternative text for screen readers.
     caption: str
     alt: str
 
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """Parts in rows that break with the window; `wide` ones come two to a row."""
+    """Parts side by side, wrapped to the window; at most two per row if `wide`."""
 
     parts: Sequence[Part]
     wide: bool = False
@@ -116,18 +116,18 @@ Part = str | Heading | Table | Chart | Picture | Row
 
 @dataclass(frozen=True, slots=True)
 class Made:
-    """How a report came to be."""
+    """Origin of a report: command, time, machine, omissions."""
 
-    command: str  # the command line, or the choice in the editor
-    at: datetime  # when, with its time zone
+    command: str  # command line, or menu entry of the editor
+    at: datetime  # time, with the time zone
     # Processor, cores, system and versions (`machine`).
     machine: Mapping[str, object]
-    # Sentences about photos and methods that were left out.
+    # Sentences about skipped photos and methods.
     left_out: tuple[str, ...] = ()
 
     @staticmethod
     def now(command: str, left_out: Sequence[str] = ()) -> Made:
-        """Return the record of a report made here and now."""
+        """Return the origin for a report made now on this machine."""
         return Made(command, datetime.now().astimezone(), machine(), tuple(left_out))
 
 
@@ -138,10 +138,10 @@ class Report:
     # Heading, and the question in one or two sentences.
     title: str
     lead: str
-    parts: Sequence[Part]  # to read and to look at, in order; the first is something to look at
-    records: list[dict[str, object]]  # a flat record for each row of a table to compute with
-    document: dict[str, object]  # everything as plain JSON values
-    # By kind: captions and pictures of one size, of the first photo, for a window to show together.
+    parts: Sequence[Part]  # contents in order; the first is a picture or chart
+    records: list[dict[str, object]]  # rows of the CSV file
+    document: dict[str, object]  # content of the JSON file
+    # By kind: captions and pictures of the first photo, of one size, for the window.
     gallery: Mapping[str, Sequence[tuple[str, Image]]] = field(default_factory=dict)
 
     @property
@@ -173,7 +173,7 @@ def _tables(parts: Sequence[Part]) -> Iterator[Table]:
 
 
 def recipe_in_words(recipe: Recipe) -> Text:
-    """Describe the choices of a warp, such as "4 % towards centre 2, exact fit, ..."."""
+    """Return the settings as text, such as "4 % towards centre 2, exact fit, ..."."""
     chosen = ("fit", "lattice_unit", "interpolation")
     fit, unit, interpolation = (
         SETTINGS[one].alternative(getattr(recipe, one)).word for one in chosen
@@ -189,7 +189,7 @@ def recipe_in_words(recipe: Recipe) -> Text:
 
 
 def machine() -> dict[str, object]:
-    """Return processor, cores and versions, for the head of a report."""
+    """Return processor, cores and versions."""
     return {
         "processor": _processor(),
         "cores": os.cpu_count(),
@@ -229,7 +229,7 @@ def translated_report(report: Report) -> Report:
 
 
 def _said(part: Any) -> Any:
-    """Translate a text, the texts of a list, or those of a part of a report and of its parts."""
+    """Translate a text, a list of texts, or all texts of a part."""
     if isinstance(part, str):
         return translated(part)
     if isinstance(part, list | tuple):
@@ -240,7 +240,7 @@ def _said(part: Any) -> Any:
 
 
 def files(report: Report, made: Made) -> Mapping[str, Callable[[], str]]:
-    """Return a function for each kind of file that makes the text."""
+    """Return a function per file type that returns the text of the file."""
     return {
         "json": lambda: report.json(made),
         "csv": report.csv,

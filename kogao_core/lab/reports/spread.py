@@ -1,4 +1,4 @@
-"""Honest timing: cases take turns in one process, and every figure comes with its spread."""
+"""Timing: cases take turns in one process; results are medians with quartiles."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Name = TypeVar("Name")
 
 @dataclass(frozen=True, slots=True)
 class Spread:
-    """Median and quartiles of some measurements, in their own unit."""
+    """Median and quartiles of some measurements, in the unit of the measurements."""
 
     median: float
     q1: float
@@ -38,7 +38,7 @@ class Spread:
         )
 
     def text(self) -> str:
-        """Return median and quartiles, such as ``12.3 (11.9-13.0)``; one value stands alone."""
+        """Return text such as ``12.3 (11.9-13.0)``; without quartiles for a single value."""
         if self.count == 1:
             return rounded(self.median)
         low, high = rounded(self.q1), rounded(self.q3)
@@ -46,13 +46,13 @@ class Spread:
 
 
 def in_columns(name: str, spread: Spread | None, unit_ms: float = 1.0) -> dict[str, object]:
-    """Return median and quartiles, ms, as a record has them; None for a spread that isn't there."""
+    """Return columns of a record with median and quartiles, ms; None without a spread."""
     ends = ("median", "q1", "q3")
     return {f"{name}_{end}_ms": spread and unit_ms * getattr(spread, end) for end in ends}
 
 
 def rounded(value: float) -> str:
-    """Return a number with three significant digits, never in powers of ten."""
+    """Return a number with three significant digits, without an exponent."""
     if value == 0.0 or not math.isfinite(value):
         return f"{value:g}"
     places = max(0, 2 - math.floor(math.log10(abs(value))))
@@ -60,10 +60,10 @@ def rounded(value: float) -> str:
 
 
 def in_turns(names: Sequence[Name], rounds: int, warm_up: int) -> Iterator[tuple[Name, bool]]:
-    """Yield every name once a round, and whether the round counts.
+    """Yield each name once per round, and whether the round counts.
 
-    Each round has an order of its own, drawn from the same seed in every run: what came before
-    leaves caches behind, and none always follows the same other.
+    The order changes from round to round, so that no case always follows the same case and profits
+    from the same caches. The seed is fixed.
     """
     order = random.Random(0)
     for turn in range(-warm_up, rounds):

@@ -24,8 +24,8 @@ _SEED: Final = 20110
 _LEAST_ANSWERS: Final = 20
 _LAPSES: Final = np.array([0.0, 0.01, 0.02, 0.03, 0.05, 0.08])
 _ROUNDS: Final = 30
-_TESTED: Final = 0.5  # % of D: the difference that the hint about raters is for
-# Quantiles of the normal distribution: of 5 %, two-sided, and that with a power of 80 %.
+_TESTED: Final = 0.5  # % of D: difference for the required number of raters
+# Normal quantiles: two-sided 5 %, and the sum with the quantile of 80 % power.
 _TWO_SIDED: Final = 1.959964
 _QUANTILES: Final = _TWO_SIDED + 0.841621
 
@@ -49,15 +49,15 @@ class Estimate:
 class Curve:
     """Share of "unnatural" by achieved distance x: ``lapse + (1 - 2 lapse) / (1 + e^-(x - m)/s)``.
 
-    `middle` m is where half of the answers are "unnatural", `scale` s how gently the curve climbs,
-    both % of D; `lapse` are answers that miss the key, a share at either end.
+    `middle` m is the distance with half of the answers "unnatural", `scale` s the inverse slope,
+    both in % of D. `lapse` is the share of slips at each end.
     """
 
     middle: Estimate
     scale: Estimate
     lapse: float
     answers: int
-    floor: float = 0.0  # the share that guessing reaches, where that is more than lapses
+    floor: float = 0.0  # share of guessing, if larger than the lapses
 
     def at(self, achieved: Floats) -> Floats:
         """Return the share at some distances, 0 to 1."""
@@ -72,20 +72,20 @@ class Curves:
 
     whole: Curve
     groups: Mapping[Group, Curve]  # by centre and fit
-    # Difference of the middle from the first group's, % of D, with the interval for these faces.
+    # Difference of the middle from the first group, % of D; the interval holds for these faces.
     later: Mapping[Group, Estimate]
-    # Cochran's Q over answers of one rater about one face at one distance asked for: the chance of
-    # such differences if the centre made none. None where nobody judged all centres.
+    # p of Cochran's Q over the answers of one rater to one face at one requested distance: tests
+    # the effect of the centre. None if no rater judged all centres.
     p: float | None
     raters: int
     faces: int
-    # Raters of these faces that find a difference of 0.5 % of D between two groups 4 times of 5.
+    # Number of raters for a power of 80 %, for a difference of 0.5 % of D and these faces.
     raters_needed: int | None
-    resamples: int  # behind the intervals
+    resamples: int  # number of resamples for the intervals
 
 
 def fitted(rows: Sequence[Answered], *, floor: float = 0.0) -> Curves | None:
-    """Fit curves to the answers about table 1's pictures and the photo as it is.
+    """Fit curves to the answers about table 1's pictures and the original photos.
 
     Intervals of the curves come from draws of raters and of faces, both with replacement (Owen,
     Annals of Applied Statistics 1, 2007, 386-411), because answers of one rater, or about one face,
@@ -129,7 +129,7 @@ def _compared(
     }
     if not others:
         return later, None
-    # From the interval: a few extreme resamples change it less than the standard deviation.
+    # From the interval: less sensitive to extreme resamples than the standard deviation.
     error = np.mean([(one.high - one.low) / (2.0 * _TWO_SIDED) for one in later.values()])
     return later, int(np.ceil(raters * (_QUANTILES * error / _TESTED) ** 2))
 
@@ -171,7 +171,7 @@ class _Cells:
             face = row.key.identity, row.meaning.subject
             face_of[place] = faces.setdefault(face, len(faces))
             self.achieved[place] = row.meaning.measured.achieved
-            # The photo as it is belongs to every group.
+            # The original photo belongs to every group.
             self.group[place] = None if row.variant.kind == "control" else row.variant.group
             self.asked[raters[row.session.rater], place] += 1
             self.hits[raters[row.session.rater], place] += bool(row.is_unnatural)
@@ -190,7 +190,7 @@ class _Cells:
     def curve(
         self, inside: npt.NDArray[np.bool_], weights: Sequence[tuple[Floats, Floats]]
     ) -> tuple[Curve, Floats]:
-        """Fit the curve of some pictures. Result: with the middles of all resamples."""
+        """Fit the curve of some pictures. Return the curve and the middles of all resamples."""
         hits, asked = (
             np.array([own.sum(axis=0), *drawn])[:, inside]
             for own, drawn in zip((self.hits, self.asked), zip(*weights, strict=True), strict=True)
@@ -203,9 +203,9 @@ class _Cells:
 def _fitted(
     at: Floats, hits: Floats, asked: Floats, floor: float = 0.0
 ) -> tuple[Floats, Floats, Floats]:
-    """Return middle, scale and lapse of greatest likelihood, for each row of hits and answers.
+    """Return the maximum-likelihood middle, scale and lapse for each row of hits and answers.
 
-    Fisher's scoring of ``a + b x`` for each of a few lapses, all rows at once.
+    Fisher scoring of ``a + b x`` for each of a few lapses, vectorised over the rows.
     """
     span = max(float(np.ptp(at)), 1.0)
     x, h, n = at - at.mean(), hits[:, None, :], asked[:, None, :]
@@ -223,7 +223,7 @@ def _fitted(
         w0, w1, w2 = ((weight * x**k).sum(axis=2, keepdims=True) for k in range(3))
         u0, u1 = (score.sum(axis=2, keepdims=True), (score * x).sum(axis=2, keepdims=True))
         inverse = 1.0 / (w0 * w2 - w1 * w1 + 1e-12)
-        # Small steps where answers are all but separated, and no curve steeper than they can tell.
+        # Nearly separated answers: limit the steps and the slope.
         a += np.clip((w2 * u0 - w1 * u1) * inverse, -2.0, 2.0)
         b = np.clip(b + (w0 * u1 - w1 * u0) * inverse, 0.5 / span, 100.0 / span)
         a = np.clip(a, -b * 1.5 * span, b * 1.5 * span)

@@ -1,7 +1,7 @@
-"""A study's answers for other programs: one long table, one of raters, a codebook, an R script.
+"""Export of a study for other programs: tables of answers and raters, codebook, R script.
 
-Plain CSV in UTF-8: names of columns in ASCII, a point before decimals, 0 and 1 for no and yes, an
-empty field where there is nothing. pandas, R, jamovi and JASP take it as it is.
+CSV in UTF-8 with ASCII column names, decimal points, 0 and 1 for no and yes, and empty fields for
+missing values. pandas, R, jamovi and JASP read the files directly.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _Row = TypeVar("_Row")
 
 @dataclass(frozen=True, slots=True)
 class Column(Generic[_Row]):
-    """A column of a table: name, meaning, and the value of a row."""
+    """A column of a table: name, meaning, and a function for the value of a row."""
 
     name: str
     meaning: str
@@ -50,7 +50,7 @@ def _face_degrees(_: Tally, row: Answered) -> float | None:
     if display is None or display.degrees is None or not points:
         return None
     width, height = display.shown
-    # The photo is upright or lying; two of them stand side by side with a gap.
+    # Photos are upright or landscape; a pair has a gap.
     one = width if row.meaning.side is None else (width - GAP_PX) / 2.0
     side_px = max(PAPER_SIZE) if one > height else min(PAPER_SIZE)
     outline = [x for x, _ in points[:OUTLINE_POINTS]]
@@ -59,79 +59,80 @@ def _face_degrees(_: Tally, row: Answered) -> float | None:
     return 2.0 * math.degrees(math.atan(share * half))
 
 
-_MEASURED: Final = "achieved: how far landmarks came towards the centre, % of D"
+_MEASURED: Final = "achieved move of the landmarks towards the centre, % of D"
 ANSWERS: Final[Sequence[Column[Answered]]] = (
     Column("study", "the study's name", lambda _, row: row.key.identity),
     Column("rater", "the rater's code", lambda _, row: row.session.rater),
-    Column("trial", "place in the rater's order, from 1", lambda _, row: row.place),
+    Column("trial", "position in the rater's session, from 1", lambda _, row: row.place),
     Column("picture", "the picture's file", lambda _, row: row.record.picture),
     Column("subject", "the face: its photo's file",
            lambda _, row: row.key.subjects[row.meaning.subject].name),
     Column("kind",
-           "table1, figure11, control (the photo as it is), catch (cut in two) or "
-           "satisfaction (of oneself)",
+           "table1, figure11, control (original photo), catch (cut in two) or "
+           "satisfaction (the rater's own face)",
            lambda _, row: row.variant.kind),
     Column("percent", "warp distance, % of D, as designed; below 0 larger",
            lambda _, row: row.variant.percent),
-    Column("asked_percent", "the same as the recipe asked for it", _asked),
+    Column("asked_percent", "warp distance of the recipe, % of D", _asked),
     Column("achieved_percent", _MEASURED, lambda _, row: row.meaning.measured.achieved),
     Column("center", "centre candidate, 1 to 4", lambda _, row: row.variant.center),
-    Column("lattice", "lattice spacing R, as the recipe's unit says",
+    Column("lattice", "lattice spacing R, in the unit of the recipe",
            lambda _, row: row.variant.lattice),
     Column("lattice_in_warps", "lattice spacing in mean warp distances",
            lambda _, row: row.meaning.measured.lattice_in_warps),
-    Column("fit", "how the lattice takes up the moves", lambda _, row: row.variant.fit),
-    Column("side", "where it lies beside the photo as it is", lambda _, row: row.meaning.side),
+    Column("fit", "fit of the lattice: approximation, exact or multilevel",
+           lambda _, row: row.variant.fit),
+    Column("side", "side of the warped picture in a pair", lambda _, row: row.meaning.side),
     # In lower case: R reads a column of F as FALSE.
     Column("natural_key", "the key for natural", lambda _, row: row.session.keys[0]),
-    Column("answer", "natural or unnatural; of a pair left or right, same or different",
+    Column("answer", "natural or unnatural; in pairs left or right, same or different",
            lambda _, row: row.record.answer),
-    Column("unnatural", "1 where the answer was unnatural; of a pair less natural, or different",
+    Column("unnatural", "1 for unnatural; in pairs 1 for less natural, or different",
            lambda _, row: None if row.is_unnatural is None else int(row.is_unnatural)),
     Column("grade", "0 to 100", lambda _, row: row.record.grade),
-    Column("ms", "from the painted picture to the answer, ms; without away_ms",
+    Column("ms", "time from the painted picture to the answer, ms, without away_ms",
            lambda _, row: row.record.took_ms),
-    Column("away_ms", "ms in another tab or window meanwhile", lambda _, row: row.record.away_ms),
+    Column("away_ms", "time in another tab or window, ms", lambda _, row: row.record.away_ms),
     Column("shown_width", "width of the picture, CSS px", _display(lambda d: d.shown[0])),
     Column("shown_height", "height of the picture, CSS px", _display(lambda d: d.shown[1])),
     Column("window_width", "width of the viewport, CSS px", _display(lambda d: d.window[0])),
     Column("window_height", "height of the viewport, CSS px", _display(lambda d: d.window[1])),
-    Column("pixel_ratio", "device px a CSS px", _display(lambda d: d.ratio)),
+    Column("pixel_ratio", "device px per CSS px", _display(lambda d: d.ratio)),
     Column("degrees", "width of the photo, degrees of visual angle; empty if not measured",
            _display(lambda d: d.degrees)),
     Column("face_degrees", "width of the face's outline before the warp, degrees",
            _face_degrees),
-    Column("distance_mm", "distance of the eyes, mm", _display(lambda d: d.distance_mm)),
-    Column("counts", "1 where the report counts the answer",
+    Column("distance_mm", "assumed viewing distance, mm", _display(lambda d: d.distance_mm)),
+    Column("counts", "1 if the report counts the answer",
            lambda tally, row: int(not tally.reasons(row))),
-    Column("why_not", "why it doesn't", lambda tally, row: _joined(tally.reasons(row))),
+    Column("why_not", "reasons for exclusion", lambda tally, row: _joined(tally.reasons(row))),
 )  # fmt: skip
 RATERS: Final[Sequence[Column[Quality]]] = (
     Column("rater", "the rater's code", lambda _, one: one.rater),
-    Column("answers", "answers that weren't taken back", lambda _, one: one.answers),
+    Column("answers", "answers, without undone ones", lambda _, one: one.answers),
     Column("median_ms", "median of ms", lambda _, one: one.median_ms),
-    Column("quick", "share of answers before the least time", lambda _, one: one.quick),
+    Column("quick", "share of answers below the minimum time", lambda _, one: one.quick),
     Column("unnatural_share", "share of unnatural, without catch pictures",
            lambda _, one: one.unnatural),
-    Column("longest_run", "most answers in a row that are the same",
+    Column("longest_run", "longest run of equal answers",
            lambda _, one: one.longest_run),
-    Column("twin_pairs", "pairs of pictures that are the same", lambda _, one: one.pairs),
-    Column("twins_agreeing", "of these, answered the same", lambda _, one: one.agreeing),
+    Column("twin_pairs", "pairs of identical pictures", lambda _, one: one.pairs),
+    Column("twins_agreeing", "twin pairs with equal answers", lambda _, one: one.agreeing),
     Column("catches", "catch pictures", lambda _, one: one.catches),
-    Column("caught", "of these, called unnatural", lambda _, one: one.caught),
-    Column("follows_auc", "how well the answers follow the achieved distance: 1 perfectly, 0.5 "
-           "no better than guessing", lambda _, one: one.follows),
-    Column("away_total_ms", "ms in another tab or window during trials",
+    Column("caught", "catch pictures called unnatural", lambda _, one: one.caught),
+    Column("follows_auc", "AUC of the answers over the achieved distance: 1 perfect, 0.5 "
+           "guessing", lambda _, one: one.follows),
+    Column("away_total_ms", "time in another tab or window during trials, ms",
            lambda _, one: one.away_ms),
-    Column("taken_back", "answers that were taken back", lambda _, one: one.taken_back),
-    Column("rater_counts", "1 where the report counts the rater",
+    Column("taken_back", "undone answers", lambda _, one: one.taken_back),
+    Column("rater_counts", "1 if the report counts the rater",
            lambda _, one: int(not one.reasons)),
-    Column("rater_why_not", "why it doesn't", lambda _, one: _joined(one.reasons)),
+    Column("rater_why_not", "reasons for exclusion", lambda _, one: _joined(one.reasons)),
 )  # fmt: skip
 
 
 def files(tally: Tally) -> dict[str, str]:
-    """Return the text of each file by its name."""
+    """Return the text of each file, by file name."""
     codebook = [
         (file, column.name, column.meaning)
         for file, columns in (("answers.csv", ANSWERS), ("raters.csv", RATERS))

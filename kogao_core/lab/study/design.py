@@ -15,11 +15,11 @@ from kogao_core.recipe.recipe import PAPER, Recipe
 from kogao_core.recipe.settings import PAPER_CENTERS, Fit
 
 Kind = Literal["table1", "figure11", "control", "catch", "satisfaction", "practice"]
-# The choice the paper comes to in section 3.2; figure 11 varies the lattice at it.
+# The paper's choice in section 3.2; the lattice sizes of figure 11 use this choice.
 BEST_PERCENT: Final = 4.0
 BEST_CENTER: Final = 2
-# The paper shows four sizes and prints none. These stand on both sides of 1, from which on nobody
-# called a face unnatural; in `Recipe.lattice_unit`.
+# Lattice sizes for figure 11, in `Recipe.lattice_unit`. The paper shows four sizes without values.
+# According to the paper, all faces look natural above 1.
 LATTICES: Final = (0.25, 0.5, 1.0, 2.0)
 
 
@@ -31,9 +31,8 @@ Group = tuple[int, Fit]
 class Variant:
     """One picture of a subject."""
 
-    # What it is for: the grid of table 1, the lattice sizes of figure 11, the photo as it is among
-    # them, one cut in two that nobody who looks calls natural, the picture whose owner says how
-    # satisfied they are, or one to practise with.
+    # Purpose: the grid of table 1, the lattice sizes of figure 11, the original photo (control), a
+    # face cut in two (catch), the rater's own face (satisfaction), or practice.
     kind: Kind
     percent: float  # warp distance, % of D; below 0 the face becomes larger
     center: int  # centre candidate 1 to 4
@@ -47,18 +46,18 @@ class Variant:
 
     @property
     def what(self) -> tuple[object, ...]:
-        """Values that decide how the picture looks, to find identical pictures."""
+        """Values that determine the pixels: identical pictures have equal values."""
         if self.kind == "catch" or self.percent == 0.0:
             return (self.kind == "catch",)
         return self.percent, self.center, self.lattice, self.fit
 
     @property
     def is_judged(self) -> bool:
-        """Whether the study is about the answers to it."""
+        """Whether the answers to this picture are results of the study."""
         return self.kind not in ("catch", "satisfaction", "practice")
 
     def recipe(self, base: Recipe) -> Recipe:
-        """Return the recipe that makes the picture; the rest is as in `base`."""
+        """Return `base` with the settings of this picture."""
         return dataclasses.replace(
             base, percent=self.percent, center=self.center, lattice=self.lattice, fit=self.fit
         )
@@ -75,7 +74,7 @@ def variants(
     catch: bool = False,
     satisfaction: bool = False,
 ) -> tuple[Variant, ...]:
-    """Return one subject's pictures: table 1's, figure 11's by R, and those asked for."""
+    """Return the pictures of one subject: table 1, figure 11 (R = `lattices`) and the options."""
     made = [
         Variant("table1", percent, center, base.lattice, fit)
         for fit in fits or (base.fit,)
@@ -96,7 +95,7 @@ def variants(
 
 
 def practice(count: int, base: Recipe = PAPER) -> tuple[Variant, ...]:
-    """Return pictures to practise with, the strongest and the photo as it is in turn."""
+    """Return practice pictures: alternately the strongest warp and the original photo."""
     ends = [(percent, center) for center in (2, 1, 3, 4) for percent in (max(DISTANCES), 0.0)]
     return tuple(Variant("practice", *end, base.lattice, base.fit) for end in ends[:count])
 
@@ -110,9 +109,9 @@ ANSWERS: Final[Mapping[Task, tuple[Answer, ...]]] = {
     "pair": ("left", "right"),
     "same": ("same", "different"),
 }
-# The grey round every picture, in every browser: another one changes how a face's colours look.
+# Grey around every picture: the surround changes the perceived colours of a face.
 SURROUND: Final = "#b8b8b8"
-GAP_PX: Final = 40  # between two pictures, in that grey
+GAP_PX: Final = 40  # grey gap between two pictures
 _LONGEST_TEXT: Final = 20_000
 _LONGEST_CODE: Final = 64
 _SIZE: Final = re.compile(r"(\d+(?:\.\d+)?)(px|deg)")
@@ -123,34 +122,34 @@ _LARGEST: Final = {"px": 4000.0, "deg": 90.0}
 class Conduct:
     """Settings of all sessions of a study."""
 
-    # Whether a picture is natural, or how much so; or, beside the photo as it is, which of the two
-    # is more so, or whether they are the same.
+    # natural: natural or unnatural; slider: grade the naturalness; pair: choose the more natural
+    # picture, one of the two is the original; same: tell whether picture and original are the same.
     task: Task = "natural"
     break_every: int = 0  # answers; 0 for no breaks
-    faces_each: int = 0  # how many of the faces a rater judges; 0 for all
-    swap_keys: bool = False  # for half of the raters F and J change places
-    # The long side of each photo, also of two side by side: "640px" in CSS px, "12deg" in degrees
-    # of visual angle, or "fit", the largest of a few scales that fits the window at the beginning.
+    faces_each: int = 0  # number of faces per rater; 0 for all
+    swap_keys: bool = False  # swap F and J for half of the raters
+    # Long side of each photo, alone or in a pair: "640px" in CSS px, "12deg" in degrees of visual
+    # angle, or "fit", the largest of a few scales that fits the window at the start.
     size: str = "fit"
-    distance_mm: int = 600  # of the eyes from the screen, for degrees
+    distance_mm: int = 600  # from the eyes to the screen, for degrees
     full_screen: bool = False
-    consent: str = ""  # who doesn't agree to it doesn't begin
-    instructions: str = ""  # in the place of the page's own
+    consent: str = ""  # raters must agree to this text
+    instructions: str = ""  # replaces the instructions of the page
     debriefing: str = ""  # at the end
     completion_code: str = ""  # shown at the end, for payment
 
     def __post_init__(self) -> None:
-        """Refuse a size that is none."""
+        """Raise ValueError for an invalid size."""
         found = _SIZE.fullmatch(self.size)
         fits = found is not None and 1.0 <= float(found[1]) <= _LARGEST[found[2]]
         if self.size != "fit" and not fits:
             raise ValueError(
-                Text("{size} is no size such as fit, 640px or 12deg", size=repr(self.size))
+                Text("{size} is not a size such as fit, 640px or 12deg", size=repr(self.size))
             )
 
     @property
     def pairs(self) -> bool:
-        """Whether pictures are shown beside the photo as it is."""
+        """Whether each picture is shown next to the original photo."""
         return self.task in ("pair", "same")
 
     @staticmethod
@@ -184,13 +183,13 @@ def one_of(node: Node, names: Any, longest: int = 20) -> Any:
 
 
 def _text(node: Node) -> str:
-    """Return a text of several lines, which `Node.text` has not."""
+    """Read a text of several lines; `Node.text` reads single lines only."""
     if not isinstance(node.value, str) or len(node.value) > _LONGEST_TEXT:
         node.refuse(Text("must be a text"))
     return node.value
 
 
-# A judgement and a key press take longer; the page accepts no earlier answer.
+# Minimum time of an answer: a judgement takes longer. The page ignores earlier keys.
 LEAST_MS: Final = 200
 
 
@@ -198,15 +197,15 @@ LEAST_MS: Final = 200
 class Rules:
     """Rules that exclude answers, fixed in the key when a study is made."""
 
-    least_ms: int = LEAST_MS  # an earlier answer doesn't count
-    # A rater doesn't count who has a larger share of earlier answers,
+    least_ms: int = LEAST_MS  # earlier answers don't count
+    # Maximum share of earlier answers of a rater.
     most_quick: float = 0.1
-    # who gave one answer to this many pictures or more, from 2 to 10 % of D,
+    # Minimum number of equal answers, from 2 to 10 % of D, that exclude a rater.
     straight: int = 20
-    # who called a smaller share of the catch pictures unnatural,
+    # Minimum share of catch pictures that a rater calls unnatural.
     least_caught: float = 0.75
-    # or whose answers follow the warp distance no better than chance: the AUC is less than this
-    # many standard errors above 0.5 (2.33: 1 % of attentive guesses).
+    # Minimum AUC of the answers over the warp distance, in standard errors above 0.5: 2.33 is the
+    # chance level of 1 %.
     least_follows: float = 2.33
     unfinished: bool = False  # True: answers of sessions that were not finished count
 

@@ -57,7 +57,7 @@ _LEAST_PADDING: Final = 16
 _STEPS: Final = 3
 _GREY: Final = int(SURROUND[1:3], 16)
 _MOST: Final = 15.0  # % of D
-# The day on which the MS-DOS calendar begins: every file system can hold it.
+# 1 January 1980, the first date of MS-DOS: every file system can store this date.
 _CHANGED_S: Final = 315_619_200.0
 PAGE_FILE: Final = "index.html"
 _SEED_BYTES: Final = 16
@@ -78,17 +78,17 @@ def _srgb(photo: Photo) -> Image:
         srgb = ImageCms.createProfile("sRGB")
         shown = ImageCms.profileToProfile(Pillow.fromarray(pixels), source, srgb)
     except (ImageCms.PyCMSError, OSError):
-        return pixels  # a profile that fits no RGB picture changes nothing, as in any viewer
+        return pixels  # ignore a profile for another colour space, as image viewers do
     return pixels if shown is None else np.array(shown)
 
 
 def drawn(
     shown: Subject, variant: Variant, base: Recipe, *, match: bool = False, side: Side | None = None
 ) -> tuple[bytes, PictureFigures]:
-    """Return a picture of the subject, as JPEG without any metadata, and how far it came.
+    """Return a picture as JPEG without metadata, and the achieved distance.
 
-    With `match` its percentage is what is achieved, and what is asked for follows. With a side it
-    lies there beside the photo as it is.
+    With `match`, the achieved distance equals the percentage of the variant. With `side`, the
+    picture is on this side of the original photo.
     """
     rendering, asked = render(shown.pixels, shown.faces, variant.recipe(base)), None
     if match and variant.percent:
@@ -123,11 +123,10 @@ def _cut(pixels: Image, face: Face) -> Image:
 
 
 def write_all(pictures: Mapping[str, Path], folder: Path, seed: str) -> None:
-    """Put pictures in their folder, all of one size, in the order of their names.
+    """Write the pictures to the folder in the order of names, padded to one file size.
 
-    Chance bytes follow the end of each, which nobody reads: without them a folder sorted by size
-    would mostly be sorted by warp distance (decision 33). They follow from the seed, so that the
-    same study can be made again to the byte.
+    Without padding, sorting by size would mostly sort by warp distance (decision 33). The padding
+    comes from the seed, so that the same study has the same bytes.
     """
     size = max(path.stat().st_size for path in pictures.values()) + _LEAST_PADDING
     for name in sorted(pictures):
@@ -141,20 +140,20 @@ class RefusedFolder(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Choices:
-    """How a study is made."""
+    """Settings of a new study."""
 
-    # Settings of all pictures: the paper's without the guard, which would hide strong warps.
+    # Recipe of all pictures. The paper's has no guard; a guard would weaken strong warps.
     recipe: Recipe = PAPER
     variants: tuple[Variant, ...] = variants()  # the pictures of each subject
-    seed: str | None = None  # brings the same pictures of the same faces again; drawn when absent
+    seed: str | None = None  # the same seed and faces give the same pictures; None: random
     landmarks: str = ""  # name of the source that found the faces, for the key
     match: bool = False  # True: percentages are achieved distances
-    practice: int = 0  # pictures to practise with, of a face that isn't among those judged
+    practice: int = 0  # number of practice pictures, of another face
     conduct: Conduct = CONDUCT  # how sessions are held
     rules: Rules = RULES  # which answers count
 
     def __post_init__(self) -> None:
-        """Refuse a seed that a key couldn't hold."""
+        """Raise ValueError if the key can't store the seed."""
         if self.seed and (len(self.seed) > plan.LONGEST_SEED or printable(self.seed) != self.seed):
             raise ValueError(
                 Text("a seed has at most {most} printable letters", most=plan.LONGEST_SEED)
@@ -185,7 +184,7 @@ def make(
 ) -> Key:
     """Make a study of some subjects. Return the key. Raises RefusedFolder.
 
-    The face of `other` is for practice.
+    `other` is the face of the practice pictures.
     """
     choices = choices or Choices()
     check_folder(folder)
@@ -194,7 +193,7 @@ def make(
     if other is not None:
         todo.append((other, practice(choices.practice, choices.recipe)))
     seed = choices.seed or secrets.token_hex(_SEED_BYTES)
-    # All of it aside first: a study that can't be finished leaves nothing behind.
+    # Make the study in a temporary folder: an interrupted study leaves no files.
     with aside(folder.resolve().parent) as place:
         drawn, ready = place / "drawn", place / "ready"
         drawn.mkdir()
@@ -204,7 +203,7 @@ def make(
         study = _study(meanings, choices.conduct)
         plan.save(study, ready / plan.STUDY_FILE)
         put(page.page(study, ready).encode(), ready / PAGE_FILE)
-        for path in ready.iterdir():  # one time of change, so that their order isn't known from it
+        for path in ready.iterdir():  # one time, which hides the order
             os.utime(path, (_CHANGED_S, _CHANGED_S))
         faces = tuple(PhotoRecord.of(subject) for subject, _ in todo)
         made = Origin.now(choices.landmarks)

@@ -20,50 +20,50 @@ from kogao_core.lab.subjects import PAPER_SIZE
 
 PAGE: Final = {
     "title": Text("Natural or unnatural?"),
-    "back_key": Text("take the last answer back"),
-    "then": Text("Then you grade some pictures from 0 to 100."),
+    "back_key": Text("undo the last answer"),
+    "then": Text("After these, you grade some pictures from 0 to 100."),
     "stop_alone": Text(
-        "You may stop at any time and go on later in this browser, or withdraw your answers: they"
-        " are deleted at once."
+        "You may stop at any time and continue later in this browser. You may withdraw: all "
+        "your answers are deleted at once."
     ),
     "stop_served": Text(
-        "You may stop at any time and go on later, or withdraw your answers: they are deleted at"
-        " once."
+        "You may stop at any time and continue later. You may withdraw: all your answers are "
+        "deleted at once."
     ),
     "withdraw": Text("Withdraw my answers"),
     "kept": Text(
-        "Kept are your answers, how long each took and how large the pictures were, under"
-        " the code below: no name, no address."
+        "The study stores your answers, the time of each answer and the size of the pictures "
+        "under the code below. No name and no address are stored."
     ),
     "stay_alone": Text(
-        "They stay on this computer until you save the file at the end and hand it over yourself."
+        "The data stays on this computer until you save the file at the end and hand over the file."
     ),
-    "stay_served": Text("They stay on this computer."),
-    "window": Text("Make this window as large as you can, and leave it so."),
-    "again": Text("To go on later, type the same code again: keep it."),
+    "stay_served": Text("The data stays on this computer."),
+    "window": Text("Make this window as large as possible, and keep this size."),
+    "again": Text("Keep the code: to continue later, type the same code."),
     "agree": Text("I have read this and agree to take part."),
     "measure": Text("How large is this screen?"),
     "card": Text(
-        "Hold a bank card, or any card of that size, against the screen, and move the slider until"
-        " the field below is exactly as wide."
+        "Hold a bank card, or any card of this size, against the screen. Move the slider "
+        "until the field below has exactly the width of the card."
     ),
     "card_width": Text("Width of the field"),
-    "fits": Text("It is as wide as the card"),
+    "fits": Text("The widths are equal"),
     "full": Text("Full screen"),
-    "code": Text("Your code; leave it as it is unless you were given one"),
+    "code": Text("Your code; change only if you were given another code"),
     "code_rule": Text("a to z, 0 to 9 and dashes"),
     "begin": Text("Begin"),
-    "go_on": Text("Go on"),
+    "go_on": Text("Continue"),
     "picture": Text("The face to judge"),
     "next": Text("Next"),
     "not_mine": Text("Not my picture"),
     "progress": Text("Progress"),
-    "take_back": Text("Take back"),
+    "take_back": Text("Undo"),
     "save_so_far": Text("Save answers so far"),
     "thanks": Text("Thank you"),
     "close": Text("You may close this page."),
     "save": Text("Save my answers"),
-    "last_back": Text("Take the last answer back"),
+    "last_back": Text("Undo the last answer"),
 }
 """Texts of `page.html`, by the name of the placeholder."""
 
@@ -75,75 +75,77 @@ SCRIPT: Final = {
     "same": Text("The same"),
     "different": Text("Different"),
     "task_pair": Text(
-        "You will see {n} times two pictures side by side. Say, without thinking long, in which"
-        " the face looks more natural."
+        "You will see {n} pairs of pictures. For each pair, choose quickly the picture with "
+        "the more natural face."
     ),
     "task_same": Text(
-        "You will see {n} times two pictures side by side. Say, without thinking long, whether"
-        " they are the same or differ."
+        "You will see {n} pairs of pictures. For each pair, answer quickly: are the pictures "
+        "the same or different?"
     ),
     "ask_pair": Text("In which picture does the face look more natural?"),
     "ask_same": Text("Are these pictures the same?"),
     "task_slider": Text(
-        "You will see {n} pictures one after another. Say of each, without thinking long, how"
-        " natural the face looks."
+        "You will see {n} pictures one after another. For each picture, grade quickly how "
+        "natural the face looks."
     ),
-    "scale_satisfied": Text("0 not at all satisfied, 100 wholly satisfied"),
-    "scale_natural": Text("0 not at all natural, 100 wholly natural"),
+    "scale_satisfied": Text("0 not at all satisfied, 100 completely satisfied"),
+    "scale_natural": Text("0 not at all natural, 100 completely natural"),
     "ask_slider": Text("How natural does this face look?"),
-    "distance": Text("Sit so that your eyes are {cm} cm from the screen, and stay so."),
+    "distance": Text("Keep your eyes {cm} cm from the screen during the whole session."),
     "break": Text("A break"),
-    "practised": Text("That was for practice; now it begins"),
+    "practised": Text("End of practice; now the study begins"),
     "practice": Text("Practice {done} of {total}"),
     "small_screen": Text(
-        "This screen is too small for this study: its pictures need {size} px, and the screen has"
-        " {screen}. Go on with the same code on a larger one."
+        "This screen is too small for this study: the pictures need {size} px, and the screen"
+        " has {screen}. Continue with the same code on a larger screen."
     ),
-    "not_full": Text("This study is shown on the full screen only."),
+    "not_full": Text("This study needs the full screen."),
     "never_full": Text(
-        "This browser can't show a page on the full screen. Go on with the same code in another."
+        "This browser can't show a page on the full screen. Continue with the same code in "
+        "another browser."
     ),
-    "disagrees": Text("Who doesn't agree doesn't take part: you may close this page."),
+    "disagrees": Text("If you don't agree, you can't take part. You may close this page."),
     "completion": Text("Your completion code: {code}"),
     "code": Text("Code: {rater}"),
     "task_one": Text(
-        "You will see one picture. Say, without thinking long, whether the face looks "
-        "natural or unnatural."
+        "You will see one picture. Answer quickly: does the face look natural or unnatural?"
     ),
     "task": Text(
-        "You will see {n} pictures one after another. Say of each, without thinking long,"
-        " whether the face looks natural or unnatural."
+        "You will see {n} pictures one after another. For each picture, answer quickly: does "
+        "the face look natural or unnatural?"
     ),
     "ended": Text(
-        "Kogao has ended. Nothing is lost: start it again, and go on with your code on "
-        "the page that it opens."
+        "Kogao was closed. All answers are saved. Start Kogao again and continue with your "
+        "code on the new page."
     ),
     "keeps_nothing": Text(
-        "This browser keeps nothing for a file: do the session in one go, and save at the end."
+        "This browser stores no data for local files. Finish the session without a break and "
+        "save at the end."
     ),
     "place": Text("{done} of {total}"),
     "ask_satisfied": Text("How satisfied are you with this picture of yourself?"),
     "ask_natural": Text("Does this face look natural or unnatural?"),
     "missing": Text("The picture {name} is missing: copy the whole folder again."),
     "larger": Text(
-        "Make this window larger: the pictures of a session keep their size, and need "
-        "{size} px beside the buttons."
+        "Make this window larger: the pictures keep one size and need {size} px next to the "
+        "buttons."
     ),
-    "elsewhere": Text("This session went on in another window; here it goes on from there."),
-    "said": Text("{n} answers are kept under the code {rater}."),
+    "elsewhere": Text(
+        "This session was continued in another window. This window continues from there."
+    ),
+    "said": Text("{n} answers are stored under the code {rater}."),
     "withdraw_sure": Text("Delete all your answers? This can't be undone."),
     "withdrawn": Text("Your answers have been deleted."),
-    "hand": Text("Hand the file {file} to whoever asked you."),
+    "hand": Text("Hand the file {file} to the person who invited you."),
 }
 """Texts of `page.js`, which fills in the fields."""
 
 
 def page(study: Study, folder: Path, *, served: bool = False) -> str:
-    """Return the page, to lie in the folder of the pictures that it shows.
+    """Return the page for the folder of the pictures, in the current language.
 
-    Its content security policy allows its own script and style by their digests and pictures from
-    its own folder, and nothing else: no request can leave for anywhere. It speaks the language at
-    work.
+    The content security policy allows the page's script and style (by digest) and pictures of the
+    folder. All other requests are blocked.
     """
     style = _part("page.css").replace("SURROUND", SURROUND)
     script = _part("page.js").replace('"STUDY"', _data(study, folder, served))
@@ -182,7 +184,7 @@ def _box(study: Study, folder: Path) -> tuple[int, int]:
             with Pillow.open(folder / name) as picture:
                 sizes.append(picture.size)
         except OSError:
-            continue  # the page says so when that picture's turn comes
+            continue  # the page reports the missing picture when needed
     wide, high = zip(*(sizes or [PAPER_SIZE]), strict=True)
     return max(wide), max(high)
 

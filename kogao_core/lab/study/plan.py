@@ -1,7 +1,7 @@
 """The two files of a study: one for the raters, one for the maker.
 
-The two halves are two files: `Study` lies in the folder that raters get and names pictures only;
-`Key` lies beside that folder and says what each picture is, and where it comes from.
+`Study` is in the raters' folder and contains picture names only. `Key` is next to the folder and
+contains the variant and the photo of each picture.
 """
 
 from __future__ import annotations
@@ -51,20 +51,20 @@ _RATER: Final = re.compile(r"[a-z0-9][a-z0-9-]{0,31}")
 
 @dataclass(frozen=True, slots=True)
 class Origin:
-    """How a study came to be."""
+    """Origin of a study."""
 
     program: str  # version of Kogao
     made: str  # when, ISO 8601 in UTC
-    landmarks: str  # name of the landmark source; empty where faces came from elsewhere
+    landmarks: str  # name of the landmark source; empty if unknown
 
     @staticmethod
     def now(landmarks: str) -> Origin:
-        """Return the origin of a study that this program makes at this moment."""
+        """Return the origin for a study made now by this program."""
         return Origin(__version__, datetime.now(UTC).isoformat(timespec="seconds"), landmarks)
 
     @staticmethod
     def parse(node: Node) -> Origin:
-        """Read this part of a key. Raises BadFile."""
+        """Read the value from a key. Raises BadFile."""
         node.only(("program", "made", "landmarks"))
         program, made, landmarks = (
             node.field(name).text(200) for name in ("program", "made", "landmarks")
@@ -76,9 +76,9 @@ class Origin:
 class PhotoRecord:
     """One face of a study."""
 
-    name: str  # its photo's file name
-    sha256: str = ""  # of that file; empty where there was none
-    points: tuple[tuple[float, float], ...] = ()  # landmarks in px of its pictures, unwarped
+    name: str  # file name of the photo
+    sha256: str = ""  # digest of the file; empty without a file
+    points: tuple[tuple[float, float], ...] = ()  # landmarks before the warp, px of the pictures
 
     @staticmethod
     def of(subject: Subject) -> PhotoRecord:
@@ -89,7 +89,7 @@ class PhotoRecord:
 
     @staticmethod
     def parse(node: Node) -> PhotoRecord:
-        """Read this part of a key. Raises BadFile."""
+        """Read the value from a key. Raises BadFile."""
         node.only(("name", "sha256", "points"))
         points = [
             [one.number(-_LARGEST, _LARGEST) for one in point.items(2)]
@@ -108,11 +108,11 @@ class PhotoRecord:
 class PictureFigures:
     """Achieved distance and lattice size of a picture."""
 
-    # How far the landmarks came towards the centre, % of D (`kogao_core.warp.measures`).
+    # Achieved distance towards the centre, % of D (`kogao_core.warp.measures`).
     achieved: float
     # Lattice spacing in mean warp distances, the paper's R in figures 10 and 11.
     lattice_in_warps: float | None
-    # What the recipe asked for, % of D, where that was chosen so that something else is achieved.
+    # Requested distance, % of D, of pictures made with `match`; otherwise None.
     asked: float | None = None
 
     @staticmethod
@@ -127,7 +127,7 @@ class PictureFigures:
 
     @staticmethod
     def parse(node: Node) -> PictureFigures:
-        """Read this part of a key. Raises BadFile."""
+        """Read the value from a key. Raises BadFile."""
         ratio, asked = (
             None if one.value is None else one.number(-_LARGEST, _LARGEST)
             for one in (node.field("lattice_in_warps"), node.field("asked"))
@@ -138,7 +138,7 @@ class PictureFigures:
 def digest(subject: Subject, recipe: Recipe) -> str:
     """Return the SHA-256 of pixels, landmarks and recipe, which determine a subject's pictures.
 
-    Another photo, other landmarks or another recipe have another one, whatever their names.
+    File names don't matter.
     """
     content: dict[str, Any] = {
         "shape": subject.pixels.shape,
@@ -151,7 +151,7 @@ def digest(subject: Subject, recipe: Recipe) -> str:
 
 
 def _points(subject: Subject) -> np.ndarray:
-    # The sum turns -0.0 into 0.0, which is the same place.
+    # Adding 0.0 turns -0.0 into 0.0.
     return np.round(np.vstack([face.points for face in subject.faces]), _DIGITS) + 0.0
 
 
@@ -159,11 +159,11 @@ def _points(subject: Subject) -> np.ndarray:
 class Study:
     """The raters' file: picture names without meaning, sorted."""
 
-    identity: str  # which study; ratings carry it
-    ratings: tuple[str, ...]  # pictures to be called natural or unnatural
-    satisfaction: tuple[str, ...]  # pictures to be graded from 0 to 100
-    practice: tuple[str, ...] = ()  # pictures that come first and don't count
-    # Pictures of one face, and those that are the same: neither should follow one another.
+    identity: str  # identifier of the study, repeated in ratings
+    ratings: tuple[str, ...]  # pictures to judge
+    satisfaction: tuple[str, ...]  # pictures to grade from 0 to 100
+    practice: tuple[str, ...] = ()  # practice pictures, shown first
+    # Pictures of each face, and groups of identical pictures: not shown in succession.
     faces: tuple[tuple[str, ...], ...] = ()
     twins: tuple[tuple[str, ...], ...] = ()
     conduct: Conduct = CONDUCT
@@ -182,20 +182,20 @@ class Meaning:
     subject: int
     variant: Variant
     measured: PictureFigures
-    side: Side | None = None  # where it lies beside the photo as it is; None where it is alone
+    side: Side | None = None  # side in a pair; None without a pair
 
 
 @dataclass(frozen=True, slots=True)
 class Key:
     """The key, for the maker of the study only."""
 
-    identity: str  # the study's
-    # Names follow from it: the same photos, landmarks, choices and seed give the same names.
+    identity: str  # identifier of the study
+    # Seed of the names: the same photos, landmarks, choices and seed give the same names.
     seed: str
     recipe: Recipe  # settings of all pictures
-    subjects: tuple[PhotoRecord, ...]  # the photos; `Meaning.subject` counts them from 0
+    subjects: tuple[PhotoRecord, ...]  # photos; `Meaning.subject` is an index
     pictures: Mapping[str, Meaning]  # by name
-    origin: Origin  # how the study came to be
+    origin: Origin  # version, time and landmark source
     rules: Rules = RULES  # rules that exclude answers
 
     def to_dict(self) -> dict[str, Any]:
@@ -223,8 +223,8 @@ class Key:
 
 
 def key_path(folder: Path) -> Path:
-    """Return where a study's key lies: beside the folder that raters get, never inside."""
-    whole = folder.resolve()  # "." has no name of its own
+    """Return the path of the key: next to the raters' folder, never inside."""
+    whole = folder.resolve()  # "." has no name
     return whole.with_name(f"{whole.name}.key.json")
 
 
@@ -236,19 +236,19 @@ def picture_name(seed: str, content: str, subject: int, variant: Variant) -> str
 
 
 def side_of(seed: str, name: str) -> Side:
-    """Return on which side of a pair a picture lies: by chance, and again so with the same seed."""
+    """Return the side of a picture in a pair: random, reproducible by the seed."""
     odd = hmac.new(seed.encode(), b"side " + name.encode(), hashlib.sha256).digest()[0] % 2
     return "right" if odd else "left"
 
 
 def is_rater(code: str) -> bool:
-    """Return whether a text can be a rater's code: a to z, 0 to 9 and dashes, at most 32."""
+    """Return whether a text is a valid rater code: at most 32 of a to z, 0 to 9 and dashes."""
     return _RATER.fullmatch(code) is not None
 
 
 def load_study(folder: Path) -> Study:
-    """Read the raters' half. Raises BadFile."""
-    top = _parsed(folder / STUDY_FILE, Text("{folder} holds no study", folder=folder))
+    """Read the raters' file. Raises BadFile."""
+    top = _parsed(folder / STUDY_FILE, Text("{folder} contains no study", folder=folder))
     fields = ("study", "ratings", "satisfaction", "practice", "faces", "twins", "conduct")
     _check(top, _STUDY_FORMAT, fields, VERSION)
     identity = top.field("study").text(64)
@@ -264,7 +264,7 @@ def load_study(folder: Path) -> Study:
 
 
 def load_key(path: Path) -> Key:
-    """Read the maker's half. Raises BadFile."""
+    """Read the maker's file. Raises BadFile."""
     top = _parsed(path, Text("the key {path} can't be read", path=path))
     fields = ("study", "seed", "recipe", "subjects", "pictures", "origin", "rules")
     _check(top, _KEY_FORMAT, fields, KEY_VERSION)
@@ -294,7 +294,7 @@ def load_key(path: Path) -> Key:
 
 
 def save(content: Study | Key, path: Path) -> None:
-    """Write one half, whole or not at all."""
+    """Write a study or key atomically."""
     put((json.dumps(content.to_dict(), indent=1) + "\n").encode(), path)
 
 
@@ -322,7 +322,7 @@ def _check(top: Node, form: str, fields: tuple[str, ...], version: int) -> None:
 
 
 def names(node: Node) -> tuple[str, ...]:
-    """Read a list of different pictures. Raises BadFile."""
+    """Read a list of picture names without duplicates. Raises BadFile."""
     found = tuple(_checked_name(item) for item in node.items(_MOST_PICTURES))
     if len(set(found)) != len(found):
         node.refuse("names a picture twice")
@@ -330,7 +330,7 @@ def names(node: Node) -> tuple[str, ...]:
 
 
 def _checked_name(node: Node) -> str:
-    # Names become paths: nothing but our own kind may pass.
+    # Names become paths: accept only generated names.
     name = node.text(40)
     if not _NAME.fullmatch(name):
         node.refuse("must name a picture")

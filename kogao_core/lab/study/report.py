@@ -21,22 +21,26 @@ if TYPE_CHECKING:
 
 _TITLE: Final = Text("How natural do the faces look?")
 _LEADS: Final[Mapping[Task, Text]] = {
-    "natural": Text(
-        "People called pictures natural or unnatural without knowing how they were made."
-    ),
-    "slider": Text("People graded pictures without knowing how they were made."),
+    "natural": Text("Raters called pictures natural or unnatural, without knowing the settings."),
+    "slider": Text("Raters graded pictures, without knowing the settings."),
     "pair": Text(
-        "People chose the more natural of two pictures, one of them the photo as it is. What is "
-        "called unnatural below is the other one where it wasn't chosen; guessing makes that 50 %."
+        "Raters chose the more natural of two pictures; one was the original photo. Below, "
+        "unnatural means that the original was chosen. Guessing gives 50 %."
     ),
     "same": Text(
-        "People told whether two pictures were the same, one of them the photo as it is. What is "
-        "called unnatural below is what they called different."
+        "Raters told whether two pictures were the same; one was the original photo. Below, "
+        "unnatural means the answer different."
     ),
 }
-_ORIGIN: Final = ("study", "seed", "recipe", "origin", "subjects")  # of a key, without its pictures
+_ORIGIN: Final = (
+    "study",
+    "seed",
+    "recipe",
+    "origin",
+    "subjects",
+)  # fields of a key, without pictures
 _SHOWN: Final = 12  # letters of a digest
-_ALIKE: Final = 0.02  # sizes, as angles, that differ by no larger a share are one
+_ALIKE: Final = 0.02  # relative difference below which sizes, as angles, are equal
 
 
 def report(tally: Tally) -> Report:
@@ -44,7 +48,7 @@ def report(tally: Tally) -> Report:
     shares, everybody = tally.shares(), tally.shares(tally.answers)
     found = _curves(tally) if _has_scipy() else None
     differs = shares != everybody
-    whose = Text("those who count") if differs else Text("everybody")
+    who = Text("counted raters") if differs else Text("all raters")
     graded = tally.naturalness()
     parts: list[Part] = []
     if any(grades.count for grades in graded.values()):
@@ -54,10 +58,10 @@ def report(tally: Tally) -> Report:
         parts.append(Row(charts if tally.task == "natural" else charts[:1], wide=True))
         parts += [
             Heading(Text("Warp distance and centre")),
-            tables.table_1(tally, shares, whose, len(tally.careful)),
+            tables.table_1(tally, shares, who, len(tally.careful)),
         ]
         if differs:
-            parts.append(tables.table_1(tally, everybody, Text("everybody"), len(tally.raters)))
+            parts.append(tables.table_1(tally, everybody, Text("all raters"), len(tally.raters)))
         if found is not None:
             parts += [tables.curve_chart(tally, shares, found), tables.curves(found, shares)]
         if of_kind(shares, "figure11") or of_kind(shares, "control"):
@@ -68,7 +72,7 @@ def report(tally: Tally) -> Report:
         parts += [Heading(Text("Satisfaction")), tables.satisfaction(tally)]
     parts += [Heading(Text("Raters")), care(tally)] if tally.raters else []
     parts += [left_out(tally)] if tally.left_out else []
-    parts += [Heading(Text("Where it comes from")), studies(tally)]
+    parts += [Heading(Text("Origin")), studies(tally)]
     parts += [Text("Note: {sentence}.", sentence=sentence) for sentence in notes(tally)]
     measured = tally.measured()
     records = [
@@ -138,13 +142,13 @@ def _rater_row(one: Quality) -> list[str]:
 
 
 def left_out(tally: Tally) -> Table:
-    """Return the raters who are left out, with the reasons."""
+    """Return the excluded raters, with the reasons."""
     rows = [[one.rater, Text.joined("; ", one.reasons)] for one in tally.left_out]
-    return Table(Text("Raters who are left out"), (Text("rater"), Text("left out for")), rows)
+    return Table(Text("Excluded raters"), (Text("rater"), Text("reason")), rows)
 
 
 def studies(tally: Tally) -> Table:
-    """Return where the pictures come from, a row for each photo."""
+    """Return the origin of the pictures, one row per photo."""
     recipes = dict.fromkeys(recipe_in_words(key.recipe) for key in tally.keys)
     return Table.of(
         Text("Studies"),
@@ -159,19 +163,19 @@ def studies(tally: Tally) -> Table:
             (Text("seed"), lambda of: of[0].seed),
         ],
         Text(
-            "{names}; distance, centre and lattice as the tables say. Keys hold "
-            "whole digests, and the landmarks.",
+            "{names}; distance, centre and lattice as in the tables. Keys contain full digests "
+            "and landmarks.",
             names=Text.joined("; ", list(recipes)),
         ),
     )
 
 
 def notes(tally: Tally) -> list[str]:
-    """Return notes about answers that don't count, and warnings about the others."""
+    """Return notes about excluded answers, and warnings."""
     sentences: list[str] = [Text("not counted: {why}", why=why) for _, why in tally.refused]
     sentences += [
         Text(
-            "the answers of {rater} are left out: {why}",
+            "excluded rater {rater}: {why}",
             rater=one.rater,
             why=Text.joined("; ", one.reasons),
         )
@@ -179,13 +183,14 @@ def notes(tally: Tally) -> list[str]:
     ]
     early = sum(row.is_early for row in tally.answers if row.session.rater in tally.careful)
     if early:
-        sentences.append(Text("answers that came too early and are left out: {n}", n=early))
+        sentences.append(Text("excluded answers below the minimum time: {n}", n=early))
     angles = [angle for one in tally.raters.values() for angle in one.degrees or (0.0,)]
     sizes = {one.sizes for one in tally.raters.values()}
     if len(sizes) > 1 and max(angles) - min(angles) > _ALIKE * max(angles):
         sentences.append(
             Text(
-                "raters saw pictures at different sizes, which are pooled; see the table of raters"
+                "raters saw pictures at different sizes; the answers are pooled, see the table of "
+                "raters"
             )
         )
     if not _has_scipy():
@@ -193,7 +198,7 @@ def notes(tally: Tally) -> list[str]:
             Text("the curve and its 50 % point need scipy: pip install 'kogao[experiments]'")
         )
     if tally.torn:
-        sentences.append(Text("torn lines of ratings that were left out: {torn}", torn=tally.torn))
+        sentences.append(Text("excluded incomplete lines of ratings: {torn}", torn=tally.torn))
     if tally.unfinished:
         left = ((one.rater, len(one.answered), len(one.order)) for one in tally.unfinished)
         some = Text.joined(
@@ -205,9 +210,9 @@ def notes(tally: Tally) -> list[str]:
         )
         counts = tally.keys[0].rules.unfinished
         sentences.append(
-            Text("sessions not finished, whose answers count: {some}", some=some)
+            Text("unfinished sessions, counted: {some}", some=some)
             if counts
-            else Text("sessions not finished, whose answers don't count: {some}", some=some)
+            else Text("unfinished sessions, not counted: {some}", some=some)
         )
     return sentences
 

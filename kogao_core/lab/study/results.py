@@ -1,8 +1,8 @@
-"""One rater's answers: lines that follow from one another, on the disk before they count.
+"""Log of one rater's answers: an append-only file with one line of JSON per answer.
 
-Each answer is one line of JSON and on the disk before the next picture shows. Nothing that counts
-is written over: an answer taken back is a line of its own. A program killed while it writes leaves
-a torn last line, which isn't JSON and counts for nothing; the next answer begins on a new line.
+Each answer is on the disk before the next picture is shown. An undone answer gets a further line.
+A program killed while writing leaves an incomplete last line, which readers ignore; the next answer
+begins on a new line.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from kogao_core.lab.study import plan
 from kogao_core.lab.study.design import ANSWERS, SURROUND, Answer, one_of
 from kogao_core.lab.study.plan import Study
 
-# The keys that say natural and unnatural.
+# Keys for natural and unnatural.
 Keys = Literal["fj", "jf"]
 SUFFIX: Final = ".jsonl"
 VERSION: Final = 3
@@ -40,33 +40,33 @@ _LARGEST_DISTANCE_MM: Final = 1e5
 
 @dataclass(frozen=True, slots=True)
 class Display:
-    """How a picture was displayed when it was judged."""
+    """Displayed size of a judged picture."""
 
     # Width and height of the picture and of the browser's viewport, CSS px.
     shown: tuple[int, int]
     window: tuple[int, int]
-    ratio: float  # device px a CSS px
-    # Width of the picture, degrees of visual angle, and the distance of the eyes, mm, that it
-    # follows from. None where the screen wasn't measured.
+    ratio: float  # device px per CSS px
+    # Width of the picture, degrees of visual angle, and the assumed viewing distance, mm. None if
+    # the screen was not measured.
     degrees: float | None = None
     distance_mm: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class Record:
-    """One line of a log: an answer about a picture, or that the last one was taken back."""
+    """One line of a log: an answer, or the undo of the last answer."""
 
-    number: int  # counts the lines of a session from 1
-    picture: str  # its name
-    answer: Answer | None = None  # for a picture of the first block
-    # 0 to 100 for a picture of the second block; None there for one that was skipped.
+    number: int  # number of the line in the session, from 1
+    picture: str  # name
+    answer: Answer | None = None  # for pictures to judge
+    # 0 to 100 for pictures to grade; None if skipped.
     grade: int | None = None
-    back: bool = False  # the last answer, about this picture, is taken back
-    # From the picture's appearance to the answer; without `away_ms`, the time in which another
-    # tab or window was in front.
+    back: bool = False  # True: undo the last answer, about this picture
+    # Time from the picture's appearance to the answer, without `away_ms`, the time in another tab
+    # or window.
     took_ms: int = 0
     away_ms: int = 0
-    display: Display | None = None  # how it was displayed; None where it is taken back
+    display: Display | None = None  # None for an undo
 
     @property
     def skipped(self) -> bool:
@@ -89,21 +89,21 @@ class Record:
 
 @dataclass(slots=True)
 class Session:
-    """One rater's answers to a study so far, and the picture to ask about next."""
+    """Answers of one rater so far, and the next picture."""
 
-    study: Study  # its pictures
+    study: Study
     rater: str  # the rater's code
-    # Pictures to practise with, those to judge and those of oneself, each in the order of showing:
-    # of all faces, or of as many as a rater judges.
+    # Pictures in the order of showing: practice, pictures to judge, pictures to grade; of all faces
+    # or of the faces assigned to this rater.
     order: tuple[str, ...]
-    records: list[Record] = field(default_factory=list)  # every line so far
+    records: list[Record] = field(default_factory=list)  # all lines so far
     keys: Keys = "fj"
     _answers: dict[str, Record] = field(init=False, default_factory=dict)
 
     def __post_init__(self) -> None:
         """Replay the records. Raises BadFile."""
         if not self._is_whole():
-            raise BadFile(Text("the order doesn't hold every picture of this study once"))
+            raise BadFile(Text("the order doesn't contain each picture of this study once"))
         past, self.records = self.records, []
         for record in past:
             self.take(record)
@@ -127,28 +127,28 @@ class Session:
 
     @property
     def answered(self) -> list[Record]:
-        """Answers that weren't taken back, in the order given."""
+        """Answers without undone ones, in order."""
         return list(self._answers.values())
 
     @property
     def current(self) -> str | None:
-        """The picture to ask about; None at the end."""
+        """The next picture; None at the end."""
         done = len(self._answers)
         return self.order[done] if done < len(self.order) else None
 
     @property
     def grading(self) -> bool:
-        """Whether the current picture is to be graded."""
+        """Whether the next picture needs a grade."""
         slider = self.study.conduct.task == "slider"
         return self.current in self.study.satisfaction or (slider and self.current is not None)
 
     def check(self, record: Record) -> None:
-        """Check that a record may come next. Raises BadFile."""
+        """Check that a record is a valid next line. Raises BadFile."""
         number = len(self.records) + 1
         if record.number != number:
             raise BadFile(
                 Text(
-                    "line {number} is missing, or {other} is there twice",
+                    "line {number} is missing, or line {other} is repeated",
                     number=number,
                     other=record.number,
                 )
@@ -156,14 +156,14 @@ class Session:
         if record.back:
             if not self._answers or next(reversed(self._answers)) != record.picture:
                 raise BadFile(
-                    Text("line {number} takes back what wasn't the last answer", number=number)
+                    Text("line {number} undoes an answer that wasn't the last", number=number)
                 )
         elif record.picture != self.current or (record.answer is None) != self.grading:
             raise BadFile(
                 Text("line {number} is about a picture that wasn't shown then", number=number)
             )
         elif record.answer is not None and record.answer not in ANSWERS[self.study.conduct.task]:
-            raise BadFile(Text("line {number} isn't answered as was asked", number=number))
+            raise BadFile(Text("line {number} has an answer of another task", number=number))
         elif record.skipped and record.picture not in self.study.satisfaction:
             raise BadFile(Text("line {number} has no answer", number=number))
 
@@ -185,17 +185,17 @@ class Ratings:
     study: str
     rater: str
     order: tuple[str, ...]  # in which the pictures are shown
-    keys: Keys  # that said natural and unnatural
+    keys: Keys  # for natural and unnatural
     records: tuple[Record, ...]  # the lines in their order
-    torn: int  # lines that aren't JSON: left by a program killed while it wrote
+    torn: int  # number of incomplete lines, left by a killed program
 
     def session(self, study: Study) -> Session:
-        """Return the session that was logged. Raises BadFile."""
+        """Return the logged session. Raises BadFile."""
         return Session(study, self.rater, self.order, list(self.records), self.keys)
 
 
 class Log:
-    """A session's file, opened to append; one that isn't there yet takes the order it is given."""
+    """File of a session, opened to append; a new file stores the given order."""
 
     def __init__(
         self, path: Path, study: Study, rater: str, order: Sequence[str], keys: Keys = "fj"
@@ -207,7 +207,7 @@ class Log:
         if b"\n" in data:
             logged = load(path)
             if (logged.study, logged.rater) != (study.identity, rater):
-                raise BadFile(Text("{path} holds ratings of another study or rater", path=path))
+                raise BadFile(Text("{path} contains ratings of another study or rater", path=path))
             self.session = logged.session(study)
         else:
             self.session = Session(study, rater, tuple(order), keys=keys)
@@ -215,7 +215,7 @@ class Log:
             self._write({**header(study, rater, "program"), "keys": keys, "order": order})
 
     def add(self, record: Record) -> None:
-        """Put a record on the disk, then let it count. Raises BadFile."""
+        """Write a record to the disk, then add the record to the session. Raises BadFile."""
         self.session.check(record)
         self._write(record.to_dict())
         self.session.take(record)
@@ -229,10 +229,10 @@ class Log:
             size = os.fstat(file).st_size
             try:
                 if os.write(file, data) != len(data):
-                    raise OSError(errno.ENOSPC, Text("it took only part of the line"))
+                    raise OSError(errno.ENOSPC, Text("only a part of the line was written"))
                 os.fsync(file)
             except OSError:
-                # A line that doesn't count must not stay: the answer would be in the file twice.
+                # Remove the incomplete line: the repeated answer would be in the file twice.
                 os.ftruncate(file, size)
                 raise
         finally:
@@ -241,7 +241,7 @@ class Log:
 
 
 def header(study: Study, rater: str, via: str) -> dict[str, Any]:
-    """Return the first line of a file of ratings, but for the order of its pictures."""
+    """Return the first line of a log, without the order of the pictures."""
     return {
         "format": _FORMAT,
         "version": VERSION,
@@ -254,10 +254,10 @@ def header(study: Study, rater: str, via: str) -> dict[str, Any]:
 
 
 def load(path: Path) -> Ratings:
-    """Read a file of ratings, the program's or one that the page saved. Raises BadFile."""
+    """Read a log, written by the program or saved by the page. Raises BadFile."""
     data = read(path, _MOST_BYTES)
     if len(data) > _MOST_BYTES:
-        raise BadFile(Text("{path} is too large for a file of ratings", path=path))
+        raise BadFile(Text("{path} is too large for a rating file", path=path))
     lines, torn = _lines(data)
     try:
         top = next(lines)
@@ -270,10 +270,10 @@ def load(path: Path) -> Ratings:
         order, keys = plan.names(top.field("order")), one_of(top.field("keys"), Keys, 2)
         records = tuple(map(record, lines))
     except StopIteration:
-        raise BadFile(Text("{path} holds no ratings", path=path)) from None
+        raise BadFile(Text("{path} contains no ratings", path=path)) from None
     except BadFile as error:
         raise BadFile(
-            Text("{path} is no file of ratings: {error}", path=path, error=error)
+            Text("{path} is not a rating file: {error}", path=path, error=error)
         ) from None
     return Ratings(study, rater, order, keys, records, torn)
 
@@ -283,7 +283,7 @@ def _lines(data: bytes) -> tuple[Iterator[Node], int]:
     lines = [line for line in data.split(b"\n") if line.strip()]
     for number, line in enumerate(lines, start=1):
         try:
-            # The first one names every picture.
+            # The first line contains all picture names.
             most = _MOST_LINE_BYTES if found else _MOST_BYTES
             found.append(Node(parse(line, most).value, root=Text("line {number}", number=number)))
         except BadFile:
@@ -329,17 +329,13 @@ def _size(node: Node) -> tuple[int, int]:
 
 
 def newest(copies: Sequence[Ratings]) -> Ratings:
-    """Return the longest of a session's files, where the others are earlier copies of it.
-
-    Raises BadFile.
-    """
+    """Return the longest of several copies of a session; raise BadFile if they differ."""
     *shorter, longest = sorted(copies, key=lambda one: len(one.records))
     for one in shorter:
         if longest.records[: len(one.records)] != one.records:
             raise BadFile(
                 Text(
-                    "rater {rater} has two files that contradict each other; take "
-                    "the wrong one away",
+                    "rater {rater} has two contradicting files; remove the wrong file",
                     rater=one.rater,
                 )
             )

@@ -1,7 +1,7 @@
-"""A study's rating page for a browser on this machine: an answer is on the disk before the next.
+"""Local web server for the rating page of a study.
 
-The address holds a token that is drawn anew each time. A request without it, or with the name of
-another host (a foreign page whose name was made to point here), gets nothing but a refusal.
+Each answer is on the disk before the next picture is shown. The address contains a random token.
+Requests without the token, or with another host name (DNS rebinding), are refused.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from kogao_core.lab.study.results import Log, Record, Session
 if sys.platform == "win32":
     import msvcrt
 
-    # Windows locks bytes against writing, too: one that no log ever has.
+    # Windows also blocks writes to locked bytes: lock a byte past the end of any log.
     _LOCKED_BYTE: Final = 2**31 - 2
 
     def _lock(file: int) -> None:
@@ -44,11 +44,11 @@ else:
 
 _HERE: Final = "127.0.0.1"
 _TOKEN_BYTES: Final = 16
-_MOST_BODY_BYTES: Final = 4 * 2**20  # a beginning names every picture
+_MOST_BODY_BYTES: Final = 4 * 2**20  # the first request contains all picture names
 _POLL_S: Final = 0.1
 _HEADERS: Final = {
     "Cache-Control": "no-store",
-    "Content-Security-Policy": "frame-ancestors 'none'",  # the page brings the rest of it
+    "Content-Security-Policy": "frame-ancestors 'none'",  # the page contains the other directives
     "Cross-Origin-Resource-Policy": "same-origin",
     "Referrer-Policy": "no-referrer",
     "X-Content-Type-Options": "nosniff",
@@ -56,7 +56,7 @@ _HEADERS: Final = {
 
 
 class Behind(Exception):
-    """The session went on elsewhere; `session` is its state."""
+    """Another window continued the session; `session` is the newer state."""
 
     def __init__(self, session: dict[str, Any]) -> None:
         super().__init__("the session went on in another window")
@@ -64,7 +64,7 @@ class Behind(Exception):
 
 
 class Sessions:
-    """A study and its open sessions; may be called from many threads."""
+    """A study and the open sessions; thread-safe."""
 
     def __init__(self, folder: Path) -> None:
         self.study = plan.load_study(folder)
@@ -74,7 +74,7 @@ class Sessions:
         self._open: dict[str, tuple[Log, BinaryIO]] = {}
 
     def picture(self, name: str) -> bytes | None:
-        """Return one of the study's pictures; None where it is none, or missing."""
+        """Return a picture of the study; None for other names and missing files."""
         if name not in self._names:
             return None
         try:
@@ -83,13 +83,13 @@ class Sessions:
             return None
 
     def open(self, rater: str, beginning: Node) -> dict[str, Any]:
-        """Go on with the session of this code, or begin it as the page has drawn; its state.
+        """Continue the session of a rater, or begin one in the order of the page; return the state.
 
-        Without a beginning a new session's number is returned, from which the page draws: how many
-        there are. Raises BadFile.
+        For a new rater without an order, return the number of sessions: the page draws the order
+        from this number. Raises BadFile.
         """
         if not plan.is_rater(rater):
-            raise BadFile(Text("A code is made of a to z, 0 to 9 and dashes, 32 at most."))
+            raise BadFile(Text("A code has at most 32 characters: a to z, 0 to 9 and dashes."))
         with self._lock:
             if rater not in self._open:
                 path = self.folder / plan.RATINGS_FOLDER / f"{rater}{results.SUFFIX}"
@@ -112,7 +112,7 @@ class Sessions:
             return _state_of(self._open[rater][0].session)
 
     def add(self, rater: str, record: Record) -> dict[str, Any]:
-        """Put a record on the disk and count it. Raises Behind, BadFile."""
+        """Write a record to the disk and add the record to the session. Raises Behind, BadFile."""
         with self._lock:
             if rater not in self._open:
                 raise BadFile(Text("this session isn't open; load the page again"))
@@ -133,7 +133,7 @@ class Sessions:
             return {}
 
     def close(self) -> None:
-        """Let every session go."""
+        """Close all sessions."""
         with self._lock:
             for _, file in self._open.values():
                 file.close()
@@ -141,7 +141,7 @@ class Sessions:
 
 
 def _locked(path: Path, rater: str) -> BinaryIO:
-    """Return a session's file, locked until it is closed or this program ends in any way."""
+    """Open the file of a session with a lock, released on close or at the end of the program."""
     file = path.open("ab")
     try:
         _lock(file.fileno())
@@ -149,7 +149,8 @@ def _locked(path: Path, rater: str) -> BinaryIO:
         file.close()
         raise BadFile(
             Text(
-                "The session {rater} is open in another program; go on there, or end that one.",
+                "The session {rater} is open in another program. Continue there, or close the "
+                "other program.",
                 rater=rater,
             )
         ) from None
@@ -166,7 +167,7 @@ def _state_of(session: Session) -> dict[str, Any]:
 
 
 class Server(ThreadingHTTPServer):
-    """Serves the study of one folder until it is stopped."""
+    """Web server for the study of one folder."""
 
     daemon_threads = True
 
@@ -177,7 +178,7 @@ class Server(ThreadingHTTPServer):
 
     @property
     def host(self) -> str:
-        """The one host that requests may name."""
+        """The only accepted host name."""
         return f"{_HERE}:{self.server_port}"
 
     @property
@@ -186,21 +187,21 @@ class Server(ThreadingHTTPServer):
         return f"http://{self.host}/{self.token}/"
 
     def start(self) -> None:
-        """Serve from a thread of its own."""
+        """Serve in a separate thread."""
         threading.Thread(target=self.serve_forever, args=(_POLL_S,), daemon=True).start()
 
     def stop(self) -> None:
-        """Stop the server; every answer is on the disk already."""
+        """Stop the server; all answers are on the disk already."""
         self.shutdown()
         self.server_close()
 
     def server_bind(self) -> None:
-        """Bind without asking the network for this machine's name, which can take seconds."""
+        """Bind without a name lookup, which can take seconds."""
         socketserver.TCPServer.server_bind(self)
         self.server_name, self.server_port = _HERE, self.server_address[1]
 
     def server_close(self) -> None:
-        """Let the sessions go."""
+        """Close the sessions."""
         super().server_close()
         self.sessions.close()
 
@@ -261,7 +262,7 @@ class _Handler(BaseHTTPRequestHandler):
             )
 
     def _picture(self, name: str) -> None:
-        # Only names that the study lists are looked for: no path gets anywhere else.
+        # Only names listed in the study are looked up: no path traversal.
         data = self.server.sessions.picture(name)
         if data is None:
             self._refuse(HTTPStatus.NOT_FOUND, "there is no such picture")
@@ -269,7 +270,7 @@ class _Handler(BaseHTTPRequestHandler):
             self._reply(HTTPStatus.OK, data, "image/jpeg")
 
     def _wanted(self) -> str | None:
-        """Return the path after the token; None if the request was refused."""
+        """Return the path after the token; None after a refusal."""
         start = f"/{self.server.token}/"
         given = self.path[: len(start)].encode()
         named = self.headers.get_all("Host", [])

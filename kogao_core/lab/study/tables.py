@@ -1,4 +1,4 @@
-"""Tables and charts of a study's answers, in the shape of the paper's, its figures beside."""
+"""Tables and charts of a study, in the form of the paper's, with the paper's figures."""
 
 from __future__ import annotations
 
@@ -24,24 +24,24 @@ if TYPE_CHECKING:
 PUBLISHED_SATISFACTION: Final = 92
 PUBLISHED_USERS: Final = 20
 _ACHIEVED: Final = Text(
-    "Achieved: how far landmarks came towards the centre on average; the paper's "
-    "own figures are those that were asked for."
+    "Achieved: mean move of the landmarks towards the centre. The paper's rows are for "
+    "requested distances."
 )
 _INDEPENDENCE: Final = Text(
-    "Intervals are Wilson's at 95 %. They take every answer as independent; "
-    "answers of one person, or about one face, are not, so the true uncertainty "
-    "is larger; that of the curve below is told with both."
+    "Intervals: Wilson, 95 %, for independent answers. Answers of one rater, or about one"
+    " face, are dependent, so the true uncertainty is larger. The intervals of the curve "
+    "below include both effects."
 )
 Shares = Mapping[Variant, Share]
 
 
 def published(variant: Variant) -> float | None:
-    """Return table 1's share of "unnatural" for a variant, %; None where the paper prints none."""
+    """Return the paper's share of "unnatural" for a variant, %; None if not printed."""
     return _published(variant.percent, variant.center) if variant.kind == "table1" else None
 
 
-def table_1(tally: Tally, shares: Shares, whose: str, people: int) -> Table:
-    """Return unnaturalness by centre candidate and warp distance; the paper's in its own rows."""
+def table_1(tally: Tally, shares: Shares, who: str, people: int) -> Table:
+    """Return the shares of "unnatural" by centre and warp distance, with the paper's rows."""
     rows: list[list[str]] = []
     distances = _distances(shares)
     for group in _groups(shares):
@@ -55,7 +55,7 @@ def table_1(tally: Tally, shares: Shares, whose: str, people: int) -> Table:
         cells = [NONE if value is None else f"{value:.3f} %" for value in printed]
         rows.append([Text("the paper"), *cells])
     return Table(
-        Text("Unnaturalness by centre candidate and warp distance (table 1), {whose}", whose=whose),
+        Text("Unnaturalness by centre candidate and warp distance (table 1), {who}", who=who),
         _asked_for(distances),
         rows,
         _note_1(_basis(tally, shares, people), tally.task),
@@ -63,16 +63,15 @@ def table_1(tally: Tally, shares: Shares, whose: str, people: int) -> Table:
 
 
 def _asked_for(distances: Sequence[float]) -> list[str]:
-    return [Text("asked for"), *(Text("{percent:g} % of D", percent=p) for p in distances)]
+    return [Text("requested"), *(Text("{percent:g} % of D", percent=p) for p in distances)]
 
 
 def _note_1(basis: str, task: Task) -> Text:
     if task != "natural":
         return Text("{basis} {independence}", basis=basis, independence=_INDEPENDENCE)
     return Text(
-        "{basis} {achieved} The paper: {subjects} faces, {students} students; "
-        "each of its figures but one, which may be a slip, is a multiple of 1/160, so "
-        "about 160 answers stand behind each. {independence}",
+        "{basis} {achieved} The paper: {subjects} faces, {students} students. All printed "
+        "figures but one are multiples of 1/160: about 160 answers each. {independence}",
         basis=basis,
         achieved=_ACHIEVED,
         subjects=SUBJECTS,
@@ -82,11 +81,11 @@ def _note_1(basis: str, task: Task) -> Text:
 
 
 def figure_11(tally: Tally, shares: Shares) -> Table:
-    """Return unnaturalness by lattice size."""
+    """Return the shares of "unnatural" by lattice size."""
     rows = [
         _size_row(tally, f"R = {v.lattice:g}", v, share) for v, share in of_kind(shares, "figure11")
     ]
-    control = Text("the photo as it is")
+    control = Text("original photo")
     rows += [_size_row(tally, control, v, share) for v, share in of_kind(shares, "control")]
     return Table(
         Text("Unnaturalness by lattice size (figure 11)"),
@@ -96,12 +95,10 @@ def figure_11(tally: Tally, shares: Shares) -> Table:
         ),
         rows,
         Text(
-            "{basis} R is told in mean landmark spacings. The paper's own figure "
-            "divides by the warp distance: that is the second column. The paper "
-            "prints no figures for its plot; its text says that no face was called "
-            "unnatural once the lattice was larger than the warp distance, above 1 "
-            "in that column. Sizes achieve different distances, so they are compared "
-            "together with these.",
+            "{basis} R is in mean landmark spacings. The second column is R in warp distances, as"
+" in the paper's figure. The paper prints no numbers. According to the text, all "
+"faces looked natural above 1 in the second column. Rows differ in lattice size and "
+"in achieved distance.",
             basis=_basis(tally, shares, len(tally.careful)),
         ),
     )  # fmt: skip
@@ -119,11 +116,11 @@ def _size_row(tally: Tally, title: str, variant: Variant, share: Share) -> list[
 
 
 def satisfaction(tally: Tally) -> Table:
-    """Return the grades; the paper's mean beside them where they are of oneself, as its are."""
+    """Return the grades, with the paper's mean for grades of the rater's own face."""
     own, others, skipped = tally.grades()
     here = [
-        (Text("of themselves"), own, str(skipped)),
-        (Text("of several people, so of others"), others, NONE),
+        (Text("of the own face"), own, str(skipped)),
+        (Text("of several faces, so of other people"), others, NONE),
     ]
     rows: list[list[str]] = [
         [name, str(grades.count), _number(grades.mean), _number(grades.deviation), left]
@@ -136,12 +133,14 @@ def satisfaction(tally: Tally) -> Table:
         Text("Satisfaction, 0 to 100 (section 5)"),
         ("", Text("grades"), Text("mean"), Text("standard deviation"), Text("not graded")),
         rows,
-        Text("The paper's users graded the picture of themselves; it prints no deviation."),
+        Text(
+            "The paper's users graded the picture of their own face; the paper prints no deviation."
+        ),
     )
 
 
 def curves(found: Curves, shares: Shares) -> Table:
-    """Return where half of the answers are "unnatural", over all and by centre."""
+    """Return the distances at which half of the answers are "unnatural"."""
     rows: list[list[str]] = [[Text("all"), *_curve_cells(found.whole), NONE]]
     for group, one in found.groups.items():
         later = found.later.get(group)
@@ -151,16 +150,16 @@ def curves(found: Curves, shares: Shares) -> Table:
     if found.p is not None:
         first = _named(min(found.groups), shares)
         hint = Text(
-            "If the centre made no difference at the distances asked for, answers would differ as "
-            "much by it with p = {p:.3f} (Cochran's Q). {n} such raters of these faces find a "
-            "difference of 0.5 % of D between two centres in 4 of 5 studies. Later: difference "
-            "from {first}, with an interval from draws of raters alone, because each rater judged "
-            "each face with each centre; it holds for these faces.",
+            "Effect of the centre at the requested distances: p = {p:.3f} (Cochran's Q). {n} "
+"raters of these faces find a difference of 0.5 % of D between two centres with a "
+"power of 80 %. Later: difference from {first}. The interval comes from draws of "
+"raters alone, because each rater judged each face with each centre, and holds for "
+"these faces.",
             p=found.p, n=found.raters_needed, first=first,
         )  # fmt: skip
     return Table(
         Text(
-            "Where {share:g} % of the answers are “unnatural”, by the distance achieved",
+            "Achieved distance with {share:g} % “unnatural” answers",
             share=50.0 * (1.0 + found.whole.floor),
         ),
         (
@@ -169,9 +168,9 @@ def curves(found: Curves, shares: Shares) -> Table:
         ),
         rows,
         Text(
-            "A logistic curve with a share of lapses at both ends, by greatest likelihood, over "
-            "pictures of table 1 and the photo as it is. Intervals of 95 % are from {n} draws of "
-            "raters and faces ({raters} and {faces}) with replacement. {hint}",
+            "Logistic curve with lapses, fitted by maximum likelihood to pictures of table 1 and "
+"original photos. Intervals of 95 %: {n} draws of raters and faces ({raters} and "
+"{faces}) with replacement. {hint}",
             n=found.resamples, raters=found.raters, faces=found.faces, hint=hint,
         ),
     )  # fmt: skip
@@ -201,13 +200,13 @@ def naturalness(tally: Tally, graded: Mapping[Variant, Grades]) -> Table:
         Text("Naturalness, 0 to 100: mean and standard deviation of the grades"),
         _asked_for(distances),
         rows,
-        Text("{n} grades of {raters} raters. The paper asked for two answers instead.",
+        Text("{n} grades of {raters} raters. The paper's students had two answers instead.",
              n=sum(one.count for one in graded.values()), raters=len(tally.careful)),
     )  # fmt: skip
 
 
 def _grades_of(graded: Mapping[Variant, Grades], group: Group) -> list[Grades]:
-    """Return the grades of a centre's pictures of table 1, by distance."""
+    """Return the grades of table 1's pictures of a centre, by distance."""
     given = {v.percent: one for v, one in graded.items() if (v.kind, v.group) == ("table1", group)}
     return [given.get(percent, Grades.of([])) for percent in _distances(graded)]
 
@@ -217,7 +216,7 @@ def _mean(grades: Grades) -> str:
 
 
 def grades_chart(graded: Mapping[Variant, Grades]) -> Chart:
-    """Return the means of the grades by warp distance, a line for each centre."""
+    """Return the mean grades by warp distance, one line per centre."""
     return Chart(
         Text("Naturalness by warp distance"), [f"{p:g}" for p in _distances(graded)],
         Text("naturalness, 0 to 100"),
@@ -231,7 +230,7 @@ def grades_chart(graded: Mapping[Variant, Grades]) -> Chart:
 
 
 def distance_charts(shares: Shares) -> list[Chart]:
-    """Return the study and the paper side by side, all centres."""
+    """Return charts of the study and the paper side by side, all centres."""
     distances = _distances(shares)
     here = [
         _series(_named(group, shares), [_share(shares, percent, group) for percent in distances])
@@ -244,12 +243,12 @@ def distance_charts(shares: Shares) -> list[Chart]:
     most = max([100.0, *(value for row in UNNATURAL for value in row)])
     return [
         Chart(
-            Text("Unnaturalness by warp distance, {whose}", whose=whose),
+            Text("Unnaturalness by warp distance, {who}", who=who),
             [f"{p:g}" for p in places],
             Text("unnatural, %"), series, along=Text("warp distance, % of D"), caption=caption,
             most=most,
         )
-        for whose, places, series, caption in (
+        for who, places, series, caption in (
             (Text("this study"), distances, here, Text("This study, with intervals of 95 %.")),
             (
                 Text("the paper"), DISTANCES, there,
@@ -260,7 +259,7 @@ def distance_charts(shares: Shares) -> list[Chart]:
 
 
 def curve_chart(tally: Tally, shares: Shares, found: Curves) -> Chart:
-    """Return the answers by the distance achieved, and the curve through them."""
+    """Return a chart of the answers by achieved distance, with the fitted curve."""
     distances = [percent for percent in _distances(shares) if percent >= 0.0]
     pooled = []
     for percent in distances:
@@ -269,9 +268,9 @@ def curve_chart(tally: Tally, shares: Shares, found: Curves) -> Chart:
     places = [_achieved(tally, percent) for percent in distances]
     fit = found.whole.at(np.array([float(place) for place in places]))
     return Chart(
-        Text("Unnaturalness by the distance achieved"), places, Text("unnatural, %"),
+        Text("Unnaturalness by achieved distance"), places, Text("unnatural, %"),
         [_series(Text("answers"), pooled), Series(Text("curve"), [100.0 * y for y in fit])],
-        along=Text("distance achieved, % of D"), most=100.0,
+        along=Text("achieved distance, % of D"), most=100.0,
         caption=Text("All centres together, and the curve at these distances."),
     )  # fmt: skip
 
@@ -283,7 +282,7 @@ def lattice_chart(shares: Shares) -> Chart:
         Text("Unnaturalness by lattice size"), [f"{variant.lattice:g}" for variant, _ in found],
         Text("unnatural, %"), [_series(Text("this study"), [share for _, share in found])],
         along=Text("lattice spacing R, landmark spacings"), most=100.0,
-        caption=Text("In the shape of figure 11, which has no printed figures to put beside."),
+        caption=Text("In the form of figure 11. The paper prints no numbers for figure 11."),
     )  # fmt: skip
 
 
@@ -293,7 +292,7 @@ def _series(name: str, shares: Sequence[Share]) -> Series:
 
 
 def of_kind(shares: Shares, kind: Kind) -> list[tuple[Variant, Share]]:
-    """Return the shares of the pictures that are there for one thing."""
+    """Return the shares of the pictures of one kind."""
     return [(variant, share) for variant, share in shares.items() if variant.kind == kind]
 
 
@@ -357,7 +356,7 @@ def _basis(tally: Tally, shares: Shares, people: int) -> str:
     faces = Text.counted(tally.subjects, "{n} face", "{n} faces")
     raters = Text.counted(people, "{n} rater", "{n} raters")
     return Text(
-        "{faces}, {raters}, {answers} to each kind of picture.",
+        "{faces}, {raters}, {answers} per kind of picture.",
         faces=faces,
         raters=raters,
         answers=answers,

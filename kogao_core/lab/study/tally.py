@@ -22,10 +22,10 @@ from kogao_core.lab.study.plan import Key, Meaning, PictureFigures
 from kogao_core.lab.study.results import Ratings, Record, Session
 
 _MOST_FILES: Final = 10_000
-# The standard normal quantile of 97.5 %.
+# Standard normal quantile of 97.5 %.
 _Z: Final = 1.959963984540054
-# Distances, % of D, that table 1's students all but agreed on, and that most called unnatural: only
-# who saw both must have said both.
+# Distances of table 1, % of D, that nearly all students called natural, and that most called
+# unnatural. The rule on equal answers applies to raters who saw both.
 _NATURAL_PERCENT: Final = 2.0
 _UNNATURAL_PERCENT: Final = 10.0
 
@@ -34,7 +34,7 @@ _UNNATURAL_PERCENT: Final = 10.0
 class Share:
     """A share of answers with its 95 % interval, 0 to 1."""
 
-    # How many of how many.
+    # Number of "unnatural" answers and of all answers.
     hits: int
     answers: int
 
@@ -47,9 +47,10 @@ class Share:
     def interval(self) -> tuple[float, float]:
         """Wilson's score interval (J. Amer. Statist. Assoc. 22, 1927, 209-212), without correction.
 
-        With n answers, share p and quantile z its middle is ``(p + z²/2n) / (1 + z²/n)`` and its
-        half width ``z sqrt(p (1 - p) / n + z²/4n²) / (1 + z²/n)``. It never leaves 0 to 1 and,
-        unlike the textbook's, has a width when all answers agree. Without answers it is 0 to 1.
+        With n answers, share p and quantile z the middle is ``(p + z²/2n) / (1 + z²/n)`` and the
+        half width ``z sqrt(p (1 - p) / n + z²/4n²) / (1 + z²/n)``. The interval is within 0 to 1.
+        Unlike the Wald interval, the interval has a width if all answers agree. Without answers
+        the interval is 0 to 1.
         """
         if not self.answers:
             return 0.0, 1.0
@@ -57,7 +58,7 @@ class Share:
         middle = (share + extra / 2.0) / (1.0 + extra)
         spread = share * (1.0 - share) / self.answers + extra / (4.0 * self.answers)
         half = _Z * math.sqrt(spread) / (1.0 + extra)
-        # Rounding must not take the ends past the shares that they equal exactly.
+        # Rounding must not move the ends beyond a share of exactly 0 or 1.
         low = 0.0 if self.hits == 0 else max(0.0, middle - half)
         high = 1.0 if self.hits == self.answers else min(1.0, middle + half)
         return low, high
@@ -65,7 +66,7 @@ class Share:
 
 @dataclass(frozen=True, slots=True)
 class Grades:
-    """Mean and sample standard deviation of grades; NaN where there are too few."""
+    """Mean and sample standard deviation of grades; NaN for too few grades."""
 
     count: int
     mean: float
@@ -81,11 +82,11 @@ class Grades:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Answered:
-    """One answer that wasn't taken back."""
+    """One answer, not undone."""
 
-    key: Key  # of its study
+    key: Key  # key of the study
     session: Session
-    place: int  # in the session's order, from 1
+    place: int  # position in the session, from 1
     record: Record
 
     @property
@@ -95,12 +96,12 @@ class Answered:
 
     @property
     def variant(self) -> Variant:
-        """Which picture of its face it is."""
+        """Variant of the picture."""
         return self.meaning.variant
 
     @property
     def is_unnatural(self) -> bool | None:
-        """Whether it was called unnatural; of a pair, less natural or different. None: graded."""
+        """Whether the answer is unnatural; in pairs, less natural or different. None for grades."""
         answer = self.record.answer
         if answer in ("left", "right"):
             return answer != self.meaning.side
@@ -108,7 +109,7 @@ class Answered:
 
     @property
     def is_early(self) -> bool:
-        """Whether it came before the least time of the study's rules."""
+        """Whether the answer took less than the minimum time of the rules."""
         return self.record.took_ms < self.key.rules.least_ms
 
 
@@ -119,30 +120,30 @@ class Quality:
     rater: str
     answers: int
     median_ms: float
-    quick: float  # share of answers that came sooner than the rules' least time, 0 to 1
+    quick: float  # share of answers below the minimum time, 0 to 1
     is_straight: bool  # whether all answers are the same
-    unnatural: float | None  # share of "unnatural"; None where nothing is answered by that
-    distances: tuple[float, float]  # smallest and largest asked for, % of D
-    longest_run: int  # most times in a row that the same was said
-    # Pairs of pictures that are the same, and how many of them were answered the same.
+    unnatural: float | None  # share of "unnatural"; None without such answers
+    distances: tuple[float, float]  # smallest and largest requested distance, % of D
+    longest_run: int  # longest run of equal answers
+    # Number of pairs of identical pictures, and of pairs with equal answers.
     pairs: int
     agreeing: int
-    # Catch pictures, and how many were called unnatural.
+    # Number of catch pictures, and of catch pictures called unnatural.
     catches: int
     caught: int
-    # How well the answers follow the warp distance: the chance that of two pictures with different
-    # answers the one called unnatural moves farther (AUC; 0.5 is guessing), and the standard error
-    # of guesses. None without both answers, or of grades with less than two values.
+    # AUC of the answers over the warp distance: the probability that of two pictures with different
+    # answers the "unnatural" one has the larger distance (0.5: guessing); and the standard error of
+    # guessing. None without both answers; for grades, None with fewer than two values.
     follows: float | None
     guess_error: float | None
-    away_ms: int  # in another tab or window while a picture was on the screen
+    away_ms: int  # in another tab or window during trials
     taken_back: int  # answers
-    sizes: tuple[tuple[int, int], ...]  # in which pictures were shown, CSS px, most often first
+    sizes: tuple[tuple[int, int], ...]  # sizes of pictures, CSS px, most frequent first
     degrees: tuple[float, float] | None  # smallest and largest width of a picture
-    reasons: tuple[Text, ...] = ()  # why the answers are left out
+    reasons: tuple[Text, ...] = ()  # reasons for exclusion
 
     def broken(self, rules: Rules) -> tuple[Text, ...]:
-        """Return why the answers are left out by some rules; empty where they count."""
+        """Return the reasons for exclusion under some rules; empty if the answers count."""
         reasons = []
         if self.quick > rules.most_quick:
             share = Text(
@@ -175,16 +176,18 @@ class Tally:
 
     task: Task = "natural"  # task of the raters
     keys: list[Key] = field(default_factory=list)  # the studies
-    answers: list[Answered] = field(default_factory=list)  # all, in the order of the files
-    raters: dict[str, Quality] = field(default_factory=dict)  # one code is one person everywhere
+    answers: list[Answered] = field(default_factory=list)  # all answers, in the order of the files
+    raters: dict[str, Quality] = field(
+        default_factory=dict
+    )  # by code; a code is one person in all studies
     torn: int = 0  # lines
     unfinished: list[Session] = field(default_factory=list)
-    # Files of ratings that aren't counted, and a sentence that says why.
+    # Files that are not counted, each with the reason.
     refused: list[tuple[Path, str]] = field(default_factory=list)
 
     @property
     def subjects(self) -> int:
-        """How many faces are judged; one to practise with isn't."""
+        """Number of judged faces, without the practice face."""
         return sum(
             len({one.subject for one in key.pictures.values() if one.variant.kind != "practice"})
             for key in self.keys
@@ -213,7 +216,7 @@ class Tally:
         return (*self.raters[row.session.rater].reasons, *left, *early)
 
     def shares(self, rows: Iterable[Answered] | None = None) -> dict[Variant, Share]:
-        """Return the answers "unnatural" to each variant; without rows, of those that count."""
+        """Return the share of "unnatural" per variant, of `rows` or of the answers that count."""
         hits, answers = Counter[Variant](), Counter[Variant]()
         for row in self.counted if rows is None else rows:
             if row.record.answer is not None:
@@ -232,9 +235,9 @@ class Tally:
         return {variant: Grades.of(found[variant]) for variant in self.shares()}
 
     def grades(self) -> tuple[Grades, Grades, int]:
-        """Return the raters' grades of themselves, their grades of others, and skipped pictures.
+        """Return grades of the own face, grades of other faces, and the number of skipped pictures.
 
-        One person is in one photo only, so a rater of several faces graded others.
+        A rater who graded several faces graded other people: each photo shows another person.
         """
         own: list[int] = []
         others: list[int] = []
@@ -273,7 +276,7 @@ def tally(
 ) -> Tally:
     """Join the answers of some studies with their keys. Raises BadFile.
 
-    What can't be used of the ratings is named in the result and stops nothing.
+    Unusable files are listed in the result.
     """
     total, known, tasks = Tally(), {}, set()
     for folder, key_file in studies:
@@ -284,7 +287,7 @@ def tally(
         tasks.add(total.task)
         known[study.identity] = study, key
     if len(tasks) > 1:
-        raise BadFile(Text("these studies ask different things; report on them one by one"))
+        raise BadFile(Text("these studies have different tasks; make separate reports"))
     files = [path for folder, _ in studies for path in _rating_files(folder)]
     for (identity, _), copies in _by_session([*files, *others], total).items():
         if identity not in known:
@@ -292,7 +295,9 @@ def tally(
                 (
                     path,
                     Text(
-                        "{path} holds ratings of another study, {study}", path=path, study=identity
+                        "{path} contains ratings of another study, {study}",
+                        path=path,
+                        study=identity,
                     ),
                 )
                 for path, _ in copies
@@ -314,7 +319,7 @@ def tally(
 
 
 def _rating_files(folder: Path) -> list[Path]:
-    """Return the files of ratings in a study's folder: the program's, and those handed in."""
+    """Return the rating files in a study folder: written by the program, or handed in."""
     places = (folder, folder / plan.RATINGS_FOLDER)
     found = sorted(path for place in places for path in place.glob(f"*{results.SUFFIX}"))
     return found[:_MOST_FILES]
@@ -323,7 +328,7 @@ def _rating_files(folder: Path) -> list[Path]:
 def _by_session(
     files: Iterable[Path], total: Tally
 ) -> dict[tuple[str, str], list[tuple[Path, Ratings]]]:
-    """Return the files that can be read, by study and rater."""
+    """Return the readable files, by study and rater."""
     found = defaultdict(list)
     for path in files:
         try:
@@ -339,7 +344,7 @@ def _check(study: plan.Study, key: Key, key_file: Path) -> None:
     named = {*study.ratings, *study.satisfaction, *study.practice}
     if key.identity != study.identity or named != set(key.pictures):
         raise BadFile(
-            Text("{key_file} is the key of another study; name the right one", key_file=key_file)
+            Text("{key_file} is the key of another study; give the right key", key_file=key_file)
         )
 
 
@@ -363,7 +368,7 @@ def _judge_raters(total: Tally, exclude: Collection[str]) -> None:
         one = of_rater(rows, rules)
         reasons = one.broken(rules)
         if rater in exclude:
-            reasons = (Text("left out by hand"), *reasons)
+            reasons = (Text("excluded by hand"), *reasons)
         total.raters[rater] = dataclasses.replace(one, reasons=reasons)
 
 
@@ -402,7 +407,7 @@ def of_rater(rows: Sequence[Answered], rules: Rules) -> Quality:
 
 
 def _follows(rows: Sequence[Answered]) -> tuple[float | None, float | None]:
-    """Return the AUC of "unnatural", or of lower grades, by distance, and its error if guessed."""
+    """Return the AUC of "unnatural" (or low grades) over distance, and the error of guessing."""
     told = [
         (abs(row.meaning.measured.achieved), float(worse))
         for row in rows
@@ -418,7 +423,7 @@ def _follows(rows: Sequence[Answered]) -> tuple[float | None, float | None]:
     different = np.count_nonzero(apart)
     if not different:
         return None, None
-    # Mann and Whitney's (1947) variance of two groups; of grades, of two halves.
+    # Variance of Mann and Whitney (1947) for two groups; grades are split into two halves.
     few = np.count_nonzero(worse > np.median(worse)) or np.count_nonzero(worse == worse.max())
     many = len(worse) - few
     error = math.sqrt((len(worse) + 1) / (12.0 * few * many))
@@ -426,7 +431,7 @@ def _follows(rows: Sequence[Answered]) -> tuple[float | None, float | None]:
 
 
 def _twins(rows: Sequence[Answered]) -> list[tuple[bool | None, bool | None]]:
-    """Return the answers to each two pictures that are the same but for their names."""
+    """Return the answers to each pair of identical pictures."""
     same = defaultdict(list)
     for row in rows:
         same[row.key.identity, row.meaning.subject, row.variant.what].append(row.is_unnatural)

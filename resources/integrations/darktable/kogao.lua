@@ -1,16 +1,18 @@
--- Kogao for darktable: two buttons among the actions on selected images. Each photo goes out as a
--- TIFF of 16 bits, and the result comes back beside it, grouped with it.
--- Installed by `kogao-cli integrate darktable`, which fills in where the programs lie, and words.
+-- Kogao for darktable: two buttons in the module "selected image[s]". Each photo is exported as a
+-- 16-bit TIFF; the result is imported next to the photo and grouped with it.
+-- `kogao-cli integrate darktable` installs this file and fills in programs and texts.
 
 local dt = require "darktable"
 
--- Within a Flatpak: out of its sandbox, whose /tmp nobody else sees; its cache is a usual folder.
+-- A Flatpak starts Kogao outside of its sandbox. Other programs can't see the sandbox's /tmp, but
+-- its cache is an ordinary folder.
 local SANDBOXED = os.getenv("FLATPAK_ID") ~= nil
-local OUT = SANDBOXED and "flatpak-spawn --host " or ""
+local LAUNCHER = SANDBOXED and "flatpak-spawn --host " or ""
 local FOLDER = SANDBOXED and os.getenv("XDG_CACHE_HOME") or dt.configuration.tmp_dir
-local EDITOR = OUT .. "@KOGAO@ --edit --temporary"
-local BY_ITSELF = OUT .. "@KOGAO_CLI@ warp --in-place --temporary"
-local CANCELLED = 6
+local EDITOR = LAUNCHER .. "@KOGAO@ --edit --temporary"
+local SMALLER = LAUNCHER .. "@KOGAO_CLI@ warp --in-place --temporary --amount "
+local NO_FACE, CANCELLED = 4, 6 -- exit codes
+local LARGEST = 15
 
 local function quoted(path)
   if dt.configuration.running_os == "windows" then
@@ -19,7 +21,7 @@ local function quoted(path)
   return "'" .. path:gsub("'", "'\\''") .. "'"
 end
 
-local function is_there(path)
+local function exists(path)
   local file = io.open(path, "rb")
   if file then
     file:close()
@@ -27,17 +29,17 @@ local function is_there(path)
   return file ~= nil
 end
 
--- A name in a folder that nobody has yet.
+-- Return the path of a TIFF in a folder that does not exist yet, named after the photo.
 local function free_name(folder, image, mark)
   local stem = folder .. "/" .. image.filename:gsub("%.[^.]*$", "") .. mark
   local name, number = stem .. ".tif", 1
-  while is_there(name) do
+  while exists(name) do
     name, number = stem .. "_" .. number .. ".tif", number + 1
   end
   return name
 end
 
-local function copied(from, to)
+local function copy(from, to)
   local source = assert(io.open(from, "rb"))
   local data = source:read("a")
   source:close()
@@ -46,30 +48,38 @@ local function copied(from, to)
   target:close()
 end
 
--- Run a command on a file, and return its exit code and the last line that it complained with.
+-- Run a command on a file. Return the exit code and the last line on stderr.
 local function run(command, file)
-  local said = file .. ".said"
-  local code = dt.control.execute(command .. " " .. quoted(file) .. " 2>" .. quoted(said))
-  if code > 255 then -- as POSIX systems tell it
+  local errors = file .. ".errors"
+  local code = dt.control.execute(command .. " " .. quoted(file) .. " 2>" .. quoted(errors))
+  if code > 255 then -- the wait status of POSIX systems
     code = code // 256
   end
-  local last = ""
-  if is_there(said) then
-    for line in io.lines(said) do
+  local last = "Kogao: " .. code
+  if exists(errors) then
+    for line in io.lines(errors) do
       last = line:match("%S") and line or last
     end
-    os.remove(said)
-  end
-  local at = last:find(FOLDER .. "/", 1, true)
-  if at then
-    last = last:sub(1, at - 1) .. last:sub(at + #FOLDER + 1)
+    os.remove(errors)
   end
   return code, last
 end
 
-local function bring_back(image, file)
+-- Return the message for an exit code, with the photo's name instead of the temporary file.
+local function problem(code, last, file, image)
+  if code == NO_FACE then
+    return image.filename .. ": @NO_FACE@"
+  end
+  local from, to = last:find(file, 1, true)
+  if from then
+    last = last:sub(1, from - 1) .. image.filename .. last:sub(to + 1)
+  end
+  return (last:gsub("^kogao%-cli: ", ""))
+end
+
+local function import(image, file)
   local name = free_name(image.path, image, "_kogao")
-  copied(file, name)
+  copy(file, name)
   local result = dt.database.import(name)
   result:group_with(image.group_leader)
   result.rating = image.rating
@@ -80,30 +90,41 @@ local function bring_back(image, file)
   end
 end
 
--- Send photos out one by one; those that nothing was saved of stay as they are, without a word.
-local function work_on(command, images)
+-- Process photos one by one. Photos that the user doesn't save stay as they are, without a message.
+local function process(command, images)
   for _, image in ipairs(images) do
     local file = free_name(FOLDER, image, "")
     local format = dt.new_format("tiff")
     format.bpp = 16
     format:write_image(image, file)
-    local code, complaint = run(command, file)
+    local code, last = run(command, file)
     if code == 0 then
-      bring_back(image, file)
+      import(image, file)
     elseif code ~= CANCELLED then
-      dt.print(complaint ~= "" and complaint or "Kogao: " .. code)
+      dt.print(problem(code, last, file, image))
     end
     os.remove(file)
   end
 end
 
-local function register(name, label, command)
-  dt.gui.libs.image.register_action(name, label, function(_, images)
-    work_on(command, images)
-  end, "@RESULT_BESIDE@")
+-- darktable's scripts can't open a dialog, and widgets created at start can block darktable: the
+-- Amount is a preference.
+dt.preferences.register("kogao", "amount", "float", "Kogao: @AMOUNT_LABEL@", "@SMALLER@",
+  tonumber("@AMOUNT@"), 0, LARGEST, 0.5)
+
+-- Return the command for the Amount of the preferences.
+local function smaller()
+  local amount = dt.preferences.read("kogao", "amount", "float")
+  return SMALLER .. string.format("%.1f", amount):gsub(",", ".")
 end
 
-register("kogao_editor", "@EDIT@", EDITOR)
-register("kogao_by_itself", "@SMALLER@", BY_ITSELF)
+local function register(name, label, command)
+  dt.gui.libs.image.register_action(name, label, function(_, images)
+    process(command(), images)
+  end, "@RESULT_NEXT_TO@")
+end
 
-return { work_on = work_on, EDITOR = EDITOR, BY_ITSELF = BY_ITSELF }
+register("kogao_editor", "@EDIT@", function() return EDITOR end)
+register("kogao_smaller", (("@SMALLER@"):gsub("…", "")), smaller)
+
+return { process = process, smaller = smaller }

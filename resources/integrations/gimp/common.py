@@ -1,4 +1,4 @@
-"""What the plug-ins for GIMP 3 and 2.10 say and do alike: entries, and a file's way and back."""
+"""Menu entries of the plug-ins for GIMP 3 and 2.10, and the exchange of files with Kogao."""
 
 import os
 import subprocess
@@ -6,19 +6,20 @@ import tempfile
 from pathlib import Path
 
 from kogao_outside import (
-    BY_ITSELF,
     CANCELLED,
     EDIT_TITLE,
     EDITOR,
-    SHARED,
+    HOST_VARIABLES,
+    SMALLER,
     SMALLER_TITLE,
-    THEIRS,
+    TEMPORARY,
     cannot_start,
     layer_name,
+    problem,
 )
 
-BY_AMOUNT = "kogao-by-itself"
-COMMANDS = {"kogao-edit": (EDIT_TITLE, EDITOR), BY_AMOUNT: (SMALLER_TITLE, BY_ITSELF)}
+SMALLER_NAME = "kogao-smaller"
+COMMANDS = {"kogao-edit": (EDIT_TITLE, EDITOR), SMALLER_NAME: (SMALLER_TITLE, SMALLER)}
 MENU = "<Image>/Filters/Distorts/"
 IMAGE_TYPES = "RGB*, GRAY*"
 DOCUMENTATION = "Make faces smaller", "The result is a new layer."
@@ -26,49 +27,49 @@ ATTRIBUTION = "Kogao", "Kogao", "2026"
 
 
 class Cancelled(Exception):
-    """Nothing was saved."""
+    """The user cancelled."""
 
 
 class Failed(Exception):
-    """There is no result; the text says why."""
+    """Kogao failed; the text is the message."""
 
 
-def send(name, file, save, lay, percent=None):
-    """Have a picture worked on.
+def send(name, file, save, add_layer, amount=None):
+    """Send a picture to Kogao and add the result as a layer.
 
     Parameters
     ----------
     name : str
         Which of `COMMANDS`.
     file : str or None
-        Where the picture was read, if anywhere: the editor shows and messages tell its name.
-    save, lay : callable
-        Write the picture to a path; take the result from there, and what its layer is called.
-    percent : float, optional
-        The amount that was asked for.
+        File of the picture, if any: the editor and messages show its name.
+    save, add_layer : callable
+        Write the picture to a path; add a layer from a path, with a name.
+    amount : float, optional
+        Amount, %.
 
     Raises
     ------
     Cancelled, Failed
-        Nothing was laid.
+        No layer was added.
     """
     if os.name == "posix":
-        os.setpgid(0, 0)  # GIMP's Cancel ends a plug-in, with all of its group if it has one
-    with tempfile.TemporaryDirectory(prefix="kogao-", dir=SHARED) as folder:
+        os.setpgid(0, 0)  # GIMP's Cancel ends the plug-in with its process group
+    with tempfile.TemporaryDirectory(prefix="kogao-", dir=TEMPORARY) as folder:
         path = str(Path(folder, f"{Path(file or 'picture').stem}.tif"))
         save(path)
-        command = [*COMMANDS[name][1], *([] if percent is None else ["--percent", f"{percent:g}"])]
-        surroundings = {key: value for key, value in os.environ.items() if key not in THEIRS}
+        command = [*COMMANDS[name][1], *([] if amount is None else ["--amount", f"{amount:g}"])]
+        variables = {key: value for key, value in os.environ.items() if key not in HOST_VARIABLES}
         try:
-            done = subprocess.run(
-                [*command, path], env=surroundings, capture_output=True, encoding="utf-8",
+            ended = subprocess.run(
+                [*command, path], env=variables, capture_output=True, encoding="utf-8",
                 errors="replace",
             )  # fmt: skip
-        except OSError as problem:
-            raise Failed(cannot_start(command[0], "gimp")) from problem
-        if done.returncode == CANCELLED:
+        except OSError as error:
+            raise Failed(cannot_start(command[0], "gimp")) from error
+        if ended.returncode == CANCELLED:
             raise Cancelled
-        if done.returncode:
-            said = done.stderr.strip().replace(f"{folder}{os.sep}", "")
-            raise Failed(said or f"Kogao ended with {done.returncode}.")
-        lay(path, layer_name(done.stdout))
+        if ended.returncode:
+            picture = Path(file or "picture").name
+            raise Failed(problem(ended.returncode, ended.stderr, path, picture))
+        add_layer(path, layer_name(ended.stdout))

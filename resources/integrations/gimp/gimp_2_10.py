@@ -1,6 +1,6 @@
-"""Kogao for GIMP 2.10: the picture goes to Kogao, and comes back as a new layer.
+"""Kogao for GIMP 2.10: sends the picture to Kogao and adds the result as a new layer.
 
-GIMP runs any program that speaks to it by its library, which ctypes can load.
+GIMP runs any program that uses its library; ctypes loads the library.
 """
 
 import os
@@ -22,9 +22,9 @@ from ctypes import (
 from functools import partial
 
 import common
-from kogao_outside import AMOUNT, CLOSED, LARGEST, PERCENT, is_ours
+from kogao_outside import AMOUNT, AMOUNT_LABEL, CLOSED, LARGEST, is_result
 
-# Of GIMP's enumerations: kinds of arguments and procedures, how one is called, and how it ends.
+# GIMP's enumerations: types of arguments and procedures, run modes, status codes.
 INT32, FLOAT, STRING, IMAGE, DRAWABLE, STATUS = 0, 3, 4, 13, 16, 21
 PLUGIN = 1
 INTERACTIVE, WITH_LAST_VALUES = 0, 2
@@ -32,8 +32,8 @@ NONINTERACTIVE = 1
 CLIP_TO_IMAGE = 1
 EXECUTION_ERROR, SUCCESS, CANCEL = 0, 3, 4
 GTK_OK, GTK_CANCEL = -5, -6
-GAP_PX = 6
-KEPT = b"kogao-percent"
+GAP_PX, WIDTH_PX = 6, 320
+STORED = b"kogao-amount"
 
 
 class Declared(Structure):
@@ -43,7 +43,7 @@ class Declared(Structure):
 
 
 class Data(Union):
-    """GimpParamData: what is used of it, and its largest, a colour."""
+    """GimpParamData: the fields used here, and the largest, a colour."""
 
     _fields_ = (
         ("number", c_int32),
@@ -73,20 +73,20 @@ gimp = CDLL("libgimp-2.0.so.0")
 gimp.gimp_get_pdb_error.restype = gimp.gimp_image_get_filename.restype = c_char_p
 gimp.gimp_item_get_name.restype = c_char_p
 gimp.gimp_image_get_layers.restype = POINTER(c_int)
-returned = (Value * 2)()  # GIMP reads it after a run
+returned = (Value * 2)()  # global, because GIMP reads the values after `run`
 
 
 def query():
     """Declare the procedures."""
     arguments = (Declared * 4)(
-        (INT32, b"run-mode", b"How it is called"),
+        (INT32, b"run-mode", b"Run mode"),
         (IMAGE, b"image", b"The picture"),
-        (DRAWABLE, b"drawable", b"Not used: what is visible goes out"),
-        (FLOAT, b"percent", b"How far the outline moves, % of its distance to the centre"),
+        (DRAWABLE, b"drawable", b"Not used: Kogao gets the visible picture"),
+        (FLOAT, b"amount", b"Amount, %"),
     )
     for name, (label, _) in common.COMMANDS.items():
         texts = (name, *common.DOCUMENTATION, *common.ATTRIBUTION, label, common.IMAGE_TYPES)
-        count = 4 if name == common.BY_AMOUNT else 3
+        count = 4 if name == common.SMALLER_NAME else 3
         gimp.gimp_install_procedure(
             *(text.encode() for text in texts), PLUGIN, count, 0, arguments, None
         )
@@ -94,60 +94,60 @@ def query():
 
 
 def run(name, count, values, length, results):
-    """Send what is visible to Kogao, and lay what comes back on top."""
-    image, status, said = values[1].data.number, SUCCESS, b""
+    """Send the visible picture to Kogao and add the result as the top layer."""
+    image, status, message = values[1].data.number, SUCCESS, b""
     try:
         given = values[3].data.real if count > 3 else None
-        percent = (
-            amount(values[0].data.number, given) if name.decode() == common.BY_AMOUNT else None
-        )
+        is_smaller = name.decode() == common.SMALLER_NAME
+        amount = amount_of(values[0].data.number, given) if is_smaller else None
         file = gimp.gimp_image_get_filename(image)
-        ways = partial(save, image), partial(lay, image)
-        common.send(name.decode(), file and os.fsdecode(file), *ways, percent)
+        exchange = partial(save, image), partial(add_layer, image)
+        common.send(name.decode(), file and os.fsdecode(file), *exchange, amount)
     except common.Cancelled:
         status = CANCEL
-    except Exception as problem:  # beyond here nobody hears of it
-        status, said = EXECUTION_ERROR, str(problem).encode()
+    except Exception as problem:  # ctypes would drop the exception
+        status, message = EXECUTION_ERROR, str(problem).encode()
     returned[0] = Value(STATUS, Data(number=status))
-    returned[1] = Value(STRING, Data(text=said))
-    length[0] = 2 if said else 1
+    returned[1] = Value(STRING, Data(text=message))
+    length[0] = 2 if message else 1
     results[0] = returned
 
 
-def amount(mode, given):
-    """Return the percentage to go by; a user is asked, and GIMP keeps the answer."""
-    value = c_double(PERCENT)
-    gimp.gimp_procedural_db_get_data(KEPT, byref(value))
+def amount_of(mode, given):
+    """Return the Amount, %, from the user in interactive mode; GIMP stores the answer."""
+    value = c_double(AMOUNT)
+    gimp.gimp_procedural_db_get_data(STORED, byref(value))
     if mode == INTERACTIVE:
-        value.value = asked(value.value)
+        value.value = ask_amount(value.value)
     elif mode != WITH_LAST_VALUES and given is not None:
         return given
-    gimp.gimp_procedural_db_set_data(KEPT, byref(value), sizeof(value))
+    gimp.gimp_procedural_db_set_data(STORED, byref(value), sizeof(value))
     return value.value
 
 
-def asked(percent):
-    """Return what a user wants instead."""
+def ask_amount(amount):
+    """Ask for the Amount, %, in a dialog. Raises Cancelled."""
     ui, gtk = CDLL("libgimpui-2.0.so.0"), CDLL("libgtk-x11-2.0.so.0")
-    for made in (
+    for function in (
         ui.gimp_dialog_new,
         gtk.gtk_dialog_get_content_area,
         gtk.gtk_hbox_new,
         gtk.gtk_label_new,
         gtk.gtk_spin_button_new_with_range,
     ):
-        made.restype = c_void_p
+        function.restype = c_void_p
     gtk.gtk_spin_button_get_value.restype = c_double
     ui.gimp_ui_init(b"kogao", 0)
-    title = common.COMMANDS[common.BY_AMOUNT][0].replace("_", "").encode()
+    title = common.COMMANDS[common.SMALLER_NAME][0].replace("_", "").encode()
     buttons = b"gtk-cancel", GTK_CANCEL, b"gtk-ok", GTK_OK, None
     dialog = c_void_p(ui.gimp_dialog_new(title, b"kogao", None, 0, None, None, *buttons))
+    gtk.gtk_window_set_default_size(dialog, WIDTH_PX, -1)  # room for the title
     row = c_void_p(gtk.gtk_hbox_new(0, GAP_PX))
-    label = c_void_p(gtk.gtk_label_new(AMOUNT.encode()))
+    label = c_void_p(gtk.gtk_label_new(AMOUNT_LABEL.encode()))
     number = c_void_p(
         gtk.gtk_spin_button_new_with_range(c_double(0), c_double(LARGEST), c_double(0.5))
     )
-    gtk.gtk_spin_button_set_value(number, c_double(percent))
+    gtk.gtk_spin_button_set_value(number, c_double(amount))
     gtk.gtk_entry_set_activates_default(number, 1)
     gtk.gtk_dialog_set_default_response(dialog, GTK_OK)
     for one in (label, number):
@@ -156,25 +156,26 @@ def asked(percent):
     gtk.gtk_box_pack_start(content, row, 0, 0, GAP_PX)
     gtk.gtk_widget_show_all(content)
     answer = ui.gimp_dialog_run(dialog)
-    percent = gtk.gtk_spin_button_get_value(number)
+    amount = gtk.gtk_spin_button_get_value(number)
     gtk.gtk_widget_destroy(dialog)
     if answer != GTK_OK:
         raise common.Cancelled
-    return percent
+    return amount
 
 
 def keep_source(image):
-    """Remove the layers that Kogao has made, unless nothing else is seen, and the hidden ones."""
+    """Remove hidden layers and, unless all visible layers are results, the results of Kogao."""
     count = c_int()
     layers = gimp.gimp_image_get_layers(image, byref(count))[: count.value]
-    shown = [one for one in layers if gimp.gimp_item_get_visible(one)]
-    theirs = [one for one in shown if not is_ours(gimp.gimp_item_get_name(one).decode())]
-    for one in set(layers) - set(theirs or shown):
-        gimp.gimp_image_remove_layer(image, one)
+    visible = [layer for layer in layers if gimp.gimp_item_get_visible(layer)]
+    names = {layer: gimp.gimp_item_get_name(layer).decode() for layer in visible}
+    source = [layer for layer in visible if not is_result(names[layer])]
+    for layer in set(layers) - set(source or visible):
+        gimp.gimp_image_remove_layer(image, layer)
 
 
 def save(image, path):
-    """Write what is visible of an image, and no less than all of its canvas."""
+    """Write the visible picture, with the size of the canvas."""
     flat = gimp.gimp_image_duplicate(image)
     keep_source(flat)
     layer = gimp.gimp_image_merge_visible_layers(flat, CLIP_TO_IMAGE)
@@ -184,11 +185,11 @@ def save(image, path):
         check(gimp.gimp_file_save(NONINTERACTIVE, flat, layer, file, file))
     finally:
         gimp.gimp_image_delete(flat)
-    gimp.gimp_progress_init(b"Kogao")  # the file's is over
+    gimp.gimp_progress_init(b"Kogao")  # replaces the message about the exported file
 
 
-def lay(image, path, title):
-    """Lay what a file shows over all other layers of an image."""
+def add_layer(image, path, title):
+    """Add a file as the top layer of an image."""
     if not gimp.gimp_image_is_valid(image):
         raise common.Failed(CLOSED)
     layer = gimp.gimp_file_load_layer(NONINTERACTIVE, image, os.fsencode(path))
@@ -201,7 +202,7 @@ def lay(image, path, title):
 
 
 def check(is_done):
-    """Raise what GIMP complained of last, unless all is well."""
+    """Raise Failed with GIMP's last error unless `is_done`."""
     if not is_done:
         raise common.Failed(gimp.gimp_get_pdb_error().decode())
 

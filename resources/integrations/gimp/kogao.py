@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Kogao for GIMP 3: the picture goes to Kogao, and comes back as a new layer.
+"""Kogao for GIMP 3: sends the picture to Kogao and adds the result as a new layer.
 
-GIMP's Python has none of Kogao's libraries, so that Kogao runs as a program of its own.
+GIMP's Python has none of Kogao's libraries, so Kogao runs as a separate program.
 """
 
 import sys
@@ -9,7 +9,7 @@ from functools import partial
 
 import common
 import gi
-from kogao_outside import AMOUNT, CLOSED, LARGEST, PERCENT, is_ours
+from kogao_outside import AMOUNT, AMOUNT_LABEL, CLOSED, LARGEST, is_result
 
 gi.require_version("Gimp", "3.0")
 gi.require_version("GimpUi", "3.0")
@@ -20,15 +20,15 @@ class Kogao(Gimp.PlugIn):
     """Two procedures under Filters > Distorts."""
 
     def do_query_procedures(self):
-        """Return their names."""
+        """Return the names of the procedures."""
         return list(common.COMMANDS)
 
     def do_set_i18n(self, _name):
-        """Return that there are no translations."""
+        """Return False: GIMP has no translations of the plug-in."""
         return False
 
     def do_create_procedure(self, name):
-        """Declare one of them."""
+        """Declare a procedure."""
         kind = Gimp.PDBProcType.PLUGIN
         procedure = Gimp.ImageProcedure.new(self, name, kind, self.run, None)
         procedure.set_image_types(common.IMAGE_TYPES)
@@ -36,18 +36,18 @@ class Kogao(Gimp.PlugIn):
         procedure.add_menu_path(common.MENU)
         procedure.set_documentation(*common.DOCUMENTATION, name)
         procedure.set_attribution(*common.ATTRIBUTION)
-        if name == common.BY_AMOUNT:
+        if name == common.SMALLER_NAME:
             flags = GObject.ParamFlags.READWRITE
-            procedure.add_double_argument("percent", AMOUNT, None, 0, LARGEST, PERCENT, flags)
+            procedure.add_double_argument("amount", AMOUNT_LABEL, None, 0, LARGEST, AMOUNT, flags)
         return procedure
 
     def run(self, procedure, mode, image, _drawables, config, _data):
-        """Send what is visible to Kogao, and lay what comes back on top."""
+        """Send the visible picture to Kogao and add the result as the top layer."""
         file, name = image.get_file(), procedure.get_name()
-        ways = partial(save, image), partial(lay, image)
+        exchange = partial(save, image), partial(add_layer, image)
         try:
-            percent = amount(procedure, mode, config) if name == common.BY_AMOUNT else None
-            common.send(name, file and file.get_basename(), *ways, percent)
+            amount = ask_amount(procedure, mode, config) if name == common.SMALLER_NAME else None
+            common.send(name, file and file.get_basename(), *exchange, amount)
         except common.Cancelled:
             return procedure.new_return_values(Gimp.PDBStatusType.CANCEL, None)
         except common.Failed as failure:
@@ -56,41 +56,41 @@ class Kogao(Gimp.PlugIn):
         return procedure.new_return_values(Gimp.PDBStatusType.SUCCESS, None)
 
 
-def amount(procedure, mode, config):
-    """Return the percentage to go by; a user is asked, and GIMP keeps the answer."""
+def ask_amount(procedure, mode, config):
+    """Return the Amount, %, from the user in interactive mode; GIMP stores the answer."""
     if mode == Gimp.RunMode.INTERACTIVE:
         GimpUi.init("kogao")
         dialog = GimpUi.ProcedureDialog.new(procedure, config, None)
         dialog.fill(None)
-        wanted = dialog.run()
+        is_accepted = dialog.run()
         dialog.destroy()
-        if not wanted:
+        if not is_accepted:
             raise common.Cancelled
-    return config.get_property("percent")
+    return config.get_property("amount")
 
 
 def keep_source(image):
-    """Remove the layers that Kogao has made, unless nothing else is seen, and the hidden ones."""
+    """Remove hidden layers and, unless all visible layers are results, the results of Kogao."""
     layers = image.get_layers()
-    shown = [one for one in layers if one.get_visible()]
-    theirs = [one for one in shown if not is_ours(one.get_name())]
-    for one in layers:
-        if one not in (theirs or shown):
-            image.remove_layer(one)
+    visible = [layer for layer in layers if layer.get_visible()]
+    source = [layer for layer in visible if not is_result(layer.get_name())]
+    for layer in layers:
+        if layer not in (source or visible):
+            image.remove_layer(layer)
 
 
 def save(image, path):
-    """Write what is visible of an image, and no less than all of its canvas."""
+    """Write the visible picture, with the size of the canvas."""
     flat = image.duplicate()
     keep_source(flat)
     flat.merge_visible_layers(Gimp.MergeType.CLIP_TO_IMAGE).resize_to_image_size()
     Gimp.file_save(Gimp.RunMode.NONINTERACTIVE, flat, Gio.File.new_for_path(path), None)
     flat.delete()
-    Gimp.progress_init("Kogao")  # the file's is over
+    Gimp.progress_init("Kogao")  # replaces the message about the exported file
 
 
-def lay(image, path, title):
-    """Lay what a file shows over all other layers of an image."""
+def add_layer(image, path, title):
+    """Add a file as the top layer of an image."""
     if not image.is_valid():
         raise common.Failed(CLOSED)
     file = Gio.File.new_for_path(path)

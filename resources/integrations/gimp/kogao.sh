@@ -1,5 +1,5 @@
 #!/bin/sh
-# Started by GIMP 2.10: looks for a Python for what lies beside, Kogao's own or else any.
+# GIMP 2.10 starts this script, which runs the plug-in with Kogao's Python or any other.
 for python in @PYTHON@ python3; do
   command -v "$python" >/dev/null && exec "$python" "$(dirname "$0")/gimp_2_10.py" "$@"
 done

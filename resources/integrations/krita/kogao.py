@@ -1,6 +1,6 @@
-"""Kogao for Krita: the picture goes to Kogao, and comes back as a new layer.
+"""Kogao for Krita: sends the picture to Kogao and adds the result as a new layer.
 
-Krita's Python has none of Kogao's libraries, so that Kogao runs as a program of its own.
+Krita's Python has none of Kogao's libraries, so Kogao runs as a separate program.
 """
 
 import tempfile
@@ -13,24 +13,25 @@ from PyQt5.QtWidgets import QInputDialog, QMessageBox
 
 from .kogao_outside import (
     AMOUNT,
-    BY_ITSELF,
+    AMOUNT_LABEL,
     CANCELLED,
     CLOSED,
     EDIT_TITLE,
     EDITOR,
+    HOST_VARIABLES,
     LARGEST,
-    PERCENT,
-    SHARED,
+    SMALLER,
     SMALLER_TITLE,
-    THEIRS,
+    TEMPORARY,
     cannot_start,
-    is_ours,
+    is_result,
     layer_name,
+    problem,
 )
 
 ACTIONS = {
     "kogao_edit": (EDIT_TITLE, EDITOR),
-    "kogao_by_itself": (SMALLER_TITLE, BY_ITSELF),
+    "kogao_smaller": (SMALLER_TITLE, SMALLER),
 }
 
 
@@ -38,10 +39,10 @@ class Scripts(Extension):
     """Two actions under Tools > Scripts."""
 
     def setup(self):
-        """Do nothing: Krita asks for this."""
+        """Do nothing; Krita requires this method."""
 
     def createActions(self, window):  # noqa: N802
-        """Put the actions into a window's menu."""
+        """Add the actions to the menu of a window."""
         for name, (title, command) in ACTIONS.items():
             action = window.createAction(name, title, "tools/scripts")
             action.triggered.connect(partial(self._send, command))
@@ -50,76 +51,77 @@ class Scripts(Extension):
         document = Krita.instance().activeDocument()
         if document is None:
             return
-        if command is BY_ITSELF:
-            percent = _asked()
-            if percent is None:
+        if command is SMALLER:
+            amount = _ask_amount()
+            if amount is None:
                 return
-            command = [*command, "--percent", f"{percent:g}"]
-        with tempfile.TemporaryDirectory(prefix="kogao-", dir=SHARED) as folder:
+            command = [*command, "--amount", f"{amount:g}"]
+        with tempfile.TemporaryDirectory(prefix="kogao-", dir=TEMPORARY) as folder:
             path = str(Path(folder, "picture.png"))
-            code, problem, said = self._work_on(document, command, path)
+            code, message, output = self._run(document, command, path)
             if code == 0:
-                problem = _bring_back(document, path, layer_name(said))
-        if problem and code != CANCELLED:
-            QMessageBox.warning(None, "Kogao", problem)
+                message = _add_layer(document, path, layer_name(output))
+        if message and code != CANCELLED:
+            QMessageBox.warning(None, "Kogao", message)
 
-    def _work_on(self, document, command, path):
-        """Write what is visible, let Kogao write over it; its code, its complaint, what it says."""
+    def _run(self, document, command, path):
+        """Run Kogao on the visible picture. Return exit code, error message and output."""
         options = InfoObject()
         options.setProperty("alpha", True)
-        options.setProperty("saveSRGBProfile", True)  # without one Krita would ask for it again
+        options.setProperty("saveSRGBProfile", True)  # otherwise Krita asks for a profile
         document.waitForDone()
-        source = _without_ours(document)
+        source = _without_results(document)
         source.setBatchmode(True)
         is_written = source.exportImage(path, options)
         source.close()
         if not is_written:
             return 1, "The picture can't be written as a PNG file.", ""
-        process, done = QProcess(), QEventLoop()
-        surroundings = QProcessEnvironment.systemEnvironment()
-        for name in (*THEIRS, "QT_PLUGIN_PATH"):
-            surroundings.remove(name)
-        process.setProcessEnvironment(surroundings)
-        process.finished.connect(done.quit)
-        process.errorOccurred.connect(done.quit)
+        process, loop = QProcess(), QEventLoop()
+        variables = QProcessEnvironment.systemEnvironment()
+        for name in (*HOST_VARIABLES, "QT_PLUGIN_PATH"):
+            variables.remove(name)
+        process.setProcessEnvironment(variables)
+        process.finished.connect(loop.quit)
+        process.errorOccurred.connect(loop.quit)
         process.start(command[0], [*command[1:], path])
         if process.state() != QProcess.NotRunning:
-            done.exec_()  # Krita goes on meanwhile
+            loop.exec_()  # keeps Krita's windows alive
         if process.error() == QProcess.FailedToStart:
             return 1, cannot_start(command[0], "krita"), ""
-        error, said = (
-            bytes(stream).decode(errors="replace").strip()
+        errors, output = (
+            bytes(stream).decode(errors="replace")
             for stream in (process.readAllStandardError(), process.readAllStandardOutput())
         )
-        return process.exitCode(), error or f"Kogao ended with {process.exitCode()}.", said
+        code, picture = process.exitCode(), Path(document.fileName() or "picture").name
+        return code, problem(code, errors, path, picture), output
 
 
-def _asked():
-    """Return the percentage to go by, and keep it; None for none."""
-    kept = float(Krita.instance().readSetting("kogao", "percent", str(PERCENT)))
-    percent, wanted = QInputDialog.getDouble(
-        None, SMALLER_TITLE.replace("&", ""), AMOUNT, kept, 0, LARGEST, 1
+def _ask_amount():
+    """Ask for the Amount, %, and store the answer. Return None if the user cancels."""
+    stored = float(Krita.instance().readSetting("kogao", "amount", str(AMOUNT)))
+    amount, is_accepted = QInputDialog.getDouble(
+        None, SMALLER_TITLE.replace("&", ""), AMOUNT_LABEL, stored, 0, LARGEST, 1
     )
-    if not wanted:
+    if not is_accepted:
         return None
-    Krita.instance().writeSetting("kogao", "percent", str(percent))
-    return percent
+    Krita.instance().writeSetting("kogao", "amount", str(amount))
+    return amount
 
 
-def _without_ours(document):
-    """Return a copy of a picture without Kogao's layers, unless nothing else is seen there."""
+def _without_results(document):
+    """Return a copy of a picture; hide Kogao's results unless all visible layers are results."""
     copy = document.clone()
-    shown = [node for node in copy.topLevelNodes() if node.visible()]
-    ours = [node for node in shown if is_ours(node.name())]
-    for node in ours if len(ours) < len(shown) else ():
+    visible = [node for node in copy.topLevelNodes() if node.visible()]
+    results = [node for node in visible if is_result(node.name())]
+    for node in results if len(results) < len(visible) else ():
         node.setVisible(False)
     copy.refreshProjection()
     copy.waitForDone()
     return copy
 
 
-def _bring_back(document, path, title):
-    """Lay a file over all other layers, or return why not."""
+def _add_layer(document, path, title):
+    """Add a file as the top layer. Return an error message or None."""
     if document not in Krita.instance().documents():
         return CLOSED
     result = Krita.instance().openDocument(path)
