@@ -22,7 +22,7 @@ from kogao_core.photo.formats import common
 from kogao_core.photo.jpeg import decoding, segments
 from kogao_core.photo.jpeg.blocks import keep_blocks
 from kogao_core.photo.jpeg.coefficients import CannotKeepBlocks
-from kogao_core.photo.metadata import kinds, stale
+from kogao_core.photo.metadata import kinds, references
 from kogao_core.photo.metadata.upright import as_stored, turn_upright
 from kogao_core.photo.model import Companion, Photo, is_same
 
@@ -66,7 +66,12 @@ def accompanied(photo: Photo, move: Move, *, film: bool = False) -> Photo:
     """
     found: list[Companion] = []
     for extra in photo.extras:
-        if extra.kind is kinds.VIDEO and film and extra.data and stale.tells_film(photo.xmp or b""):
+        if (
+            extra.kind is kinds.VIDEO
+            and film
+            and extra.data
+            and references.locates_video(photo.xmp or b"")
+        ):
             found.append(Companion(kinds.VIDEO, extra.data))
         elif extra.kind is kinds.GAIN_MAP and _fits(extra.data, photo):
             before = _decoded(extra.data)

@@ -10,7 +10,7 @@ from typing import IO, Final
 from kogao_core.base.language import Text
 from kogao_core.photo.jpeg import segments
 from kogao_core.photo.jpeg.segments import APP_OR_COMMENT
-from kogao_core.photo.metadata import kinds, stale
+from kogao_core.photo.metadata import kinds, references
 from kogao_core.photo.metadata.kinds import Extra, Kind
 
 _EXTENSION: Final = b"http://ns.adobe.com/xmp/extension/\0"
@@ -105,7 +105,7 @@ def found(file: IO[bytes], *, is_turned: bool) -> Iterator[Extra]:
             yield Extra(kind, _exact_name(kind, segment))
         elif kind is kinds.SECOND_XMP:
             yield Extra(kind)
-            yield from map(Extra, stale.found(segment[_PACKET_AT:], is_turned=is_turned))
+            yield from map(Extra, references.found(segment[_PACKET_AT:], is_turned=is_turned))
         elif kind not in (*_BLOCKS, kinds.SECOND_PROFILE):
             yield Extra(kind)
     whole, rest = segments.profiles(file)
@@ -149,7 +149,7 @@ def _judged(of: Iterable[tuple[int, bytes]]) -> Iterator[tuple[Kind, bytes]]:
     }
     is_signed = any(kind is kinds.JUMBF and b"c2pa" in segment for kind, segment in found)
     extension = b"".join(one for kind, one in found if kind is kinds.XMP_EXTENSION)
-    is_stale = stale.is_picture_in(extension)
+    holds_picture = references.is_picture_in(extension)
     packets = blocks = 0
     for kind, segment in found:
         packets += kind is kinds.XMP
@@ -166,7 +166,7 @@ def _judged(of: Iterable[tuple[int, bytes]]) -> Iterator[tuple[Kind, bytes]]:
             yield kinds.CREDENTIALS, segment
         elif kind is kinds.JUMBF and not _is_text(segment):
             yield kinds.UNKNOWN, segment
-        elif kind is kinds.XMP_EXTENSION and is_stale:
+        elif kind is kinds.XMP_EXTENSION and holds_picture:
             yield kinds.DEPTH, segment
         else:
             yield kind, segment

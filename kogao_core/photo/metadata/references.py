@@ -147,7 +147,7 @@ def adjusted(packet: bytes, lengths: Mapping[Kind, int]) -> bytes:
     return xmp.replaced(packet, new)
 
 
-def tells_film(packet: bytes) -> bool:
+def locates_video(packet: bytes) -> bool:
     """Tell whether a packet says where a film lies, so that it can be found."""
     try:
         items, offset = _items(packet)
