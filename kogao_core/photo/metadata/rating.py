@@ -1,6 +1,6 @@
 """Ratings, labels and Kogao's edit record in XMP, read without decoding the photo.
 
-Ratings are written to a sidecar, not to the photo (decision 51).
+Ratings are written to a sidecar, not to the photo (decision 8).
 """
 
 from __future__ import annotations
