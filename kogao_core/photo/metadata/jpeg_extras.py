@@ -54,11 +54,11 @@ _NAMES: Final = {
 
 
 def carried(file: IO[bytes]) -> tuple[bytes, ...]:
-    """Return segments that a changed photo keeps.
+    """Return the segments that are copied into a changed photo.
 
-    These are comments, extended XMP, further packets and profiles, segments of makers and programs,
-    and segments about a gain map. A series with a picture is left out: the picture shows the
-    original face.
+    Copied: comments, the rest of a long XMP, further packets and profiles, data of cameras and
+    programs, data of a gain map. Left out: segments with a picture, with their whole series,
+    because the picture would show the original.
     """
     return tuple(segment for kind, segment in _judged(_found(file)) if kind in _CARRIED)
 

@@ -194,7 +194,7 @@ class TiffTags:
         return self._first(Tag.Compression, 1)
 
     def check(self, path: Path) -> None:
-        """Refuse a file that starts with a thumbnail, or has an unsupported compression.
+        """Check that the first picture is not a thumbnail and that its compression is supported.
 
         Raises UnreadablePhoto.
         """
@@ -399,5 +399,5 @@ class _Text(str):
 
 
 def as_read(value: object) -> object:
-    """Convert a value from Pillow so that Pillow writes the original bytes."""
+    """Return a tag value from Pillow in a form that Pillow writes unchanged."""
     return _Text(value) if isinstance(value, str) else value
