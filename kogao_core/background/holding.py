@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kogao_core.background.edges import Edges, no_edges
-from kogao_core.base.geometry import Affine, Array, ramp, smoothstep
+from kogao_core.base.geometry import Affine, Array, ramp
 from kogao_core.faces.face import Face
 from kogao_core.recipe.recipe import LOSSLESS_PX
 from kogao_core.warp.field import Field
@@ -42,12 +42,12 @@ _STEP: Final = 0.5  # between points of neighbours
 _ABOVE: Final = 0.25
 # Weights; 1 is that of a difference of neighbouring control points.
 _LEAST: Final = 1e-2  # rows of less weight are left out
-_NEIGHBOUR: Final = 3e4
+_NEIGHBOUR: Final = 3e4  # of a neighbour close to the face
 _PERSON: Final = 10.0  # of a place on the person's hair and clothes, where the change is to be zero
 _WITHIN: Final = 60.0  # the same of a place within the face
 _INSIDE: Final = 1.5  # between those
-_CORNER: Final = 1e6  # of eyes and mouth
-_EDGE: Final = 1e6  # of the photo's edge, across which nothing moves
+# Of neighbours, corners of eyes and mouth, and the photo's edge: they change by less than 1/64 px.
+_STILL: Final = 1e7
 _RIDGE: Final = 1e-9  # of the equations of the landmarks
 _SCREEN: Final = 0.06  # in L beside neighbours' differences: a change fades over four spacings
 # The change acts in a square of this half side, moved up from the middle of the outline by so much.
@@ -74,8 +74,8 @@ class Held:
     edges: tuple[Edges, ...] = ()  # one for each face; empty: none
     # (M, 2): for each face, points on the edge of other people, px; empty where there are none.
     neighbours: tuple[Array, ...] = ()
-    # What `hold` has built for a face, by everything it depends on beside this.
-    built: dict[Any, tuple[_Steady, ...]] = dataclasses.field(default_factory=dict)
+    # The newest equations of each face, by its index, after the values they were built for.
+    built: dict[int, tuple[Any, tuple[_Steady, ...]]] = dataclasses.field(default_factory=dict)
 
     def mapped(self, transform: Affine) -> Held:
         """Return the same in another image's px."""
@@ -95,22 +95,19 @@ def hold(field: Field, problems: Sequence[Problem], faces: Sequence[Face], held:
         return field
     lattices = list(field.lattices)
     for group in groups(field.lattices):
-        targets = [problems[k].target_px[: problems[k].movers] for k in group]
-        changed = []
+        targets = np.vstack([problems[k].target_px[: problems[k].movers] for k in group])
+        changed = {}
         for k in group:
             before = field.lattices[k]
             changes = _changes(field, problems[k], faces[k], held, k) if before.phi.any() else ()
             if changes:
                 after = before
                 for steady in changes:
-                    after = summed(after, steady.change(after, np.vstack(targets)))
-                after = on_quanta(problems[k].within(after))
-                lattices[k] = _allowed(field, [k], [after])[0]
-                changed.append(k)
-        if len(changed) > 1:
-            together = [lattices[k] for k in changed]
-            for k, lattice in zip(changed, _allowed(field, changed, together), strict=True):
-                lattices[k] = lattice
+                    after = summed(after, steady.change(after, targets))
+                changed[k] = on_quanta(problems[k].within(after))
+        allowed = _allowed(field, [*changed], [*changed.values()])
+        for k, lattice in zip(changed, allowed, strict=True):
+            lattices[k] = lattice
     return dataclasses.replace(field, lattices=tuple(lattices))
 
 
@@ -118,18 +115,21 @@ def _changes(field: Field, problem: Problem, face: Face, held: Held, k: int) -> 
     """Return the equations of the changes of a face: neighbours on a fine lattice, then all."""
     edges = held.edges[k] if held.edges else None
     near = held.neighbours[k] if held.neighbours else np.zeros((0, 2))
-    key = (k, problem.grid, problem.photo, face.points.tobytes())
-    if key not in held.built:
+    values = problem.grid, problem.photo, face.points.tobytes()
+    known, found = held.built.get(k, (None, ()))
+    if known != values:
         both = (_Steady(problem, face, rows, near) for rows in (None, edges or no_edges()))
-        held.built[key] = tuple(steady for steady in both if len(steady.weights))
-    found = list(held.built[key])
-    if field.protection.strokes:
-        alone = Field((field.lattices[k],), protection=field.protection)
-        for number, steady in enumerate(found):
-            shares = alone.protected_share(steady.places)
-            if (shares < 1.0).any():  # a protected part pins its edge
-                found[number] = _Steady(problem, face, steady.edges, near, shares)
-    return tuple(found)
+        found = tuple(steady for steady in both if len(steady.weights))
+        held.built[k] = values, found
+    if not field.protection.strokes:
+        return found
+    alone = Field((field.lattices[k],), protection=field.protection)
+    # A protected part pins its edge.
+    shares = [alone.protected_share(steady.places) for steady in found]
+    return tuple(
+        _Steady(problem, face, one.edges, near, share) if (share < 1.0).any() else one
+        for one, share in zip(found, shares, strict=True)
+    )
 
 
 def _allowed(field: Field, which: Sequence[int], after: Sequence[Lattice]) -> Sequence[Lattice]:
@@ -138,7 +138,6 @@ def _allowed(field: Field, which: Sequence[int], after: Sequence[Lattice]) -> Se
     unchanged = dataclasses.replace(field, lattices=tuple(before))
     was = least_det(unchanged)
     least = min(was, _LEAST_DET, max(LEAST_DET, _LEAST_SHARE * was))
-    was_safe = is_safe(unchanged)
 
     def mixed(share: float) -> list[Lattice]:
         return [
@@ -148,10 +147,14 @@ def _allowed(field: Field, which: Sequence[int], after: Sequence[Lattice]) -> Se
     def allow(lattices: Sequence[Lattice]) -> bool:
         changed = dataclasses.replace(field, lattices=tuple(lattices))
         det = least_det(changed, least)
-        return det >= least and (is_safe(changed, det) or not was_safe)
+        return det >= least and (is_safe(changed, det) or not is_safe(unchanged, was))
 
-    if all(a is b for a, b in zip(before, after, strict=True)) or allow(after):
+    if allow(after):
         return after
+    if len(which) > 1:
+        after = [_allowed(field, [k], [one])[0] for k, one in zip(which, after, strict=True)]
+        if allow(after):
+            return after
     return mixed(bisected(lambda share: allow(mixed(share)), 1.0))
 
 
@@ -180,9 +183,11 @@ class _Steady:
         triples, normals, weights = _near_rows(edges, self._room, swept, h)
         near = near[self._room.reaches(near)]
         near = _thinned(near[_away(near, swept, h) > _TOUCHING], _STEP * h)
-        touching = np.clip((_away(near, swept, h) - _TOUCHING) / _TOUCHING, 0.0, 1.0) ** 2
+        # Nearly exact where a neighbour is clear of the face, soft where both meet.
+        clear = _away(near, swept, h) / _TOUCHING - np.array([[1.0], [2.0]])
+        soft, exact = np.clip(clear, 0.0, 1.0) ** 2
         self._edges, self._normals = len(weights), normals
-        self.weights = np.concatenate([weights, _NEIGHBOUR * touching])
+        self.weights = np.concatenate([weights, _NEIGHBOUR * soft + _STILL * exact])
         self.places = np.concatenate([triples.reshape(-1, 2), near])
         factors = np.concatenate([np.tile((1.0, -2.0, 1.0), len(weights)), np.ones(len(near))])
         self._factors = factors if shares is None else factors * shares
@@ -195,15 +200,26 @@ class _Steady:
         self._rows = self._felt(self.places, self._of_row, self._factors)
         matrix = self._built(problem, face, edges, swept)
         self._whitening = _inverse(np.asarray(np.linalg.cholesky(matrix), np.float64))
+        # The newest change, after the values it was solved for: a drag leaves other faces alone.
+        self._newest: tuple[Any, Lattice] = (), self._room
 
     def change(self, lattice: Lattice, landmarks: Array) -> Lattice:
         """Return the change of a lattice, zero at landmarks (N, 2)."""
+        landmarks = landmarks[self._room.reaches(landmarks)]
+        values = lattice.grid, lattice.first, lattice.phi.tobytes(), landmarks.tobytes()
+        known, change = self._newest
+        if values != known:
+            change = self._solved(lattice, landmarks)
+            self._newest = values, change
+        return change
+
+    def _solved(self, lattice: Lattice, landmarks: Array) -> Lattice:
         n, count = self._rows.shape[1], self._edges
         asked = self._factors[:, None] * lattice.at(self.places)
         parts = np.stack([np.bincount(self._of_row, one) for one in asked.T], axis=-1)
         parts *= self.weights[:, None]
         parts[:count] = (parts[:count] * self._normals).sum(axis=1)[:, None] * self._normals
-        felt = self._felt(landmarks[self._room.reaches(landmarks)])
+        felt = self._felt(landmarks)
         m = len(felt)
         both = np.zeros((2 * m, 2 * n))
         both[:m, :n] = both[m:, n:] = felt
@@ -213,9 +229,9 @@ class _Steady:
         strength = np.linalg.solve(ways.T @ ways + _RIDGE * np.eye(2 * m), ways.T @ free)
         phi = self._whitening.T @ (free - ways @ strength)
         phi = phi.reshape(2, *self._room.shape) * self._free
-        # Control points too small to be seen become zero, away from the landmarks.
-        seen = smoothstep(2.0 * np.hypot(*phi) / LOSSLESS_PX - 1.0)
-        phi *= np.where(felt.any(axis=0).reshape(self._room.shape), 1.0, seen)
+        # Away from landmarks, steps too small to be seen: a drag there leaves control points alone.
+        coarse = LOSSLESS_PX * np.round(phi / LOSSLESS_PX)
+        phi = np.where(felt.any(axis=0).reshape(self._room.shape), phi, coarse)
         return dataclasses.replace(self._room, phi=np.ascontiguousarray(phi.transpose(1, 2, 0)))
 
     def _felt(
@@ -254,7 +270,7 @@ class _Steady:
         count = self._edges
         places, weights = (
             [inside, corners],
-            [np.full(len(inside), _WITHIN), np.full(len(corners), _CORNER)],
+            [np.full(len(inside), _WITHIN), np.full(len(corners), _STILL)],
         )
         if edges is not None:
             on = self._room.reaches(edges.people_px)
@@ -270,7 +286,7 @@ class _Steady:
         for axis in (0, 1):
             matrix[axis, :, axis] += still
         for axis, there in _edge_places(problem, self._room):
-            matrix[axis, :, axis] += _squared(self._felt(there), np.full(len(there), _EDGE))
+            matrix[axis, :, axis] += _squared(self._felt(there), np.full(len(there), _STILL))
         return matrix.reshape(2 * n, 2 * n)
 
 

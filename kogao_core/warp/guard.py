@@ -88,11 +88,12 @@ def limited_stroke(
 
 def _weights(part: Field, photo: Box | None, fixed: int = 0) -> list[Array]:
     """Return the weights of the control points of a group of lattices; 1 for the first `fixed`."""
-    weights = [np.ones(lattice.shape) for lattice in part.lattices]
+    weights, det = [np.ones(lattice.shape) for lattice in part.lattices], None
     for _ in range(_ROUNDS):
         field = _weighted(part, weights, photo)
         limits = [*_limits(field, fixed)]
         if not limits:
+            det = LEAST_MEASURED_DET  # or more, everywhere
             break
         places, shares, reach = (np.concatenate(each) for each in zip(*limits, strict=True))
         for weight, lattice in zip(weights[fixed:], part.lattices[fixed:], strict=True):
@@ -100,7 +101,7 @@ def _weights(part: Field, photo: Box | None, fixed: int = 0) -> list[Array]:
     field = _weighted(part, weights, photo)
     share = (
         1.0
-        if _is_one_to_one(field)
+        if _is_one_to_one(field, det)
         else bisected(lambda share: _is_one_to_one(_scaled(field, share, fixed)), 1.0)
     )
     return [*weights[:fixed], *(share * weight for weight in weights[fixed:])]

@@ -7,11 +7,12 @@ import pytest
 from edges_along import held_along
 from scenes import oval_face
 
+from kogao_core.background import holding
 from kogao_core.background.holding import NOTHING_HELD, Held
 from kogao_core.background.lines import bends
 from kogao_core.base.geometry import Affine
 from kogao_core.pipeline import render
-from kogao_core.recipe.recipe import PAPER, Recipe
+from kogao_core.recipe.recipe import LOSSLESS_PX, PAPER, Recipe
 from kogao_core.warp.protection import Protection
 
 WIDTH, HEIGHT = 960, 720
@@ -195,3 +196,49 @@ def test_a_threshold_that_was_proven_stays_so():
     made = warped(DOOR, percent=8, threshold_px=1.0)
     assert made.unheld.fade_px == made.field.fade_px > 0.0
     assert made.one_to_one.edges_proven
+
+
+def counted(counts, name):
+    """A method of the equations that counts its calls."""
+    plain = getattr(holding._Steady, name)
+
+    def method(*given):
+        counts[name] += 1
+        return plain(*given)
+
+    return method
+
+
+def test_a_drag_builds_and_solves_the_dragged_face_alone_and_keeps_the_newest(monkeypatch):
+    counts = {"__init__": 0, "_solved": 0}
+    for name in counts:
+        monkeypatch.setattr(holding._Steady, name, counted(counts, name))
+    far = FACE.mapped(Affine.resize(0.3, 0.3))
+    held = held_along(DOOR, [FACE, far])
+    for step in range(4):
+        moved = FACE.with_outline_point(10, FACE.outline[10] + (0.0, 2.0 * step))
+        render(PHOTO, [moved, far], Recipe(percent=6), held=held)
+    # Each build makes a small and a large set of equations; DOOR is out of reach of `far`.
+    assert counts == {"__init__": 4 + 2 * 4 - 2, "_solved": 4 + 1}
+    assert len(held.built) == 2
+
+
+def test_equations_end_at_the_photos_edge():
+    tight = PHOTO[: int(CHIN) + 60, int(LEFT) - 60 : int(RIGHT) + 60]
+    face = FACE.mapped(Affine(np.eye(2), np.array([60.0 - int(LEFT), 0.0])))
+    sizes = []
+    for photo, one in ((PHOTO, FACE), (tight, face)):
+        held = held_along([one.outline[[2, 2]] - [(30.0, 40.0), (30.0, -160.0)]], [one])
+        render(photo, [one], Recipe(percent=6), held=held)
+        (_, (steady,)) = held.built[0]
+        sizes.append(len(steady._whitening))
+    assert sizes[1] < 0.6 * sizes[0]
+
+
+def test_a_line_through_a_face_that_is_left_alone_moves_no_pixel_of_it():
+    apart = oval_face(WIDTH, HEIGHT, center=(RIGHT + 200.0, 400.0), size=0.3)
+    through = np.array([[(RIGHT + 20.0, 400.0), (950.0, 380.0)]])
+    held = held_along(through, [FACE], (apart.points,))
+    made = render(PHOTO, [FACE], Recipe(percent=8), held=held)
+    moved = np.abs(made.field.at(apart.points)).max()
+    assert moved < LOSSLESS_PX
