@@ -16,7 +16,7 @@ from typing import Final
 import numpy as np
 from PIL import Image as Pillow
 
-from kogao_core.base.geometry import Box, Image
+from kogao_core.base.geometry import Box, Image, check_type
 from kogao_core.base.stderr import hushed
 from kogao_core.photo.formats import common
 from kogao_core.photo.jpeg import decoding, segments
@@ -36,22 +36,22 @@ _MPF_NAME: Final = b"MPF\0"  # behind which offsets count
 
 
 def accompanied(photo: Photo, move: Move, *, film: bool = False) -> Photo:
-    """Return a photo whose gain map for HDR goes along when a changed JPEG is written from it.
+    """Return the photo with an HDR gain map that matches the warped pixels, for `write`.
 
     Parameters
     ----------
     photo : Photo
-        A JPEG as it was read.
+        The JPEG file, from `read`.
     move : callable
-        Given an upright picture of the whole photo in another size, uint8 (H, W) or (H, W, 3);
-        returns it with what was done to the photo, such as `Rendering.warped`.
+        Function that warps an upright picture of the whole photo of any size, uint8 (H, W) or
+        (H, W, 3), as the photo was warped; such as `Rendering.warped`.
     film : bool
-        Keep a motion photo's video, too, which shows the face as it was.
+        Keep the video of a motion photo; the video shows the original face.
 
     Returns
     -------
     Photo
-        For `write`; the same where there is nothing to go along.
+        For `write`. Photos without a gain map or video are returned unchanged.
 
     Examples
     --------
@@ -64,6 +64,7 @@ def accompanied(photo: Photo, move: Move, *, film: bool = False) -> Photo:
     >>> along.companions  # the sample is no HDR photo
     ()
     """
+    check_type(photo, Photo, "from kogao.read")
     found: list[Companion] = []
     for extra in photo.extras:
         if extra.kind is kinds.VIDEO and film and extra.data and stale.tells_film(photo.xmp or b""):
