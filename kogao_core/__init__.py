@@ -1,7 +1,7 @@
 """Kogao: automatic small-face warping by fast B-spline approximation (Seo, Chen and Aoki, 2011).
 
-What `__all__` names is promised: read a photo, find its faces, render, write. Each name is loaded
-when it is first asked for, so the import itself costs nothing.
+`__all__` lists the public names: read a photo, find faces, render, write. A module is loaded with
+the first use of its name.
 
 Examples
 --------
@@ -16,63 +16,39 @@ from __future__ import annotations
 
 from importlib import import_module as _import_module
 
-TYPE_CHECKING = False  # loading `typing` takes ten times as long as all else here
+TYPE_CHECKING = False  # importing `typing` would take most of the time of this import
 if TYPE_CHECKING:
-    from typing import Any
+    from kogao_core.base.assets import sample as sample
+    from kogao_core.base.strict import BadFile as BadFile
+    from kogao_core.faces.face import Face as Face
+    from kogao_core.faces.landmarks.sources import find as find
+    from kogao_core.faces.landmarks.sources import source as source
+    from kogao_core.faces.landmarks.sources import template_face as template_face
+    from kogao_core.photo.errors import CannotWrite as CannotWrite
+    from kogao_core.photo.errors import UnreadablePhoto as UnreadablePhoto
+    from kogao_core.photo.formats.companions import accompanied as accompanied
+    from kogao_core.photo.model import Photo as Photo
+    from kogao_core.photo.reading import read as read
+    from kogao_core.photo.writing import write as write
+    from kogao_core.pipeline import Rendering as Rendering
+    from kogao_core.pipeline import render as render
+    from kogao_core.projects import evidence, project, sidecar
+    from kogao_core.projects.evidence import Evidence as Evidence
+    from kogao_core.projects.project import Project as Project
+    from kogao_core.recipe.recipe import PAPER as PAPER
+    from kogao_core.recipe.recipe import Recipe as Recipe
+    from kogao_core.warp.brush import Brushwork as Brushwork
+    from kogao_core.warp.field import Field as Field
+    from kogao_core.warp.field import shown_at as shown_at
+    from kogao_core.warp.measures import FaceMeasures as FaceMeasures
+    from kogao_core.warp.measures import measures as measures
+    from kogao_core.warp.protection import Protection as Protection
 
-    from kogao_core.base.assets import sample
-    from kogao_core.base.strict import BadFile
-    from kogao_core.faces.face import Face
-    from kogao_core.faces.landmarks.sources import find, source, template_face
-    from kogao_core.photo.errors import CannotWrite, UnreadablePhoto
-    from kogao_core.photo.formats.companions import accompanied
-    from kogao_core.photo.model import Photo
-    from kogao_core.photo.reading import read
-    from kogao_core.photo.writing import write
-    from kogao_core.pipeline import Rendering, render
-    from kogao_core.projects.evidence import Evidence
-    from kogao_core.projects.evidence import load as load_evidence
-    from kogao_core.projects.project import Project
-    from kogao_core.projects.project import load as load_project
-    from kogao_core.projects.sidecar import apply as apply_project
-    from kogao_core.recipe.recipe import PAPER, Recipe
-    from kogao_core.warp.brush import Brushwork
-    from kogao_core.warp.field import Field, shown_at
-    from kogao_core.warp.measures import FaceMeasures, measures
-    from kogao_core.warp.protection import Protection
+    load_evidence, load_project, apply_project = evidence.load, project.load, sidecar.apply
 
-__version__ = "0.1.0"
-__all__ = [
-    "PAPER",
-    "BadFile",
-    "Brushwork",
-    "CannotWrite",
-    "Evidence",
-    "Face",
-    "FaceMeasures",
-    "Field",
-    "Photo",
-    "Project",
-    "Protection",
-    "Recipe",
-    "Rendering",
-    "UnreadablePhoto",
-    "accompanied",
-    "apply_project",
-    "find",
-    "load_evidence",
-    "load_project",
-    "measures",
-    "read",
-    "render",
-    "sample",
-    "shown_at",
-    "source",
-    "template_face",
-    "write",
-]
-
-# The same as above, for when it runs; a test compares the two.
+__version__ = "1.0.0"
+# The public names by module, and their names there. The imports above tell type checkers the same;
+# a test compares both.
 _HOMES = {
     "base.assets": {"sample": "sample"},
     "faces.face": {"Face": "Face"},
@@ -97,15 +73,18 @@ _HOMES = {
     "projects.sidecar": {"apply_project": "apply"},
     "base.strict": {"BadFile": "BadFile"},
 }
+__all__ = sorted(name for names in _HOMES.values() for name in names)
 
 
-def __getattr__(name: str) -> Any:
-    for module, names in _HOMES.items():
-        if name in names:
-            found = getattr(_import_module(f"{__name__}.{module}"), names[name])
-            globals()[name] = found
-            return found
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+if not TYPE_CHECKING:  # otherwise type checkers would accept every name
+
+    def __getattr__(name: str) -> object:
+        for module, names in _HOMES.items():
+            if name in names:
+                value = getattr(_import_module(f"{__name__}.{module}"), names[name])
+                globals()[name] = value
+                return value
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
 def __dir__() -> list[str]:

@@ -15,7 +15,11 @@ from xml.sax.saxutils import escape
 import kogao_core
 
 ROOT = Path(__file__).resolve().parents[1]
-SHOWN = ("window", "inspect", "compare")  # of docs/pictures, in the order of the site
+SHOWN = {  # pictures of docs/pictures with captions, in the order of the site
+    "window": "Make the faces in a photo smaller with one slider",
+    "inspect": "See landmarks, targets and control lattice",
+    "compare": "Compare before and after with a wipe and a loupe",
+}
 
 
 def write(root: Path, source: str, site: str, released: date) -> None:
@@ -47,7 +51,11 @@ def _urls(urls: dict[str, str], source: str) -> str:
 
 
 def _screenshots(site: str) -> str:
-    first, *rest = (f"      <image>{escape(site)}/_images/{one}.png</image>\n" for one in SHOWN)
+    first, *rest = (
+        f"      <caption>{caption}</caption>\n"
+        f"      <image>{escape(site)}/_images/{name}.png</image>\n"
+        for name, caption in SHOWN.items()
+    )
     one = '    <screenshot type="default">\n' + first + "    </screenshot>\n"
     more = "".join(f"    <screenshot>\n{image}    </screenshot>\n" for image in rest)
     return f"  <screenshots>\n{one}{more}  </screenshots>\n"

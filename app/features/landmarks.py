@@ -29,7 +29,7 @@ _KEYS: Final = ("F5", "F6", "F7", "Shift+F7")  # of the landmark sources, in tur
 
 
 class LandmarkSources(Feature):
-    """Actions of the Face menu that select the landmark source of `Faces`."""
+    """Actions of the Experiments menu that select the landmark source of `Faces`."""
 
     def __init__(self, context: Context, faces: Faces, first: LandmarkSource) -> None:
         super().__init__(context)

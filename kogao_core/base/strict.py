@@ -103,7 +103,7 @@ class Node:
 
 
 def read(path: Path, most_bytes: int) -> bytes:
-    """Return a file, and of one that has more than `most_bytes` one byte more than those.
+    """Return the content of a file, cut after `most_bytes` + 1: the last byte shows the excess.
 
     Raises BadFile.
     """

@@ -73,6 +73,7 @@ def _corners(value: str) -> list[list[float]]:
         "kogao-cli warp group.jpg -o slim.jpg --face 1,3 --amount 6",
         "kogao-cli warp portrait.jpg -o slim.jpg --amount 0 --jaw-width -5",
     ),
+    context_settings={"allow_extra_args": True},  # for a better message
 )
 @reading.takes_photo
 @words.option(
@@ -176,8 +177,11 @@ def command(
 
     IN - reads the photo from standard input; -o - writes the result to standard output.
     """
+    context = click.get_current_context()
+    if context.args:
+        raise ending.Stop(Text("warp takes one photo; use kogao-cli batch for several photos"))
     if project_file is not None:
-        _refuse_choices(click.get_current_context())
+        _refuse_choices(context)
     recipe = options.recipe_of(recipe_file, choices)
     is_piped = output == common.STDOUT
     if is_piped and json_file == common.STDOUT:

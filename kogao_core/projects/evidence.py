@@ -117,7 +117,7 @@ def gathered(
     result: Image,
     photo_sha256: str = "",
 ) -> Evidence:
-    """Evaluate a field at every pixel of the image, and collect the rest."""
+    """Evaluate a field at every pixel, and return the values with points, recipe and hashes."""
     xs, ys = np.arange(float(image.width)), np.arange(float(image.height))
     made = {
         "version": VERSION,

@@ -25,12 +25,19 @@ _AROUND_PX: Final = (3.0, 9.0)
 _DOUBTED: Final = 0.08
 # Distance of both directions of the flow at which a pixel counts half, px.
 _AGREE_PX: Final = 0.7
-# Scale at which a face and its copy, moved back, are compared.
-_COMPARED_PX: Final = 8.0
+# Blurs with which a face and its copy, moved back, are compared, px.
+_FINE_PX: Final = 1.0
+_COARSE_PX: Final = 8.0
+# Compared part of the mouth: half width and half height, distances between the outer eye corners.
+_MOUTH: Final = (0.5, 0.3)
 _LEAST_FACE_PX: Final = 70.0
-# Least correlation, and largest doubt in % of the width, of a face that was only moved.
-LEAST_ALIKE: Final = 0.97
-MOST_DOUBT: Final = 0.5
+# Largest difference (1 - correlation) of a retouched face, and of its mouth. Heavy smoothing
+# changes the mouth, too, but less than the detail of the whole face: the mouth may differ by a
+# share of that.
+_MOST_UNLIKE: Final = 0.06
+_MOUTH_UNLIKE: Final = 0.0108
+_MOUTH_SHARE: Final = 0.27
+_MOST_DOUBT: Final = 0.5  # median of a face, % of the width
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,7 +117,9 @@ def _read(before: Pyramid, after: Pyramid, to_after: Affine, face: Face) -> Read
     shown = cv2.remap(pictures[1], *way, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     inside = np.zeros(apart.shape, np.uint8)
     cv2.fillConvexPoly(inside, cv2.convexHull(np.round(here[: len(face.points)]).astype(int)), 1)
-    _check(pictures[0], shown, apart, inside > 0)
+    if 100.0 / _FACE_PX * np.median(apart[inside > 0]) > _MOST_DOUBT:
+        raise NotRead(Text("a face was not warped smoothly: its displacement is too uncertain"))
+    _check((pictures[0], shown), inside > 0, _mouth(view.inverse, face))
     near, wide = (
         at(_mean((there - returned) / 2.0, weights, around), here) for around in _AROUND_PX
     )
@@ -139,13 +148,20 @@ def _mean(values: Array, weights: Array, around_px: float) -> Array:
     return np.asarray(mean / (total if values.ndim == 2 else total[..., None]), np.float32)
 
 
-def _check(before: Image, moved_back: Image, apart: Array, inside: Image) -> None:
+def _mouth(to_square: Affine, face: Face) -> tuple[slice, slice]:
+    """Return rows and columns round the mouth."""
+    middle, half = to_square(face.mouth_center), face.interocular_px * to_square.scale
+    low, high = (np.round(middle + side * half * np.array(_MOUTH)).astype(int) for side in (-1, 1))
+    return slice(low[1], high[1]), slice(low[0], high[0])
+
+
+def _check(pictures: tuple[Image, Image], inside: Image, mouth: tuple[slice, slice]) -> None:
     """Raise NotRead where a face and its copy differ in more than shape, tone and detail."""
-    one, other = (
-        cv2.GaussianBlur(contrast(picture), (0, 0), _COMPARED_PX)[inside].astype(np.float64)
-        for picture in (before, moved_back)
-    )
-    if np.corrcoef(one, other)[0, 1] < LEAST_ALIKE:
+
+    def unlike(where: Any, blur_px: float) -> float:
+        one, other = (cv2.GaussianBlur(contrast(each), (0, 0), blur_px) for each in pictures)
+        return 1.0 - float(np.corrcoef(one[where].ravel(), other[where].ravel())[0, 1])
+
+    most = max(_MOUTH_UNLIKE, _MOUTH_SHARE * unlike(inside, _FINE_PX))
+    if unlike(inside, _COARSE_PX) > _MOST_UNLIKE or unlike(mouth, _COARSE_PX) > most:
         raise NotRead(Text("a face differs in more than shape: another photo or another person"))
-    if 100.0 / _FACE_PX * np.median(apart[inside]) > MOST_DOUBT:
-        raise NotRead(Text("a face was not warped smoothly: its displacement is too uncertain"))

@@ -35,7 +35,7 @@ _LEAST_MATCHES: Final = 12
 _MATCH_PX: Final = 3.0
 _DISTINCT: Final = 0.75
 # The head may have moved: it lies within so many widths of the outline from its middle.
-_HEAD: Final = 1.2
+_HEAD: Final = 1.5
 
 
 class NotRead(ValueError):

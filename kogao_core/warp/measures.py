@@ -92,7 +92,7 @@ def measures(face: Face) -> FaceMeasures:
 
 
 def _width_at(x: Array, y: Array, level: float) -> float:
-    """Return the width of an outline at height `level`, from the first to the last crossing."""
+    """Return the width of an outline at height `level`; the whole width without two crossings."""
     below = y >= level
     crossings = np.flatnonzero(below[1:] != below[:-1])
     if len(crossings) < 2:

@@ -221,7 +221,7 @@ class Job:
     def places(self, number: int, box: Box, total: Float32) -> Float32:
         """Return the source position of each pixel of a run, in steps of `cv2.remap`.
 
-        Result float32 (2, height, width): x and y, integers, in the memory of `total`.
+        Result float32 (2, height, width): x and y, whole numbers; a view of the buffer `total`.
         """
         at = self._mapped(number, box, total)
         return _places(at, at)

@@ -17,6 +17,7 @@ from modules import ROOT, tree
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
+import kogao_core
 from kogao_core.cli import desktop, licences
 
 FOLDER = ROOT / "resources" / "packaging"
@@ -24,6 +25,16 @@ needs_readelf = pytest.mark.skipif(
     not sys.platform.startswith("linux") or shutil.which("readelf") is None,
     reason="a bundle is looked through on Linux only, with binutils' readelf",
 )
+
+
+def test_every_file_names_the_same_release():
+    released = re.search(r"^## (\S+) - (\S+)$", (ROOT / "CHANGELOG.md").read_text(), re.M).groups()
+    citation = (ROOT / "CITATION.cff").read_text()
+    about = (ROOT / "resources" / "desktop" / f"{desktop.NAME}.metainfo.xml").read_text()
+    assert released[0] == kogao_core.__version__
+    cited = re.search(r"^version: (\S+)\ndate-released: (\S+)$", citation, re.M).groups()
+    assert cited == released
+    assert re.search(r'<release version="(\S+)" date="(\S+)"/>', about).groups() == released
 
 
 def test_a_bundle_can_name_every_licence():

@@ -29,15 +29,19 @@ def loaded(then=""):
 
 
 def seen_by_type_checkers():
-    """The promised names with the modules that `__init__` imports them from for type checkers."""
+    """The public names of the block for type checkers, with their modules and names there."""
     tree = ast.parse(HOME.read_text(encoding="utf-8"))
-    (block,) = (node for node in tree.body if isinstance(node, ast.If))
-    return {
-        alias.asname or alias.name: (node.module, alias.name)
-        for node in block.body
-        if node.module != "typing"
+    block = next(node for node in tree.body if isinstance(node, ast.If))
+    *imports, renamed = block.body
+    names = {
+        alias.asname: (node.module, alias.name)
+        for node in imports
         for alias in node.names
+        if alias.asname
     }
+    for name, value in zip(renamed.targets[0].elts, renamed.value.elts, strict=True):
+        names[name.id] = f"kogao_core.projects.{value.value.id}", value.attr
+    return names
 
 
 def test_the_import_loads_nothing():

@@ -6,13 +6,15 @@ import cv2
 import numpy as np
 import pytest
 from real_photos import picture_of
+from scenes import oval_face
 
 from kogao_core.base.geometry import Box
 from kogao_core.faces.landmarks import MeshSource
+from kogao_core.faces.landmarks.pixels import Pyramid
 from kogao_core.pipeline import render
 from kogao_core.reading.controls import CONTROLS, NOTHING_PERCENT, fit_controls, style
 from kogao_core.reading.displacement import read_faces, width_px
-from kogao_core.reading.flow import NotRead
+from kogao_core.reading.flow import NotRead, aligned
 from kogao_core.recipe.recipe import SETTINGS, Recipe
 from kogao_core.warp.field import shown_at
 
@@ -96,3 +98,23 @@ def test_a_style_is_the_median_of_each_control():
     assert recipe == dataclasses.replace(Recipe(), percent=5.0)
     assert spread["percent"] == 3.0
     assert spread[CONTROLS[1]] == 0.0
+
+
+def test_another_expression_is_refused(scene):
+    picture, face = scene
+    laughing = picture.copy()
+    middle = np.round(face.mouth_center).astype(int).tolist()
+    half = round(float(np.linalg.norm(np.diff(face.mouth, axis=0))) / 2.0)
+    cv2.ellipse(
+        laughing, middle, (round(0.6 * half), round(0.12 * half)), 0, 0, 360, (90, 45, 45), -1
+    )
+    with pytest.raises(NotRead, match="another photo"):
+        read_faces(picture, retouched(laughing, face)[0], [face])
+
+
+def test_hair_round_a_close_head_is_no_background():
+    small = np.random.default_rng(5).integers(0, 255, (75, 75, 3), np.uint8)
+    close = cv2.resize(small, (600, 600), interpolation=cv2.INTER_CUBIC)
+    face = oval_face(600, 600, size=0.62)
+    found = aligned(Pyramid(close), Pyramid(np.roll(close, 3, axis=0)), [face])
+    np.testing.assert_array_equal(found.opencv, np.eye(2, 3))

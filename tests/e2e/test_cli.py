@@ -335,6 +335,7 @@ def test_force_replaces_even_the_input(cli, small_portrait, tmp_path, fails):
         (["--protect-width", "inf"], "'inf' is not a finite number"),
         (["--sample"], "name one photo, or use --sample"),
         (["--wrong"], "No such option.*see kogao-cli warp --help"),
+        (["second.jpg"], "warp takes one photo; use kogao-cli batch for several"),
     ],
 )
 def test_bad_values_are_usage(fails, tmp_path, arguments, words):
@@ -629,7 +630,7 @@ def test_only_the_programs_help_has_the_exit_codes(works):
         assert all(meaning in said for meaning in meanings)
     assert "Exit codes" not in works("warp", "-h")
     for option in ("-V", "--version"):
-        assert works(option) == "kogao-cli 0.1.0\n"
+        assert works(option) == f"kogao-cli {kogao.__version__}\n"
 
 
 @pytest.mark.parametrize("group", ["landmarks", "experiment", "experiment study"])
@@ -848,7 +849,12 @@ def test_doctor_knows_every_library_that_qt_asks_for():
 @pytest.mark.usefixtures("portrait")
 def test_licences_name_everything_that_is_used(works):
     said = works("licenses")
-    for name in ("Kogao 0.1.0: Apache-2.0", *licences.DEPENDENCIES, "DeBruine", "CC BY 4.0"):
+    for name in (
+        f"Kogao {kogao.__version__}: Apache-2.0",
+        *licences.DEPENDENCIES,
+        "DeBruine",
+        "CC BY 4.0",
+    ):
         assert name.lower().replace("-", "_") in said.lower().replace("-", "_")
     for asset in licences.manifest():
         assert f"{asset['file']}: {asset['licence']}; {asset['from']}" in said

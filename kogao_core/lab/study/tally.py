@@ -328,7 +328,7 @@ def _rating_files(folder: Path) -> list[Path]:
 def _by_session(
     files: Iterable[Path], total: Tally
 ) -> dict[tuple[str, str], list[tuple[Path, Ratings]]]:
-    """Return the readable files, by study and rater."""
+    """Return the files and ratings by study and rater; list unreadable files in `total`."""
     found = defaultdict(list)
     for path in files:
         try:

@@ -54,11 +54,11 @@ _NAMES: Final = {
 
 
 def carried(file: IO[bytes]) -> tuple[bytes, ...]:
-    """Return segments that a changed photo keeps as they are.
+    """Return the segments that are copied into a changed photo.
 
-    These are comments, the rest of a long XMP, further packets and profiles, what makers and
-    programs add, and what goes along with a gain map. Those that hold a picture would show the
-    photo as it was; the series that such a segment belongs to goes whole.
+    Copied: comments, the rest of a long XMP, further packets and profiles, data of cameras and
+    programs, data of a gain map. Left out: segments with a picture, with their whole series,
+    because the picture would show the original.
     """
     return tuple(segment for kind, segment in _judged(_found(file)) if kind in _CARRIED)
 

@@ -55,6 +55,6 @@ def _content(resources: bytes, wanted: int) -> bytes | None:
 
 
 def with_iptc(iptc: bytes) -> bytes:
-    """Return resources: an IPTC record and nothing else."""
+    """Return a block of Photoshop resources that contains only an IPTC record."""
     head = _SIGN + _IPTC.to_bytes(2, "big") + b"\0\0" + len(iptc).to_bytes(4, "big")
     return head + iptc + b"\0" * (len(iptc) % 2)

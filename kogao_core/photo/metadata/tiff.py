@@ -195,7 +195,7 @@ class TiffTags:
         return self._first(Tag.Compression, 1)
 
     def check(self, path: Path) -> None:
-        """Refuse a file whose first picture is a small copy, or what neither libtiff is built for.
+        """Check that the first picture is not a thumbnail and that its compression is supported.
 
         Raises UnreadablePhoto.
         """
@@ -400,5 +400,5 @@ class _Text(str):
 
 
 def as_read(value: object) -> object:
-    """Return a value of Pillow's so that it is written as it was read."""
+    """Return a tag value from Pillow in a form that Pillow writes unchanged."""
     return _Text(value) if isinstance(value, str) else value
