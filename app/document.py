@@ -24,7 +24,7 @@ from kogao_core.projects.project import Mode, Sheet
 from kogao_core.projects.sidecar import Applied
 from kogao_core.recipe.recipe import FACE_FIELDS, Recipe
 from kogao_core.warp.brush import UNTOUCHED, Brushwork
-from kogao_core.warp.lens import Heads
+from kogao_core.warp.lens import LensCorrection
 from kogao_core.warp.protection import NOTHING, Protection
 
 if TYPE_CHECKING:
@@ -66,7 +66,7 @@ class State(Sheet):
 
     @cached_property
     def _lensed(self) -> list[Face]:
-        return Heads.of(self.faces, self.optics.settled(self.recipe), self.image).faces
+        return LensCorrection.of(self.faces, self.optics.settled(self.recipe), self.image).faces
 
     @property
     def focal_mm(self) -> float | None:

@@ -31,9 +31,9 @@ from kogao_core.warp.canvas import FLAGS, Canvas, reduced, size_of, warp_alike
 from kogao_core.warp.domain import pixel_counts
 from kogao_core.warp.field import Field, Residual, residual
 from kogao_core.warp.fit import problems_of, solve
-from kogao_core.warp.frame import cut_note, slid
+from kogao_core.warp.frame import attenuated_near_edge, cut_note
 from kogao_core.warp.guard import Limit, limited
-from kogao_core.warp.lens import Heads
+from kogao_core.warp.lens import LensCorrection
 from kogao_core.warp.limits import check_corners, check_strokes
 from kogao_core.warp.measures import achieved_percent, protected_shares
 from kogao_core.warp.one_to_one import OneToOne, check_one_to_one
@@ -343,11 +343,15 @@ def render(
     with one_blas_thread():
         with watch.lap("targets"):
             edges = whole or Box.of(photo)
-            heads = Heads.of(faces, recipe, edges)
+            heads = LensCorrection.of(faces, recipe, edges)
             seen = heads.faces or faces
             recipes = [recipe.of_face(face.recipe) for face in faces]
-            asked = tuple(map(aim, faces, recipes, seen, repeat(edges)))
-            pairs = tuple(slid(pair, edges) for pair in asked) if recipe.guard else asked
+            requested = tuple(map(aim, faces, recipes, seen, repeat(edges)))
+            pairs = (
+                tuple(attenuated_near_edge(pair, edges) for pair in requested)
+                if recipe.guard
+                else requested
+            )
             beside = held.neighbours if recipe.hold_background else ()
             around = [pair.started for pair in pairs]
             alone = surrounds_of(seen, around, recipes, edges, beside)
@@ -384,7 +388,7 @@ def render(
             pixels = canvas.pixels
     return Rendering(
         *(pixels, pairs, field, limits, unheld, area, changed, recipe),
-        cut_note(pairs, asked, [one.percent for one in recipes]),
+        cut_note(pairs, requested, [one.percent for one in recipes]),
         watch.laps_ms,
         brush_shares,
     )

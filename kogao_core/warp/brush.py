@@ -23,7 +23,7 @@ from kogao_core.base.geometry import Affine, Array, Box, frozen, smoothstep
 from kogao_core.base.language import Text
 from kogao_core.warp.field import Field
 from kogao_core.warp.fit import MIN_SPACING_PX
-from kogao_core.warp.frame import kept_inside
+from kogao_core.warp.frame import zero_on_edges
 from kogao_core.warp.guard import limited_stroke
 from kogao_core.warp.lattice import Grid, Lattice, meet
 from kogao_core.warp.one_to_one import fade_is_safe
@@ -205,7 +205,7 @@ def brushed(
             drawn = [_push(stroke, grid)]
         else:
             drawn = _restore(stroke, grid, field.lattices)
-        changes: Sequence[Lattice] = [kept_inside(one, photo) for one in drawn if one.phi.any()]
+        changes: Sequence[Lattice] = [zero_on_edges(one, photo) for one in drawn if one.phi.any()]
         share = 1.0
         if guarded and changes:
             changes, share = limited_stroke(field, changes, photo)
