@@ -16,7 +16,7 @@ import cv2
 import numpy as np
 from PIL import Image as Pillow
 
-from kogao_core.base.atomic import NotAFile, Pieces, check_target, put
+from kogao_core.base.atomic import Chunks, NotAFile, atomic_write, check_target
 from kogao_core.base.display import eight_bits
 from kogao_core.base.geometry import Box, Image, check_image, check_type
 from kogao_core.base.language import Text
@@ -48,7 +48,7 @@ def write(
     path: str | os.PathLike[str],
     *,
     force: bool = False,
-    before: Callable[[Pieces], object] | None = None,
+    before: Callable[[Chunks], object] | None = None,
     quality: int | None = None,
 ) -> str:
     """Write new pixels with the photo's metadata. The file extension selects the format.
@@ -123,7 +123,7 @@ def write(
         )
     try:
         if is_same_format and is_same(photo.pixels, pixels) and photo.is_as_read:
-            pieces: Pieces = [photo.path.read_bytes()]
+            pieces: Chunks = [photo.path.read_bytes()]
             note = ""
         else:
             encode = partial(_encoded, pixels=pixels, path=path, form=form, quality=quality)
@@ -136,7 +136,7 @@ def write(
             there = Text("the photo as it was is {file}", file=_backed_up(path))
             note = Text.joined("; ", [there, note])
         # Check again just before the rename: another program may have created the file.
-        put(pieces, path, lambda: check_output(path, force=force))
+        atomic_write(pieces, path, lambda: check_output(path, force=force))
         return note
     except OSError as error:
         reason = system_reason(error)
@@ -161,7 +161,7 @@ def _backed_up(path: Path) -> Path:
     target = Path(os.path.realpath(path))
     backup = target.with_name(f"{target.stem}.original{target.suffix}")
     if not backup.exists():
-        put(target.read_bytes(), backup, like=target)
+        atomic_write(target.read_bytes(), backup, like=target)
         shutil.copystat(target, backup)
     return backup
 
@@ -295,7 +295,7 @@ def _encoded(
     path: Path,
     form: FileFormat,
     quality: int | None,
-) -> Pieces:
+) -> Chunks:
     try:
         return encode(photo, pixels, form, part, quality)
     except ValueError as error:
@@ -316,7 +316,7 @@ def encode(
     form: FileFormat,
     part: Box | None = None,
     quality: int | None = None,
-) -> Pieces:
+) -> Chunks:
     """Encode new pixels with the photo's metadata. Return the file content.
 
     Only a format that stores the orientation, without `quality`, keeps the photo's orientation. All

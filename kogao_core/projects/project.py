@@ -11,10 +11,10 @@ from pathlib import Path
 from typing import Any, Final, Literal, get_args
 
 from kogao_core import __version__
-from kogao_core.base.atomic import put
+from kogao_core.base.atomic import atomic_write
 from kogao_core.base.geometry import Affine, Line
+from kogao_core.base.json_reader import BadFile, Node, parse, read
 from kogao_core.base.language import Text
-from kogao_core.base.strict import BadFile, Node, parse, read
 from kogao_core.faces.face import Face
 from kogao_core.projects import json as project_json
 from kogao_core.recipe.recipe import Recipe
@@ -271,7 +271,7 @@ def load(path: str | os.PathLike[str]) -> Project:
 
 def save(project: Project, path: str | os.PathLike[str], *, private: bool = False) -> None:
     """Write a project file atomically; a private one is readable by its owner alone."""
-    put(to_bytes(project), path, private=private)
+    atomic_write(to_bytes(project), path, private=private)
 
 
 def to_bytes(project: Project) -> bytes:

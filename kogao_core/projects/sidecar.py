@@ -12,12 +12,12 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Final, NamedTuple
 
-from kogao_core.base import strict
-from kogao_core.base.atomic import put
+from kogao_core.base import json_reader
+from kogao_core.base.atomic import atomic_write
 from kogao_core.base.geometry import Box, Image, Line, check_image, check_type
 from kogao_core.base.installed import data_folder
+from kogao_core.base.json_reader import BadFile
 from kogao_core.base.language import Text
-from kogao_core.base.strict import BadFile
 from kogao_core.base.wording import printable
 from kogao_core.faces.face import Face
 from kogao_core.projects.project import Original, Project, Sheet, load, sha256_of
@@ -88,7 +88,9 @@ def record(photo: Path, sha256: str, file: Path, folder: Path) -> None:
     `find` reads the record after the photo has been renamed or moved.
     """
     paths = {"photo": os.path.realpath(photo), "file": os.path.realpath(file)}
-    put(json.dumps(paths).encode(), _record_of(folder, photo.stat().st_size, sha256), private=True)
+    atomic_write(
+        json.dumps(paths).encode(), _record_of(folder, photo.stat().st_size, sha256), private=True
+    )
 
 
 def _record_of(folder: Path, size: int, sha256: str) -> Path:
@@ -118,7 +120,7 @@ def _of_same_content(photo: Path, folder: Path | None) -> SavedEdits | None:
 
 
 def _read_record(file: Path) -> SavedEdits:
-    top = strict.parse(strict.read(file, _MOST_RECORD_BYTES), _MOST_RECORD_BYTES)
+    top = json_reader.parse(json_reader.read(file, _MOST_RECORD_BYTES), _MOST_RECORD_BYTES)
     return SavedEdits(*(Path(top.field(name).text(4096)) for name in ("file", "photo")))
 
 

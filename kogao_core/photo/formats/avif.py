@@ -10,7 +10,7 @@ from typing import IO, Final
 
 from PIL import features
 
-from kogao_core.base.atomic import Pieces
+from kogao_core.base.atomic import Chunks
 from kogao_core.base.language import Text
 from kogao_core.photo.errors import UnreadablePhoto
 from kogao_core.photo.formats import colour, common, heif
@@ -61,7 +61,7 @@ def _decode(source: Source) -> Photo:
     return dataclasses.replace(photo, notes=tuple(notes))
 
 
-def _encode(content: Content) -> Pieces:
+def _encode(content: Content) -> Chunks:
     if not features.check("avif"):
         raise ValueError(Text("this Pillow was built without it"))
     del content.blocks["dpi"]  # AVIF can store neither resolution nor Photoshop resources

@@ -16,7 +16,7 @@ from PIL import Image as Pillow
 from PIL import TiffImagePlugin, TiffTags
 from PIL.ExifTags import Base as Tag
 
-from kogao_core.base.atomic import Pieces
+from kogao_core.base.atomic import Chunks
 from kogao_core.base.geometry import Image
 from kogao_core.base.installed import adding
 from kogao_core.base.language import Text
@@ -138,7 +138,7 @@ def _rare(source: Source, tags: tiff.TiffTags) -> tuple[Image, bytes | None, tup
     return tags.meant(np.ascontiguousarray(stored)), tags.icc_profile, ()
 
 
-def _encode(content: Content) -> Pieces:
+def _encode(content: Content) -> Chunks:
     photo, blocks = content.photo, content.blocks
     number = photo.tiff_compression
     if number == _UNCOMPRESSED:

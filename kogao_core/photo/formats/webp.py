@@ -7,7 +7,7 @@ import struct
 from collections.abc import Iterator
 from typing import IO, Final
 
-from kogao_core.base.atomic import Pieces
+from kogao_core.base.atomic import Chunks
 from kogao_core.base.geometry import Image
 from kogao_core.base.language import Text
 from kogao_core.photo.formats.base import BLOCKS, Content, FileFormat
@@ -72,7 +72,7 @@ def _end(head: bytes) -> int:
     return _HEAD_BYTES + size + size % 2
 
 
-def _encode(content: Content) -> Pieces:
+def _encode(content: Content) -> Chunks:
     del content.blocks["dpi"]  # WebP has no place for it, nor for Photoshop's resources
     lossless = content.is_lossless and not content.quality
     quality = _EFFORT if lossless else content.quality or _QUALITY

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image as Pillow
 
-from kogao_core.base.atomic import aside
+from kogao_core.base.atomic import temporary_folder
 from kogao_core.base.geometry import Box, Image
 from kogao_core.base.language import Text
 from kogao_core.base.stderr import hushed
@@ -44,7 +44,7 @@ def keep_blocks(
     Result: sequential, with the source's Huffman codes where they are the usual ones, or else codes
     of its own, and the headers that `encode` makes. Raises CannotKeepBlocks.
     """
-    with aside(folder) as place, hushed() as complaints:
+    with temporary_folder(folder) as place, hushed() as complaints:
         whole = coefficients.read(source, place / "source")
         if (whole.frame.height, whole.frame.width) != before.shape[:2]:
             raise CannotKeepBlocks(Text("its size has changed"))

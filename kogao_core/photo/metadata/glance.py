@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from kogao_core.base.atomic import put
+from kogao_core.base.atomic import atomic_write
 from kogao_core.base.language import Text
 from kogao_core.base.wording import printable
 from kogao_core.photo.metadata import xmp
@@ -78,7 +78,7 @@ def rate(photo: Path, stars: int | None = None, label: str | None = None) -> Non
     packet = xmp.EMPTY if sidecar is None else sidecar.read_bytes()
     file = sidecar or photo.with_name(f"{photo.name}.xmp")
     try:
-        put(_changed(packet, new), file)
+        atomic_write(_changed(packet, new), file)
     except xmp.BadXmp as error:
         name = printable(file.name)
         raise ValueError(Text("{name} isn't XMP ({reason})", name=name, reason=error)) from None
