@@ -89,22 +89,22 @@ class Original:
 
 @dataclass(frozen=True, eq=False)
 class Project:
-    """What was done to one photo.
+    """The edits of one photo, as saved in a project file.
 
     Parameters
     ----------
     original : Original
-        Which photo.
+        File name, hash and size of the photo.
     mode : {"automatic", "manual"}
-        Whose faces make the result.
+        The sheet used for the result.
     automatic : Sheet
-        Found by the machine, and what was corrected on it.
+        Faces found by the program, with corrections.
     manual : Sheet, optional
-        Marked by hand.
+        Faces marked by hand.
     protection : Protection
-        Places that must not move, px.
+        Areas that must not move, px.
     loose : tuple of Line
-        Straight lines that aren't held, px.
+        Straight lines that may bend, px.
     brushwork : Brushwork
         Strokes of push and restore, px.
 
@@ -133,17 +133,17 @@ class Project:
         Parameters
         ----------
         width, height : int
-            Of that photo, upright, px.
+            Size of the upright photo, px.
 
         Returns
         -------
         Project
-            Itself where the size is the same.
+            With all coordinates scaled; the same object for the same size.
 
         Raises
         ------
         BadFile
-            If the photo has another shape: it is cropped or another one.
+            If the photo has another aspect ratio.
         """
         old = self.original
         if (width, height) == (old.width, old.height):
@@ -248,12 +248,12 @@ def load(path: str | os.PathLike[str]) -> Project:
     Returns
     -------
     Project
-        Its photo isn't opened; `sidecar.apply` says what it makes of one.
+        Apply the project with `apply_project`. The photo is not opened.
 
     Raises
     ------
     BadFile
-        If it can't be read or isn't a project; one sentence.
+        If the file can't be read or isn't a project.
 
     Examples
     --------
