@@ -8,8 +8,8 @@ from itertools import chain, repeat
 from pathlib import Path
 from typing import Final
 
+from kogao_core.base.json_reader import BadFile
 from kogao_core.base.language import Text
-from kogao_core.base.strict import BadFile
 from kogao_core.faces.face import LandmarkSource
 from kogao_core.faces.landmarks import (
     CHOICES,

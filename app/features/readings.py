@@ -12,7 +12,7 @@ from PySide6.QtCore import QPoint, QRectF, Qt
 from PySide6.QtGui import QAction, QPainter, QPaintEvent, QPixmap
 from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QSizePolicy, QWidget
 
-from kogao_core.base.atomic import put
+from kogao_core.base.atomic import atomic_write
 from kogao_core.base.geometry import Box
 from kogao_core.pipeline import STAGES, Rendering
 from kogao_core.recipe.recipe import PAPER, SETTINGS, Recipe
@@ -307,7 +307,7 @@ class Figure(Feature):
         """Write the figure; show a message if writing fails."""
         self.window.bar.clear()
         try:
-            put(encoded(self.picture(), path.suffix), path)
+            atomic_write(encoded(self.picture(), path.suffix), path)
         except OSError as problem:
             self.say(unwritten(path, problem))
         else:

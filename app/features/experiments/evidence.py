@@ -13,7 +13,7 @@ from PySide6.QtCore import QPointF
 from PySide6.QtWidgets import QWidget
 
 from kogao_core.base.geometry import Array
-from kogao_core.base.strict import BadFile
+from kogao_core.base.json_reader import BadFile
 from kogao_core.pipeline import Rendering
 from kogao_core.projects.evidence import Evidence, load
 from kogao_core.projects.project import sha256_of
