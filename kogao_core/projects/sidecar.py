@@ -181,28 +181,26 @@ class Applied:
 
 
 def apply(project: Project, pixels: Image, sha256: str | None = None) -> Applied:
-    """Return what a project makes of a photo: its own, or the same one at another resolution.
+    """Apply a project to its photo, or to the same photo at another resolution.
 
     Parameters
     ----------
     project : Project
-        Its path is never opened: the photo at hand is the one to work on.
+        The project; its path is not opened.
     pixels : array of shape (H, W) or (H, W, C)
         The photo, upright.
     sha256 : str, optional
-        Hash of the photo's file, see `project.sha256_of`; without it, no note says whether this is
-        the very file.
+        Hash of the photo's file, see `project.sha256_of`; for the note.
 
     Returns
     -------
     Applied
-        What to hand to `render`.
+        Arguments for `render`.
 
     Raises
     ------
     BadFile
-        If the photo has another shape than the project's, or faces or protected places lie far
-        outside; one sentence.
+        If the photo has another aspect ratio, or faces or protected regions are far outside.
 
     Examples
     --------
@@ -227,7 +225,7 @@ def apply(project: Project, pixels: Image, sha256: str | None = None) -> Applied
 def match(project: Project, pixels: Image, sha256: str | None = None) -> tuple[Project, str]:
     """Scale a project to the size of a photo. Return the project and a note for the user.
 
-    Result: the note is empty for the very photo. Raises BadFile.
+    The note is empty for the identical file. Raises BadFile.
     """
     height, width = pixels.shape[:2]
     at_hand = project.at_size(width, height)
