@@ -27,11 +27,11 @@ from kogao_core.photo.formats import FORMATS
 from kogao_core.photo.formats.base import Content, FileFormat
 from kogao_core.photo.jpeg.segments import SOI
 from kogao_core.photo.metadata import (
-    glance,
     jpeg_extras,
     kinds,
     photoshop,
-    stale,
+    rating,
+    references,
     upright,
 )
 from kogao_core.photo.metadata.kinds import Extra
@@ -118,7 +118,7 @@ def write(
     form, is_same_format = formats.BY_NAME[name], name == photo.format and quality is None
     if not is_same_format:
         photo = dataclasses.replace(photo, companions=())
-    if kinds.XMP not in form.kept and glance.has_record(photo.xmp or b""):
+    if kinds.XMP not in form.kept and rating.has_record(photo.xmp or b""):
         raise RefusedOutput(
             Text("{format} can't hold the edit record; choose another format", format=form.title)
         )
@@ -348,8 +348,8 @@ def encode(
 
     def tidied(packet: bytes) -> bytes:
         packet = upright.turned_xmp(packet, turn)
-        packet = stale.without(packet, is_extended=is_extended, is_turned=turns, along=along)
-        return stale.adjusted(packet, along) if along else packet
+        packet = references.without(packet, is_extended=is_extended, is_turned=turns, along=along)
+        return references.adjusted(packet, along) if along else packet
 
     pixels = pixels[(part or Box.of(pixels)).slices]
     becomes_colour = form.becomes_colour(pixels)

@@ -21,7 +21,7 @@ from kogao_core.base.json_reader import BadFile, parse
 from kogao_core.base.language import Text, translated
 from kogao_core.base.wording import printable
 from kogao_core.photo.formats import READABLE
-from kogao_core.photo.metadata import glance
+from kogao_core.photo.metadata import rating
 from kogao_core.projects.project import sha256_of
 
 NAME: Final = "results.jsonl"
@@ -125,7 +125,7 @@ class Results:
                     places = (Path(source), path.with_name(Path(source).name))
                     return Provenance(path, _first_photo(places, path))
             marked = _MARKED.fullmatch(path.stem)
-            if marked is not None or glance.is_ours(path):
+            if marked is not None or rating.is_ours(path):
                 return Provenance(path, _namesake(path, marked[1]) if marked else None)
         except OSError:  # the caller finds out when it reads the file
             pass

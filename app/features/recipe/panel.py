@@ -85,11 +85,12 @@ class RecipePanel(QWidget):
             self.percent,
             readings,
             self.scope,
+            self.shape,
+            self.more,
+            # Last: these come and go from photo to photo.
             self.lens,
             self.lens_amount,
             self.edge_note,
-            self.shape,
-            self.more,
             spacing=3 * GRID_PX,
         )
         fine = self.centre, self.lattice, self.fold

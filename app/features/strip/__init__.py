@@ -19,7 +19,7 @@ from kogao_core.base.atomic import atomic_write
 from kogao_core.base.json_reader import BadFile
 from kogao_core.faces.doubt import doubtful
 from kogao_core.photo import READABLE
-from kogao_core.photo.metadata.glance import MOST_STARS, REJECTED, rate
+from kogao_core.photo.metadata.rating import MOST_STARS, REJECTED, rate
 from kogao_core.projects.results import Results
 
 from ...actions import Item
