@@ -52,7 +52,7 @@ def _folder() -> Path:
 
 
 def sample() -> Path:
-    """Return the path of the sample portrait, an average of 81 faces.
+    """Return the path of the built-in portrait, the average of 81 faces.
 
     Returns
     -------

@@ -21,7 +21,7 @@ _FILE: Final = Text("the file")
 
 
 class BadFile(ValueError):
-    """The file has an unexpected content. The message tells where and why."""
+    """A file has invalid content; the message tells place and reason."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -89,20 +89,20 @@ class Original:
 
 @dataclass(frozen=True, eq=False)
 class Project:
-    """The edits of one photo.
+    """The edits of one photo, as saved in a project file.
 
     Parameters
     ----------
     original : Original
-        The photo.
+        File name, hash and size of the photo.
     mode : {"automatic", "manual"}
-        Mode of the result.
+        The sheet used for the result.
     automatic : Sheet
-        Detected faces, with corrections.
+        Faces found by the program, with corrections.
     manual : Sheet, optional
         Faces marked by hand.
     protection : Protection
-        Regions that must not move, px.
+        Areas that must not move, px.
     loose : tuple of Line
         Straight lines that may bend, px.
     brushwork : Brushwork
@@ -133,17 +133,17 @@ class Project:
         Parameters
         ----------
         width, height : int
-            Upright size of that photo, px.
+            Size of the upright photo, px.
 
         Returns
         -------
         Project
-            This project if the size is the same.
+            With all coordinates scaled; the same object for the same size.
 
         Raises
         ------
         BadFile
-            If the photo has another aspect ratio: it is cropped or another photo.
+            If the photo has another aspect ratio.
         """
         old = self.original
         if (width, height) == (old.width, old.height):
@@ -245,7 +245,7 @@ def load(path: str | os.PathLike[str]) -> Project:
     Returns
     -------
     Project
-        The photo isn't opened; see `sidecar.apply`.
+        Apply the project with `apply_project`. The photo is not opened.
 
     Raises
     ------
