@@ -112,7 +112,7 @@ def test_numbers_that_stand_for_no_data_leave_lines_measured(cli, small_portrait
     [
         ("summary.WarpReport.headline", ZeroDivisionError("by zero"), "the report failed: by zero"),
         ("summary.WarpReport.to_dict", ZeroDivisionError("by zero"), "the report failed: by zero"),
-        ("common.put", OSError(28, "No space left on device"), "No space left on device"),
+        ("common.atomic_write", OSError(28, "No space left on device"), "No space left on device"),
     ],
 )
 def test_a_summary_that_fails_is_a_note_for_the_photo_is_written(
