@@ -52,7 +52,7 @@ def _folder() -> Path:
 
 
 def sample() -> Path:
-    """Return where the program's own portrait lies: the average of 81 faces, nobody's photo.
+    """Return the path of the built-in portrait, the average of 81 faces.
 
     Returns
     -------

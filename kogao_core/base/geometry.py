@@ -106,6 +106,12 @@ class Box:
         return Box(0, 0, image.shape[1], image.shape[0])
 
 
+def check_type(value: object, kind: type, source: str) -> None:
+    """Raise TypeError if a value has another type; `source` tells where to get the right one."""
+    if not isinstance(value, kind):
+        raise TypeError(f"expected a {kind.__name__} {source}, got {type(value).__name__}")
+
+
 def check_image(image: object) -> None:
     """Raise TypeError or ValueError if a value is not an array of pixels that can be warped."""
     if not isinstance(image, np.ndarray):

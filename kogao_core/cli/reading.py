@@ -10,8 +10,8 @@ import click
 
 from kogao_core.base import assets
 from kogao_core.base.geometry import Box
+from kogao_core.base.json_reader import BadFile
 from kogao_core.base.language import Text
-from kogao_core.base.strict import BadFile
 from kogao_core.cli import ending, words
 from kogao_core.cli.common import PHOTO, limits_megapixels
 from kogao_core.faces import landmarks

@@ -9,8 +9,8 @@ from typing import Any, Final, get_args
 import numpy as np
 
 from kogao_core.base.geometry import Array, Line
+from kogao_core.base.json_reader import BadFile, Node
 from kogao_core.base.language import Text
-from kogao_core.base.strict import BadFile, Node
 from kogao_core.faces.face import FOREHEAD_POINTS, Anchor, Face
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.warp.brush import LEAST_FALLOFF, BrushKind, BrushStroke, Brushwork

@@ -11,10 +11,10 @@ from pathlib import Path
 from typing import Any, Final, Literal, get_args
 
 from kogao_core import __version__
-from kogao_core.base.atomic import put
+from kogao_core.base.atomic import atomic_write
 from kogao_core.base.geometry import Affine, Line
+from kogao_core.base.json_reader import BadFile, Node, parse, read
 from kogao_core.base.language import Text
-from kogao_core.base.strict import BadFile, Node, parse, read
 from kogao_core.faces.face import Face
 from kogao_core.projects import json as project_json
 from kogao_core.recipe.recipe import Recipe
@@ -89,22 +89,22 @@ class Original:
 
 @dataclass(frozen=True, eq=False)
 class Project:
-    """What was done to one photo.
+    """The edits of one photo, as saved in a project file.
 
     Parameters
     ----------
     original : Original
-        Which photo.
+        File name, hash and size of the photo.
     mode : {"automatic", "manual"}
-        Whose faces make the result.
+        The sheet used for the result.
     automatic : Sheet
-        Found by the machine, and what was corrected on it.
+        Faces found by the program, with corrections.
     manual : Sheet, optional
-        Marked by hand.
+        Faces marked by hand.
     protection : Protection
-        Places that must not move, px.
+        Areas that must not move, px.
     loose : tuple of Line
-        Straight lines that aren't held, px.
+        Straight lines that may bend, px.
     brushwork : Brushwork
         Strokes of push and restore, px.
 
@@ -133,17 +133,17 @@ class Project:
         Parameters
         ----------
         width, height : int
-            Of that photo, upright, px.
+            Size of the upright photo, px.
 
         Returns
         -------
         Project
-            Itself where the size is the same.
+            With all coordinates scaled; the same object for the same size.
 
         Raises
         ------
         BadFile
-            If the photo has another shape: it is cropped or another one.
+            If the photo has another aspect ratio.
         """
         old = self.original
         if (width, height) == (old.width, old.height):
@@ -248,12 +248,12 @@ def load(path: str | os.PathLike[str]) -> Project:
     Returns
     -------
     Project
-        Its photo isn't opened; `sidecar.apply` says what it makes of one.
+        Apply the project with `apply_project`. The photo is not opened.
 
     Raises
     ------
     BadFile
-        If it can't be read or isn't a project; one sentence.
+        If the file can't be read or isn't a project.
 
     Examples
     --------
@@ -271,7 +271,7 @@ def load(path: str | os.PathLike[str]) -> Project:
 
 def save(project: Project, path: str | os.PathLike[str], *, private: bool = False) -> None:
     """Write a project file atomically; a private one is readable by its owner alone."""
-    put(to_bytes(project), path, private=private)
+    atomic_write(to_bytes(project), path, private=private)
 
 
 def to_bytes(project: Project) -> bytes:

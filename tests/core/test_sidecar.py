@@ -13,7 +13,7 @@ import pytest
 from few_cases import few_of
 from scenes import oval_face, textured_photo
 
-from kogao_core.base.strict import BadFile
+from kogao_core.base.json_reader import BadFile
 from kogao_core.pipeline import render
 from kogao_core.projects import sidecar
 from kogao_core.projects.project import Original, Project, Sheet, load, save, sha256_of

@@ -14,8 +14,8 @@ from typing import Final
 
 import numpy as np
 
+from kogao_core.base.json_reader import BadFile
 from kogao_core.base.language import Text
-from kogao_core.base.strict import BadFile
 from kogao_core.lab.study import plan, results
 from kogao_core.lab.study.design import Rules, Task, Variant
 from kogao_core.lab.study.plan import Key, Meaning, PictureFigures

@@ -21,7 +21,7 @@ _FILE: Final = Text("the file")
 
 
 class BadFile(ValueError):
-    """What was read isn't what it should be; the message says where and why."""
+    """A file has invalid content; the message tells place and reason."""
 
 
 @dataclass(frozen=True, slots=True)
