@@ -175,7 +175,7 @@ def statements() -> dict[str, Any]:
         posed.append(
             face.mapped(Affine(matrix, np.array([450.0, 450.0]) * (1.0 - np.diag(matrix))))
         )
-    outside = [face.mapped(Affine(np.eye(2), np.array([-x, 0.0]))) for x in range(280, 420, 4)]
+    outside = [_seen((150.0 - x, 450.0), 300.0, 20.0) for x in range(0, 120, 4)]
     groups = [[one] for one in (*alone, *seen, *hidden, *outside)] + crowded
     groups += [[one, face] for one in posed] + [[posed[18], one] for one in posed[:18]]
     told = [str(verdicts(group, photo)[0].told(1)) for group in groups]

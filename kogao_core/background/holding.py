@@ -180,7 +180,7 @@ class _Steady:
         )
         triples, normals, weights = _near_rows(edges, self._room, swept, h)
         near = near[self._room.reaches(near)]
-        near = _thinned(near[_away(near, swept, h) > _TOUCHING], h)
+        near = _thinned(near[_away(near, swept, h) > _TOUCHING], 0.5 * h)
         # Nearly exact where a neighbour is clear of the face, soft where both meet.
         clear = _away(near, swept, h) / _TOUCHING - np.array([[1.0], [2.0]])
         soft, exact = np.clip(clear, 0.0, 1.0) ** 2
