@@ -1,4 +1,4 @@
-"""Pixel rectangles and plane transforms; pixel centres lie at whole numbers, y runs down."""
+"""Pixel rectangles and plane transforms; pixel centres are at whole numbers, y points down."""
 
 from __future__ import annotations
 

@@ -228,7 +228,7 @@ def apply(project: Project, pixels: Image, sha256: str | None = None) -> Applied
 def match(project: Project, pixels: Image, sha256: str | None = None) -> tuple[Project, str]:
     """Scale a project to the size of a photo. Return the project and a note for the user.
 
-    Result: the note is empty for the very photo. Raises BadFile.
+    The note is empty for the identical file. Raises BadFile.
     """
     height, width = pixels.shape[:2]
     at_hand = project.at_size(width, height)
