@@ -18,7 +18,11 @@ import click
 from kogao_core.base import installed, interrupts
 from kogao_core.base.language import Text, languages, system_languages, tr, translated, use_language
 from kogao_core.base.stderr import open_standard_streams
-from kogao_core.base.threads import end_at_once, take_short_turns, without_blas_threads
+from kogao_core.base.threads import (
+    shorten_switch_interval,
+    skip_final_collection,
+    without_blas_threads,
+)
 from kogao_core.base.wording import sentence, shown
 from kogao_core.cli import common, words
 
@@ -34,11 +38,11 @@ _PATH: Final = click.Path(path_type=Path, readable=False)
 def main(argv: Sequence[str] | None = None, source: LandmarkSource | None = None) -> int:
     """Run the editor."""
     if argv is None:
-        interrupts.end_when_told("kogao")
+        interrupts.exit_on_signals("kogao")
     open_standard_streams()
     without_blas_threads()
-    take_short_turns()
-    end_at_once()
+    shorten_switch_interval()
+    skip_final_collection()
     use_language(*system_languages())
     options = _parse(argv)
     if options.screenshot is not None and not options.photos:

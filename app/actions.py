@@ -163,7 +163,7 @@ MENUS: Final = (
         None,
         "experiment-",
         "rate",
-        only=("inspect",),
+        only=("compare", "inspect"),
     ),
     Menu(
         "&Help",
@@ -200,8 +200,7 @@ KEYS_ONLY: Final = (
     Item("paper-settings", "Use the paper's settings", "", "Keep amount and centre", photo=True),
     Item("match-retouch", "Match a retouch…", "Ctrl+Alt+M", "Read a retouched copy", photo=True),
     Item("save-preset", "Save preset…", "Ctrl+Alt+S", "Save these settings as a preset"),
-    Item("import-preset", "Import presets…", "Ctrl+Alt+I", "Add presets from files"),
-    Item("export-preset", "Export settings…", "Ctrl+Alt+E", "Save the settings as a file"),
+    Item("preset-folder", "Open preset folder", "", "Each preset is a JSON file"),
     Item("closer", "Zoom in", "+", "Magnify the view", True, ("Ctrl++", "Ctrl+=")),
     Item("farther", "Zoom out", "-", "Show more of the photo", True, ("Ctrl+-",)),
     Item("wipe-left", "Move divider left", ",", "Show more of the result"),

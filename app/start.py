@@ -17,7 +17,7 @@ from PySide6.QtGui import QIcon
 from PySide6.QtWidgets import QApplication
 
 from kogao_core.base import assets
-from kogao_core.base.atomic import put
+from kogao_core.base.atomic import atomic_write
 from kogao_core.base.geometry import Box
 from kogao_core.base.wording import sentence, system_reason
 from kogao_core.faces.face import LandmarkSource
@@ -217,7 +217,7 @@ class Screenshot(QObject):
         for _ in range(_LAYOUT_PASSES):
             QCoreApplication.sendPostedEvents()
         try:
-            put(encoded(self._editor.window.grab(), self._path.suffix), self._path)
+            atomic_write(encoded(self._editor.window.grab(), self._path.suffix), self._path)
         except OSError as error:
             why = system_reason(error)
             self._end(

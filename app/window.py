@@ -32,7 +32,7 @@ from .view_state import ViewState
 from .widgets.controls import column_of, segmented
 from .widgets.dialogs import files_in
 from .widgets.docks import ColumnArea, Dock, Docks, RowArea
-from .widgets.icons import DRAWN, SIZE, icon
+from .widgets.icons import SIZE, icon
 from .widgets.messages import MessageBar, StatusLine
 from .workspaces import WORKSPACES, Workspace
 
@@ -136,7 +136,8 @@ class Window(QMainWindow):
         """Apply the canvas grey and the icons of a theme."""
         for view in self.findChildren(Viewport):
             view.setBackground(theme.canvas)
-        for name in DRAWN.keys() & self.actions_by_name.keys():
+        tools = {name for one in WORKSPACES.values() for name in one.tools if name is not None}
+        for name in tools & self.actions_by_name.keys():
             self.actions_by_name[name].setIcon(icon(name, theme))
         self._before.setIcon(icon("hold-original", theme))
         self._bar.dress(theme)

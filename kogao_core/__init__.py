@@ -19,7 +19,7 @@ from importlib import import_module as _import_module
 TYPE_CHECKING = False  # importing `typing` would take most of the time of this import
 if TYPE_CHECKING:
     from kogao_core.base.assets import sample as sample
-    from kogao_core.base.strict import BadFile as BadFile
+    from kogao_core.base.json_reader import BadFile as BadFile
     from kogao_core.faces.face import Face as Face
     from kogao_core.faces.landmarks.sources import find as find
     from kogao_core.faces.landmarks.sources import source as source
@@ -71,7 +71,7 @@ _HOMES = {
     "warp.protection": {"Protection": "Protection"},
     "recipe.recipe": {"PAPER": "PAPER", "Recipe": "Recipe"},
     "projects.sidecar": {"apply_project": "apply"},
-    "base.strict": {"BadFile": "BadFile"},
+    "base.json_reader": {"BadFile": "BadFile"},
 }
 __all__ = sorted(name for names in _HOMES.values() for name in names)
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from kogao_core.background.holding import NOTHING_HELD, Held, hold
 from kogao_core.base.display import preview
-from kogao_core.base.geometry import Box, Image, check_image
+from kogao_core.base.geometry import Box, Image, check_image, check_type
 from kogao_core.base.language import Text
 from kogao_core.base.threads import one_blas_thread
 from kogao_core.faces.face import Face
@@ -31,9 +31,9 @@ from kogao_core.warp.canvas import FLAGS, Canvas, reduced, size_of, warp_alike
 from kogao_core.warp.domain import pixel_counts
 from kogao_core.warp.field import Field, Residual, residual
 from kogao_core.warp.fit import problems_of, solve
-from kogao_core.warp.frame import cut_note, slid
+from kogao_core.warp.frame import attenuated_near_edge, cut_note
 from kogao_core.warp.guard import Limit, limited
-from kogao_core.warp.lens import Heads
+from kogao_core.warp.lens import LensCorrection
 from kogao_core.warp.limits import check_corners, check_strokes
 from kogao_core.warp.measures import achieved_percent, protected_shares
 from kogao_core.warp.one_to_one import OneToOne, check_one_to_one
@@ -256,14 +256,12 @@ class Rendering:
         return preview(self.pixels)
 
 
-def _check_types(photo: object, faces: object, recipe: object, protection: object) -> None:
+def _check_types(photo: object, faces: object, *others: object) -> None:
     check_image(photo)
     if not isinstance(faces, Sequence) or not all(isinstance(face, Face) for face in faces):
         raise TypeError("faces must be a sequence of Face, such as [face]")
-    for value, kind in ((recipe, Recipe), (protection, Protection)):
-        if not isinstance(value, kind):
-            name, given = kind.__name__, type(value).__name__
-            raise TypeError(f"expected a {name} such as kogao.{name}(), got {given}")
+    for value, kind in zip(others, (Recipe, Protection, Brushwork), strict=True):
+        check_type(value, kind, f"such as kogao.{kind.__name__}()")
 
 
 def render(
@@ -336,7 +334,7 @@ def render(
     >>> kogao.render(grey, [face], kogao.Recipe(percent=0)).pixels.tobytes() == grey.tobytes()
     True
     """
-    _check_types(photo, faces, recipe, protection)
+    _check_types(photo, faces, recipe, protection, brushwork)
     if canvas is not None and canvas.source is not photo:
         raise ValueError("this canvas lies over another photo")
     check_corners(protection)
@@ -345,11 +343,15 @@ def render(
     with one_blas_thread():
         with watch.lap("targets"):
             edges = whole or Box.of(photo)
-            heads = Heads.of(faces, recipe, edges)
+            heads = LensCorrection.of(faces, recipe, edges)
             seen = heads.faces or faces
             recipes = [recipe.of_face(face.recipe) for face in faces]
-            asked = tuple(map(aim, faces, recipes, seen, repeat(edges)))
-            pairs = tuple(slid(pair, edges) for pair in asked) if recipe.guard else asked
+            requested = tuple(map(aim, faces, recipes, seen, repeat(edges)))
+            pairs = (
+                tuple(attenuated_near_edge(pair, edges) for pair in requested)
+                if recipe.guard
+                else requested
+            )
             beside = held.neighbours if recipe.hold_background else ()
             around = [pair.started for pair in pairs]
             alone = surrounds_of(seen, around, recipes, edges, beside)
@@ -386,7 +388,7 @@ def render(
             pixels = canvas.pixels
     return Rendering(
         *(pixels, pairs, field, limits, unheld, area, changed, recipe),
-        cut_note(pairs, asked, [one.percent for one in recipes]),
+        cut_note(pairs, requested, [one.percent for one in recipes]),
         watch.laps_ms,
         brush_shares,
     )

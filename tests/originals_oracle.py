@@ -6,14 +6,14 @@ import random
 import shutil
 from pathlib import Path
 
-from kogao_core.base.atomic import put
+from kogao_core.base.atomic import atomic_write
 from kogao_core.photo.originals import ChangedSince, NoOriginal, Originals, StoreFull
 
 
 def write_in_place(place: Originals, path: Path, result: bytes) -> int:
     """Overwrite a file as `photo.write_in_place` does; return how many originals were evicted."""
     evicted = place.keep(path, [result])
-    put(result, path)
+    atomic_write(result, path)
     place.note_written(path)
     return evicted
 

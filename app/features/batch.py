@@ -214,7 +214,8 @@ class Batch(Feature):
         if outcome.status in ("failed", "no face", "result"):
             why = translated(outcome.reason)
             is_named = outcome.reason.startswith(outcome.source)
-            self._failures.append(why if is_named else f"{Path(outcome.source).name}: {why}")
+            named = sentence(why) if is_named else f"{Path(outcome.source).name}: {sentence(why)}"
+            self._failures.append(named)
         undone = outcome.status in ("failed", "no face")
         mark: Mark = "doubtful" if outcome.doubtful else "failed" if undone else ""
         self._strip.look_again(Path(outcome.source), mark)
@@ -235,7 +236,7 @@ class Batch(Feature):
         report = BarAction(tr("Open report"), lambda: open_path(self._folder / REPORT))
         failed = bool(self._failures)
         steps = (folder, report) if failed else (folder,)
-        self.say(" ".join([text, *map(sentence, self._failures[:1])]), *steps, wrong=failed)
+        self.say(" ".join([text, *self._failures[:1]]), *steps, wrong=failed)
         self._go_on()
 
     @property

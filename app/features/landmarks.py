@@ -8,8 +8,8 @@ from itertools import chain, repeat
 from pathlib import Path
 from typing import Final
 
+from kogao_core.base.json_reader import BadFile
 from kogao_core.base.language import Text
-from kogao_core.base.strict import BadFile
 from kogao_core.faces.face import LandmarkSource
 from kogao_core.faces.landmarks import (
     CHOICES,
@@ -29,7 +29,7 @@ _KEYS: Final = ("F5", "F6", "F7", "Shift+F7")  # of the landmark sources, in tur
 
 
 class LandmarkSources(Feature):
-    """Actions of the Face menu that select the landmark source of `Faces`."""
+    """Actions of the Experiments menu that select the landmark source of `Faces`."""
 
     def __init__(self, context: Context, faces: Faces, first: LandmarkSource) -> None:
         super().__init__(context)
@@ -70,7 +70,7 @@ class Exchange(Feature):
         super().__init__(context)
         self.bind("import-landmarks", self._ask_import)
         self.bind("export-landmarks", self.ask_export)
-        self.watch(lambda: bool(self.document.state.faces), self._show)
+        self.document.watch(self._show, "faces", value=lambda: bool(self.document.state.faces))
 
     def _ask_import(self) -> None:
         endings = " ".join(f"*{form.suffix}" for form in interchange.FORMATS.values())

@@ -12,7 +12,7 @@ from PySide6.QtCore import QPoint, QRectF, Qt
 from PySide6.QtGui import QAction, QPainter, QPaintEvent, QPixmap
 from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QSizePolicy, QWidget
 
-from kogao_core.base.atomic import put
+from kogao_core.base.atomic import atomic_write
 from kogao_core.base.geometry import Box
 from kogao_core.pipeline import STAGES, Rendering
 from kogao_core.recipe.recipe import PAPER, SETTINGS, Recipe
@@ -200,19 +200,23 @@ class Readings(Feature):
         self.plate.hide()
         self.window.canvas.hovered.connect(self._point)
         self.window.arranged.connect(self._arrange)
-        self.live.drawn.connect(lambda _: self._show_values())
-        self.watch(lambda: self.document.state.recipe, self._show_settings)
+        self.live.drawn.connect(lambda _: self._show_frame())
         self.dock = Dock(tr("Readings"))
         self.document.opened.connect(self._forget)
         self.live.measured.connect(self._show)
 
     def _arrange(self, workspace: Workspace) -> None:
         self._on = self.name in workspace.panels
-        self._show_values()
+        self._show_frame()
 
     def _point(self, _: Handle | None, x: float, y: float) -> None:
         self._cursor = x, y
         self._show_values()
+
+    def _show_frame(self) -> None:
+        self._show_values()
+        if self._on:
+            self._show_settings()
 
     def _show_values(self) -> None:
         frame, image, (x, y) = self.view.frame, self.document.image, self._cursor
@@ -307,7 +311,7 @@ class Figure(Feature):
         """Write the figure; show a message if writing fails."""
         self.window.bar.clear()
         try:
-            put(encoded(self.picture(), path.suffix), path)
+            atomic_write(encoded(self.picture(), path.suffix), path)
         except OSError as problem:
             self.say(unwritten(path, problem))
         else:

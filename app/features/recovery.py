@@ -11,7 +11,7 @@ from typing import Final
 
 from PySide6.QtCore import QLockFile, QThreadPool, QTimer
 
-from kogao_core.base.strict import BadFile
+from kogao_core.base.json_reader import BadFile
 from kogao_core.photo import Photo
 from kogao_core.projects.project import Original, Project, load, save
 

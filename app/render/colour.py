@@ -16,7 +16,7 @@ from PIL import ImageCms
 from PySide6.QtGui import QColorSpace, QGuiApplication, QImage, QScreen
 
 from kogao_core.base.display import Rgb8, rgba8
-from kogao_core.base.threads import default_threads, share_out
+from kogao_core.base.threads import default_threads, parallel_for
 from kogao_core.photo import Photo
 
 from ..i18n import tr
@@ -145,7 +145,7 @@ class _Transform:
     def __call__(self, pictures: Sequence[tuple[Rgb8, Rgb8]]) -> None:
         """Convert the first picture of each pair into the second."""
         strips = [strip for pair in pictures for strip in _strips(*pair)]
-        share_out(strips, lambda: self._turn, min(len(strips), default_threads()))
+        parallel_for(strips, lambda: self._turn, min(len(strips), default_threads()))
 
     def _turn(self, pair: tuple[Rgb8, Rgb8]) -> None:
         source, target = pair

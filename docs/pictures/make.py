@@ -25,7 +25,7 @@ import PIL.Image
 from PIL import ImageDraw, ImageFont
 
 from kogao_core.base import assets
-from kogao_core.base.atomic import put
+from kogao_core.base.atomic import atomic_write
 from kogao_core.base.geometry import Array, Image
 from kogao_core.faces.landmarks import MeshSource
 from kogao_core.photo import read
@@ -342,14 +342,14 @@ def main(arguments: list[str]) -> None:
     sheets = Path(arguments[1]) if arguments[1:] else None
     if sheets is not None:
         for name, picture in front(sheets).items():
-            put(_jpeg(picture), folder / f"{name}.jpg")
+            atomic_write(_jpeg(picture), folder / f"{name}.jpg")
         for name, file in gallery(sheets).items():
-            put(file, folder / name)
-        put(tried(sheets).encode(), folder.parent / "site/landing/faces.js")
+            atomic_write(file, folder / name)
+        atomic_write(tried(sheets).encode(), folder.parent / "site/landing/faces.js")
     for make in (blocks, doses, lens):
-        put(_jpeg(make()), folder / f"{make.__name__}.jpg")
+        atomic_write(_jpeg(make()), folder / f"{make.__name__}.jpg")
     for name, figure in drawn().items():
-        put(figure, folder / name)
+        atomic_write(figure, folder / name)
     os.environ["QT_QPA_PLATFORM"] = "offscreen"
     edit_window(folder / "edit.png")
     windows(folder, sheets)

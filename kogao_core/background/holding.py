@@ -23,7 +23,7 @@ from kogao_core.base.geometry import Affine, Array, ramp
 from kogao_core.faces.face import Face
 from kogao_core.recipe.recipe import LOSSLESS_PX
 from kogao_core.warp.field import Field
-from kogao_core.warp.fit import Problem, on_quanta, summed
+from kogao_core.warp.fit import Problem, quantised, summed
 from kogao_core.warp.frame import edges_px
 from kogao_core.warp.guard import LEAST_DET, bisected, is_safe
 from kogao_core.warp.lattice import ORDER, Grid, Lattice, basis, groups
@@ -95,7 +95,7 @@ def hold(field: Field, problems: Sequence[Problem], faces: Sequence[Face], held:
         return field
     lattices = list(field.lattices)
     for group in groups(field.lattices):
-        targets = np.vstack([problems[k].target_px[: problems[k].movers] for k in group])
+        targets = np.vstack([problems[k].target_px[: problems[k].landmark_count] for k in group])
         changed = {}
         for k in group:
             before = field.lattices[k]
@@ -104,7 +104,7 @@ def hold(field: Field, problems: Sequence[Problem], faces: Sequence[Face], held:
                 after = before
                 for steady in changes:
                     after = summed(after, steady.change(after, targets))
-                changed[k] = on_quanta(problems[k].within(after))
+                changed[k] = quantised(problems[k].within(after))
         allowed = _allowed(field, [*changed], [*changed.values()])
         for k, lattice in zip(changed, allowed, strict=True):
             lattices[k] = lattice
@@ -141,7 +141,7 @@ def _allowed(field: Field, which: Sequence[int], after: Sequence[Lattice]) -> Se
 
     def mixed(share: float) -> list[Lattice]:
         return [
-            on_quanta(a.plus(b.minus(a).scaled(share))) for a, b in zip(before, after, strict=True)
+            quantised(a.plus(b.minus(a).scaled(share))) for a, b in zip(before, after, strict=True)
         ]
 
     def allow(lattices: Sequence[Lattice]) -> bool:
@@ -215,8 +215,8 @@ class _Steady:
 
     def _solved(self, lattice: Lattice, landmarks: Array) -> Lattice:
         n, count = self._rows.shape[1], self._edges
-        asked = self._factors[:, None] * lattice.at(self.places)
-        parts = np.stack([np.bincount(self._of_row, one) for one in asked.T], axis=-1)
+        requested = self._factors[:, None] * lattice.at(self.places)
+        parts = np.stack([np.bincount(self._of_row, one) for one in requested.T], axis=-1)
         parts *= self.weights[:, None]
         parts[:count] = (parts[:count] * self._normals).sum(axis=1)[:, None] * self._normals
         felt = self._felt(landmarks)

@@ -30,11 +30,11 @@ _KINDS: Final = (
     (stat.S_ISSOCK, Text("a socket")),
 )
 _swept: Final[set[Path]] = set()
-_mine: Final[set[Path]] = set()  # temporary folders of this process, from `aside`
+_mine: Final[set[Path]] = set()  # temporary folders of this process, from `temporary_folder`
 _TRIES: Final = 100
 
-Pieces = Sequence[bytes | memoryview]
-"""What a file holds, one behind the other; not joined, for that would copy them."""
+Chunks = Sequence[bytes | memoryview]
+"""Consecutive parts of a file; joining the parts would copy the data."""
 
 
 class NotAFile(OSError):
@@ -59,8 +59,8 @@ def check_target(path: str | os.PathLike[str]) -> None:
             raise NotAFile(errno.EEXIST, Text("it is {name}, not a file", name=name), str(path))
 
 
-def put(
-    data: bytes | Pieces,
+def atomic_write(
+    data: bytes | Chunks,
     path: str | os.PathLike[str],
     check: Callable[[], object] | None = None,
     like: Path | None = None,
@@ -75,7 +75,7 @@ def put(
     check_target(path)
     # Resolve symbolic links and use the target's folder: a rename can't cross file systems.
     target = Path(os.path.realpath(path))
-    with aside(target.parent) as place:
+    with temporary_folder(target.parent) as place:
         fresh = place / "fresh"
         with fresh.open("xb") as file:
             file.writelines([data] if isinstance(data, bytes) else data)
@@ -138,7 +138,7 @@ def appended(path: Path) -> BinaryIO:
 
 
 @contextmanager
-def aside(folder: Path) -> Iterator[Path]:
+def temporary_folder(folder: Path) -> Iterator[Path]:
     """Yield a locked, hidden temporary folder inside `folder`; delete the folder on exit.
 
     The first call per process also deletes leftovers of killed programs.
@@ -170,8 +170,8 @@ if sys.platform != "win32":
     os.register_at_fork(after_in_child=_mine.clear)
 
 
-def is_aside(path: Path) -> bool:
-    """Return True if a path is inside a temporary folder of `aside`."""
+def is_temporary(path: Path) -> bool:
+    """Return True if a path is inside a temporary folder of `temporary_folder`."""
     return any(part.startswith(_PREFIX) and part.endswith(_SUFFIX) for part in path.parts)
 
 

@@ -33,7 +33,7 @@ def clear() -> None:
         act()
 
 
-def end_when_told(program: str = "", code: int = CODE) -> None:
+def exit_on_signals(program: str = "", code: int = CODE) -> None:
     """Install signal handlers that end this process and print a line with the program's name.
 
     Signals that are ignored, as under nohup, stay ignored. Without a name, no line is printed.
@@ -56,7 +56,7 @@ def end_when_told(program: str = "", code: int = CODE) -> None:
     _set(end)
 
 
-def let_be() -> None:
+def ignore_signals() -> None:
     """Ignore signals from now on: only the interpreter's shutdown is left."""
     _set(signal.SIG_IGN)
 

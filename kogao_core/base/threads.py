@@ -35,7 +35,7 @@ _unwanted: ContextVar[Callable[[], bool]] = ContextVar("unwanted", default=lambd
 
 @contextmanager
 def stoppable(unwanted: Callable[[], bool]) -> Iterator[None]:
-    """Cancel `share_out` in the ``with`` block as soon as `unwanted` is true. Raises Stopped."""
+    """Cancel `parallel_for` in the ``with`` block as soon as `unwanted` is true. Raises Stopped."""
     before = _unwanted.set(unwanted)
     try:
         yield
@@ -48,7 +48,7 @@ def default_threads() -> int:
     return min(MOST_THREADS, os.cpu_count() or 1)
 
 
-def share_out(
+def parallel_for(
     tasks: Iterable[_Task], hand: Callable[[], Callable[[_Task], object]], threads: int
 ) -> None:
     """Run all tasks in this thread and in idle threads of the shared pool.
@@ -85,7 +85,7 @@ def share_out(
             raise problem
 
 
-def share_in_order(
+def parallel_in_order(
     tasks: Sequence[_Task],
     do: Callable[[_Task], _Result],
     take: Callable[[_Task, _Result], object],
@@ -104,10 +104,10 @@ def share_in_order(
                 take(tasks[taken], results.pop(taken))
                 taken += 1
 
-    share_out(enumerate(tasks), lambda: work, threads)
+    parallel_for(enumerate(tasks), lambda: work, threads)
 
 
-class Spares(Generic[_Tool]):
+class ObjectPool(Generic[_Tool]):
     """A pool of objects that are not thread-safe. Each concurrent user borrows a separate one."""
 
     def __init__(self, make: Callable[[], _Tool]) -> None:
@@ -127,11 +127,11 @@ class Spares(Generic[_Tool]):
             self._free.append(tool)
 
 
-def take_short_turns() -> None:
+def shorten_switch_interval() -> None:
     """Set Python's thread switch interval to 0.5 ms instead of 5 ms.
 
-    A window needs it for every event, a decoder for every piece of a file: 5 ms each add up. A
-    photo of 25 megapixels took 2.2 s to read beside a busy thread, and takes 0.4; alone 0.2.
+    A window waits for the interpreter lock at every event, and a decoder at every chunk of a file.
+    While another thread is busy, reading 25 megapixels takes 0.4 s instead of 2.2 s; alone 0.2 s.
     """
     sys.setswitchinterval(_TURN_S)
 
@@ -142,9 +142,9 @@ def _pool(threads: int) -> ThreadPoolExecutor:
 
 
 def without_blas_threads() -> None:
-    """Let OpenBLAS start no threads, in a program that hasn't imported numpy yet.
+    """Disable OpenBLAS threads. Call this before numpy is imported.
 
-    They wait for work at full speed, on the processors that others need.
+    Idle OpenBLAS threads spin on processors that other threads need.
     """
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
@@ -152,8 +152,8 @@ def without_blas_threads() -> None:
 def one_blas_thread() -> AbstractContextManager[object]:
     """Keep BLAS to one thread inside the ``with`` block.
 
-    Our matrices are small: a second BLAS thread costs more than it brings, and where the machine
-    is busy a hundred times more, because it spins while it waits.
+    Our matrices are small: a second BLAS thread takes more time than it saves. On a busy machine
+    it takes a hundred times more, because it spins while it waits.
     """
     return _controller().limit(limits=1, user_api="blas")  # type: ignore[no-any-return]
 
@@ -169,7 +169,7 @@ _TRIM_THRESHOLD, _MMAP_THRESHOLD, _ARENA_MAX = -1, -3, -8
 _MOST_BYTES: Final = 1 << 30
 
 
-def keep_freed() -> bool:
+def reuse_freed_memory() -> bool:
     """Keep freed memory in the process for reuse. Return whether the C library agreed.
 
     Each page of a new array costs a page fault. Don't use this in a program that stays open: its
@@ -184,6 +184,6 @@ def keep_freed() -> bool:
     return all(mallopt(number, value) == 1 for number, value in wanted)
 
 
-def end_at_once() -> None:
+def skip_final_collection() -> None:
     """Skip the final garbage collection at exit, which takes 0.1 s."""
     atexit.register(gc.freeze)

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
-from kogao_core.base.atomic import put
+from kogao_core.base.atomic import atomic_write
 from kogao_core.base.wording import printable
 from kogao_core.faces.face import Face
 from kogao_core.pipeline import Rendering
@@ -92,7 +92,9 @@ def write(rows: Iterable[Mapping[str, Any]], file: Path) -> None:
     lines = [list(COLUMNS), *([row[name] for name in COLUMNS] for row in rows)]
     file.parent.mkdir(parents=True, exist_ok=True)
     for table, to in ((lines, file), (told, codebook_of(file))):
-        put(table_text(table).encode(errors="backslashreplace"), to)  # names may be invalid text
+        atomic_write(
+            table_text(table).encode(errors="backslashreplace"), to
+        )  # names may be invalid text
 
 
 def table_text(rows: Iterable[Iterable[object]]) -> str:

@@ -6,9 +6,9 @@ import os
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
-from kogao_core.base.atomic import is_aside
+from kogao_core.base.atomic import is_temporary
+from kogao_core.base.json_reader import BadFile
 from kogao_core.base.language import Text
-from kogao_core.base.strict import BadFile
 from kogao_core.batch.tasks import Task, keys_of
 from kogao_core.photo.disclosure.disclosing import NO_DISCLOSURE, Disclosure
 from kogao_core.photo.export import AS_IT_IS, Export
@@ -130,7 +130,7 @@ def _real(path: Path) -> Path:
 
 
 def _percent(photo: Path, recipe: Recipe, projects: bool, edits: Path | None) -> float:
-    """Return the Amount for the file name: from the photo's project, or else from the recipe."""
+    """Return the Amount for the file name: from the photo's project, or from the recipe."""
     project = kept(photo, edits) if projects else None
     try:
         return sheet_of(load(project)).recipe.percent if project else recipe.percent
@@ -146,7 +146,7 @@ def _photos(path: Path, folder: Path) -> Iterator[tuple[Path, Path]]:
     if path.is_dir():
         for below in sorted(path.rglob("*")):
             mine = below.is_relative_to(folder) and not path.is_relative_to(folder)
-            named = below.suffix.lower() in READABLE and not is_aside(below)
+            named = below.suffix.lower() in READABLE and not is_temporary(below)
             if named and not below.is_dir() and not mine:
                 yield below, below.relative_to(path)
     elif os.path.lexists(path):

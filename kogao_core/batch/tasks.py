@@ -15,8 +15,8 @@ from typing import Any, Final, Literal
 from kogao_core.background.find import BackgroundFinder
 from kogao_core.base.atomic import appended
 from kogao_core.base.geometry import Box, Image
+from kogao_core.base.json_reader import BadFile
 from kogao_core.base.language import Text
-from kogao_core.base.strict import BadFile
 from kogao_core.batch.measures import COLUMNS, measured
 from kogao_core.faces.doubt import AllDoubted, choose
 from kogao_core.faces.face import Face

@@ -20,7 +20,7 @@ import cv2
 from kogao_core.base import interrupts
 from kogao_core.base.language import Text
 from kogao_core.base.stderr import open_standard_streams
-from kogao_core.base.threads import keep_freed
+from kogao_core.base.threads import reuse_freed_memory
 from kogao_core.batch.tasks import Outcome, Task, work
 
 # Tasks submitted per worker: enough to keep the worker busy, few enough to stop quickly.
@@ -150,9 +150,9 @@ def _settle() -> None:
     # Processes already use all cores, so disable threads inside each. Ignore SIGINT: the parent
     # process handles the interrupt and ends the workers.
     open_standard_streams()
-    keep_freed()  # the next photo often has the same size
+    reuse_freed_memory()  # the next photo often has the same size
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    interrupts.end_when_told(code=1)
+    interrupts.exit_on_signals(code=1)
     cv2.setNumThreads(1)
     threading.Thread(target=_end_with_parent, daemon=True).start()
 

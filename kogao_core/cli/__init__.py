@@ -15,11 +15,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """Run the program and exit. `arguments` default to ``sys.argv[1:]``."""
     is_program = arguments is None
     if is_program:
-        interrupts.end_when_told("kogao-cli")
+        interrupts.exit_on_signals("kogao-cli")
     # Slow imports come last, so that a signal can interrupt them.
     from kogao_core.cli.commands import run
 
     code = run(arguments)
     if is_program:
-        interrupts.let_be()
+        interrupts.ignore_signals()
     sys.exit(code)

@@ -14,8 +14,8 @@ import click
 
 from kogao_core import batch
 from kogao_core.base import wording
+from kogao_core.base.json_reader import BadFile
 from kogao_core.base.language import Text, tr, translated
-from kogao_core.base.strict import BadFile
 from kogao_core.batch import Outcome, Workers
 from kogao_core.batch.measures import codebook_of, write
 from kogao_core.cli import common, ending, options, reading, words

@@ -16,7 +16,7 @@ from kogao_core.base.installed import has_laboratory
 from kogao_core.base.interrupts import CODE
 from kogao_core.base.language import Text, system_languages, tr, translated, use_language
 from kogao_core.base.stderr import open_standard_streams
-from kogao_core.base.threads import end_at_once, keep_freed, without_blas_threads
+from kogao_core.base.threads import reuse_freed_memory, skip_final_collection, without_blas_threads
 from kogao_core.base.wording import system_reason
 from kogao_core.cli import words
 from kogao_core.cli.ending import BROKEN, UNEXPECTED, UNREADABLE, USAGE, Stop, print_message
@@ -101,8 +101,8 @@ program.codes = EPILOG
 def run(arguments: Sequence[str] | None) -> int:
     """Run a command and return the exit code. `arguments` default to ``sys.argv[1:]``."""
     open_standard_streams()
-    keep_freed()
-    end_at_once()
+    reuse_freed_memory()
+    skip_final_collection()
     without_blas_threads()
     use_language(*system_languages())
     if logging.lastResort:  # the handler of warnings if no other handler is installed

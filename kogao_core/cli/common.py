@@ -16,7 +16,7 @@ from typing import Any, Final, TypeVar
 
 import click
 
-from kogao_core.base.atomic import NotAFile, check_target, put
+from kogao_core.base.atomic import NotAFile, atomic_write, check_target
 from kogao_core.base.language import Text, tr
 from kogao_core.base.wording import sentence, shown, system_reason
 from kogao_core.cli import ending, words
@@ -179,7 +179,7 @@ def deliver(
         ending.print_text(said, err=err)
     if file is not None:
         with ending.writing(file):
-            put((json.dumps(found()) + "\n").encode(), file)
+            atomic_write((json.dumps(found()) + "\n").encode(), file)
 
 
 def tell(

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Final
 
 from kogao_core.base import assets
-from kogao_core.base.atomic import put
+from kogao_core.base.atomic import atomic_write
 
 NAME: Final = "org.kogao.Kogao"
 # Files and their folders in ~/.local/share or /usr/share.
@@ -39,7 +39,7 @@ def install(share: Path, program: Path) -> None:
             # become the default program for photos.
             text = _PHOTO_TYPES.sub("", text)
         (share / folder).mkdir(parents=True, exist_ok=True)
-        put(text.encode(), share / folder / name)
+        atomic_write(text.encode(), share / folder / name)
     _index(share)
 
 

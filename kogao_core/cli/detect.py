@@ -11,7 +11,7 @@ import click
 
 from kogao_core.background.people import PersonFinder, PersonMask
 from kogao_core.base.assets import AssetMissing
-from kogao_core.base.atomic import put
+from kogao_core.base.atomic import atomic_write
 from kogao_core.base.display import png
 from kogao_core.base.geometry import Box
 from kogao_core.base.language import Text, tr, translated
@@ -79,7 +79,7 @@ def command(
         with ending.refusing(
             lambda reason: Text("{file} can't be written: {reason}", file=mask_file, reason=reason)
         ):
-            put(png(people.picture(photo.width, photo.height)), mask_file)
+            atomic_write(png(people.picture(photo.width, photo.height)), mask_file)
     common.deliver(
         lambda: _found(photo, judged, mask_file, people), lambda: _table(photo, judged), json_file
     )

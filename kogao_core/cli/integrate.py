@@ -15,7 +15,7 @@ from typing import Final
 import click
 
 from kogao_core.base import assets, installed
-from kogao_core.base.atomic import put
+from kogao_core.base.atomic import atomic_write
 from kogao_core.base.language import Text, translated
 from kogao_core.base.wording import system_reason
 from kogao_core.cli import common, desktop, ending, words
@@ -252,7 +252,7 @@ def _install(host: Host, folder: Path) -> None:
                 text = text.replace(word, _QUOTED[Path(resource).suffix](program()))
         place = folder / within
         place.parent.mkdir(parents=True, exist_ok=True)
-        put(text.encode(), place)
+        atomic_write(text.encode(), place)
         # GIMP starts every executable file.
         place.chmod(0o755 if within == next(iter(host.files.values())) else 0o644)
     if host.mark:
@@ -306,4 +306,4 @@ def _set_line(file: Path, *, is_loaded: bool) -> None:
             lines[-1] += b"\n"
         lines.append(f"{_LINE}\n".encode())
     if b"".join(lines) != before:
-        put(b"".join(lines), file)
+        atomic_write(b"".join(lines), file)

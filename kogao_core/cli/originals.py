@@ -8,7 +8,7 @@ from pathlib import Path
 
 import click
 
-from kogao_core.base.atomic import put
+from kogao_core.base.atomic import atomic_write
 from kogao_core.base.language import Text, tr
 from kogao_core.cli import common, ending, words
 from kogao_core.photo.originals import NoOriginal, Originals
@@ -43,7 +43,7 @@ def originals(photo: Path | None, folder: Path | None) -> None:
             with ending.writing(folder):
                 folder.mkdir(parents=True, exist_ok=True)
                 copy = folder / one.file.name
-                put(one.file.read_bytes(), copy, like=one.file)
+                atomic_write(one.file.read_bytes(), copy, like=one.file)
                 shutil.copystat(one.file, copy)
     count = Text.counted(len(listed), "{n} original", "{n} originals")
     ending.print_text(

@@ -10,8 +10,8 @@ import click
 
 from kogao_core.base import assets
 from kogao_core.base.geometry import Box
+from kogao_core.base.json_reader import BadFile
 from kogao_core.base.language import Text
-from kogao_core.base.strict import BadFile
 from kogao_core.cli import ending, words
 from kogao_core.cli.common import PHOTO, limits_megapixels
 from kogao_core.faces import landmarks
@@ -58,7 +58,7 @@ _SEARCHING: Final = (
 takes_photo = words.together(
     click.argument("source", metavar="[IN]", required=False, type=PHOTO), *_SEARCHING
 )
-_POINTS: Final = "kogao_core.points"  # of what `--points` gave, in the command's context
+_POINTS: Final = "kogao_core.points"  # prefix of the values of `--points` in click's context
 
 
 def _keep(kind: str) -> Callable[[click.Context, click.Parameter, Any], None]:

@@ -15,8 +15,8 @@ import click
 
 from kogao_core.background.find import BackgroundFinder, Bends, measure
 from kogao_core.base.geometry import Box
+from kogao_core.base.json_reader import BadFile
 from kogao_core.base.language import Text
-from kogao_core.base.strict import BadFile
 from kogao_core.base.wording import shown
 from kogao_core.cli import common, ending, options, reading, summary, words
 from kogao_core.faces.face import Face

@@ -136,8 +136,8 @@ def _least_scores(faces: Sequence[Face]) -> Array:
     supports = np.clip((scores - SURE) / (_SUPPORTS - SURE), 0.0, 1.0)
     alike = np.exp(-0.5 * np.subtract.outer(sizes, sizes) ** 2)
     np.fill_diagonal(alike, 0.0)
-    company = alike @ supports
-    gain = 1.0 + (_MOST_SUPPORT - 1.0) * company / (company + _HALF_SUPPORT)
+    support = alike @ supports
+    gain = 1.0 + (_MOST_SUPPORT - 1.0) * support / (support + _HALF_SUPPORT)
     odds = SURE / (1.0 - SURE) / gain
     return np.asarray(odds / (1.0 + odds))
 

@@ -37,8 +37,8 @@ _ROUND: Final = 0.05  # width over which that limit sets in
 # Near the photo's edge a displacement grows at most by this times the Amount per px.
 EDGE_SLOPE: Final = 2.2
 # The Amount is lowered so that the photo's edge makes the skull taller by little more than this
-# share. It stays exactly as asked for up to half of that.
-_TALLER: Final = 0.06
+# share. It stays exactly as requested for up to half of that.
+_TALLER: Final = 0.04
 _SHARP: Final = 4.0  # exponent of the transition; larger: the full Amount for longer, then a corner
 
 

@@ -23,7 +23,7 @@ def across(face: Face) -> Array:
 
 
 def reflection(face: Face) -> Affine:
-    """Return the mirroring at the midline, through the middle of the eyes and of the mouth."""
+    """Return the map that mirrors px at the line from the middle of the eyes to the mouth."""
     normal, on_midline = across(face), face.eye_center
     matrix = np.eye(2) - 2.0 * np.outer(normal, normal)
     return Affine(matrix, on_midline - matrix @ on_midline)

@@ -40,7 +40,7 @@ class Subject:
 
     @property
     def stem(self) -> str:
-        """The name for files: each character other than letters, digits and _ becomes -."""
+        """The name for files: characters other than letters, digits and _ become one -."""
         return re.sub(r"[^\w-]+", "-", self.name).strip("-")
 
     @property

@@ -9,7 +9,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
-from kogao_core.base.atomic import Pieces
+from kogao_core.base.atomic import Chunks
 from kogao_core.base.geometry import Image
 from kogao_core.base.language import Text
 from kogao_core.base.wording import system_reason
@@ -98,7 +98,7 @@ def write_in_place(
         return Text("nothing changed: the file is as it was")
     replaced_a_result, evicted = False, 0
 
-    def keep(pieces: Pieces) -> None:
+    def keep(pieces: Chunks) -> None:
         nonlocal replaced_a_result, evicted
         _file_of(photo, originals)
         if originals is None:

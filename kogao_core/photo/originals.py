@@ -14,10 +14,10 @@ from pathlib import Path
 from typing import Final
 from urllib.parse import quote_from_bytes, unquote_to_bytes
 
-from kogao_core.base.atomic import Pieces, aside, is_aside, put
+from kogao_core.base.atomic import Chunks, atomic_write, is_temporary, temporary_folder
 from kogao_core.base.installed import data_folder
+from kogao_core.base.json_reader import BadFile, parse
 from kogao_core.base.language import Text
-from kogao_core.base.strict import BadFile, parse
 
 LIMIT_BYTES: Final = 10**10
 """Default size limit of the store."""
@@ -96,10 +96,10 @@ class Originals:
     def temporary(self) -> Iterator[Originals]:
         """Yield a store in a subfolder that is deleted on exit."""
         self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-        with aside(self.folder) as folder:
+        with temporary_folder(self.folder) as folder:
             yield Originals(folder)
 
-    def keep(self, path: Path, result: Pieces, version: str = "") -> int:
+    def keep(self, path: Path, result: Chunks, version: str = "") -> int:
         """Store the file at `path` before `result` overwrites it; return how many were evicted.
 
         The original of a photo that Kogao overwrote before stays the original. Raises OSError,
@@ -120,7 +120,7 @@ class Originals:
         seconds, rest = divmod(time.time_ns(), 10**9)
         moment, digest = time.strftime("%Y%m%dT%H%M%S", time.gmtime(seconds)), _sha256([data])
         file = self.folder / f"{moment}.{rest:09}-{digest[:16]}{place.suffix}"
-        put(data, file, like=source)
+        atomic_write(data, file, like=source)
         shutil.copystat(source, file)
         results = (new,) if known is None else (present, new)
         encoded = quote_from_bytes(os.fsencode(place))
@@ -145,7 +145,9 @@ class Originals:
     def all(self) -> list[StoredOriginal]:
         """Return all originals, the newest first, and the records of evicted originals."""
         with suppress(OSError):
-            files = {one for one in self.folder.iterdir() if one.is_file() and not is_aside(one)}
+            files = {
+                one for one in self.folder.iterdir() if one.is_file() and not is_temporary(one)
+            }
             names = {one.with_suffix("") if one.suffix == _RECORD else one for one in files}
             return [_read(one) for one in sorted(names, reverse=True)]
         return []
@@ -196,7 +198,7 @@ class Originals:
                 Text("the original of {path} is damaged ({kept}); take it from a backup",
                      path=path, kept=chosen.file)
             )  # fmt: skip
-        put(data, place, like=None if place.exists() else chosen.file)
+        atomic_write(data, place, like=None if place.exists() else chosen.file)
         shutil.copystat(chosen.file, place)
         return True
 
@@ -303,7 +305,7 @@ def _identity(place: Path | None) -> str:
 def _write_record(one: StoredOriginal) -> None:
     values = one.path, one.identity, one.version, one.original, one.results
     data = json.dumps(dict(zip(_FIELDS, values, strict=True))) + "\n"
-    put(data.encode(), _record_of(one.file), private=True)
+    atomic_write(data.encode(), _record_of(one.file), private=True)
 
 
 def _read(original: Path) -> StoredOriginal:
@@ -318,7 +320,7 @@ def _read(original: Path) -> StoredOriginal:
     return StoredOriginal(original)
 
 
-def _sha256(pieces: Pieces) -> str:
+def _sha256(pieces: Chunks) -> str:
     digest = hashlib.sha256()
     for piece in pieces:
         digest.update(piece)

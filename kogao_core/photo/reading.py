@@ -21,7 +21,7 @@ from kogao_core.photo import formats
 from kogao_core.photo.errors import UnreadablePhoto
 from kogao_core.photo.formats import common
 from kogao_core.photo.formats.base import Source
-from kogao_core.photo.metadata import kinds, photoshop, stale, tiff, tiff_extras
+from kogao_core.photo.metadata import kinds, photoshop, references, tiff, tiff_extras
 from kogao_core.photo.metadata.kinds import Extra, Kind
 from kogao_core.photo.model import Photo, Stamp
 
@@ -227,7 +227,7 @@ def extras_of(photo: Photo, file: IO[bytes]) -> tuple[Extra, ...]:
 def _from_metadata(photo: Photo, note: Kind | None) -> Iterator[Extra]:
     """Yield the extras found in the metadata blocks."""
     is_turned = photo.orientation != 1
-    yield from map(Extra, stale.found(photo.xmp, is_turned=is_turned) if photo.xmp else ())
+    yield from map(Extra, references.found(photo.xmp, is_turned=is_turned) if photo.xmp else ())
     if is_turned and photo.photoshop and photoshop.has_places(photo.photoshop):
         yield Extra(kinds.PLACES)
     if photo.photoshop and photoshop.xmp_of(photo.photoshop) not in (None, photo.xmp):

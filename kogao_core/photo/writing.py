@@ -16,9 +16,9 @@ import cv2
 import numpy as np
 from PIL import Image as Pillow
 
-from kogao_core.base.atomic import NotAFile, Pieces, check_target, put
+from kogao_core.base.atomic import Chunks, NotAFile, atomic_write, check_target
 from kogao_core.base.display import eight_bits
-from kogao_core.base.geometry import Box, Image, check_image
+from kogao_core.base.geometry import Box, Image, check_image, check_type
 from kogao_core.base.language import Text
 from kogao_core.base.wording import system_reason
 from kogao_core.photo import formats
@@ -27,11 +27,11 @@ from kogao_core.photo.formats import FORMATS
 from kogao_core.photo.formats.base import Content, FileFormat
 from kogao_core.photo.jpeg.segments import SOI
 from kogao_core.photo.metadata import (
-    glance,
     jpeg_extras,
     kinds,
     photoshop,
-    stale,
+    rating,
+    references,
     upright,
 )
 from kogao_core.photo.metadata.kinds import Extra
@@ -48,7 +48,7 @@ def write(
     path: str | os.PathLike[str],
     *,
     force: bool = False,
-    before: Callable[[Pieces], object] | None = None,
+    before: Callable[[Chunks], object] | None = None,
     quality: int | None = None,
 ) -> str:
     """Write new pixels with the photo's metadata. The file extension selects the format.
@@ -107,8 +107,7 @@ def write(
     ...     print(problem)
     marked.png exists; choose another name, or force=True to replace it
     """
-    if not isinstance(photo, Photo):
-        raise TypeError(f"expected a Photo as kogao.read returns it, got {type(photo).__name__}")
+    check_type(photo, Photo, "from kogao.read")
     check_image(pixels)
     path = Path(path)
     name = check_output(path, force=force)
@@ -118,13 +117,13 @@ def write(
     form, is_same_format = formats.BY_NAME[name], name == photo.format and quality is None
     if not is_same_format:
         photo = dataclasses.replace(photo, companions=())
-    if kinds.XMP not in form.kept and glance.has_record(photo.xmp or b""):
+    if kinds.XMP not in form.kept and rating.has_record(photo.xmp or b""):
         raise RefusedOutput(
             Text("{format} can't hold the edit record; choose another format", format=form.title)
         )
     try:
         if is_same_format and is_same(photo.pixels, pixels) and photo.is_as_read:
-            pieces: Pieces = [photo.path.read_bytes()]
+            pieces: Chunks = [photo.path.read_bytes()]
             note = ""
         else:
             encode = partial(_encoded, pixels=pixels, path=path, form=form, quality=quality)
@@ -137,7 +136,7 @@ def write(
             there = Text("the photo as it was is {file}", file=_backed_up(path))
             note = Text.joined("; ", [there, note])
         # Check again just before the rename: another program may have created the file.
-        put(pieces, path, lambda: check_output(path, force=force))
+        atomic_write(pieces, path, lambda: check_output(path, force=force))
         return note
     except OSError as error:
         reason = system_reason(error)
@@ -162,7 +161,7 @@ def _backed_up(path: Path) -> Path:
     target = Path(os.path.realpath(path))
     backup = target.with_name(f"{target.stem}.original{target.suffix}")
     if not backup.exists():
-        put(target.read_bytes(), backup, like=target)
+        atomic_write(target.read_bytes(), backup, like=target)
         shutil.copystat(target, backup)
     return backup
 
@@ -296,7 +295,7 @@ def _encoded(
     path: Path,
     form: FileFormat,
     quality: int | None,
-) -> Pieces:
+) -> Chunks:
     try:
         return encode(photo, pixels, form, part, quality)
     except ValueError as error:
@@ -317,7 +316,7 @@ def encode(
     form: FileFormat,
     part: Box | None = None,
     quality: int | None = None,
-) -> Pieces:
+) -> Chunks:
     """Encode new pixels with the photo's metadata. Return the file content.
 
     Only a format that stores the orientation, without `quality`, keeps the photo's orientation. All
@@ -348,8 +347,8 @@ def encode(
 
     def tidied(packet: bytes) -> bytes:
         packet = upright.turned_xmp(packet, turn)
-        packet = stale.without(packet, is_extended=is_extended, is_turned=turns, along=along)
-        return stale.adjusted(packet, along) if along else packet
+        packet = references.without(packet, is_extended=is_extended, is_turned=turns, along=along)
+        return references.adjusted(packet, along) if along else packet
 
     pixels = pixels[(part or Box.of(pixels)).slices]
     becomes_colour = form.becomes_colour(pixels)

@@ -23,10 +23,10 @@ import numpy as np
 import numpy.typing as npt
 
 from kogao_core import __version__
-from kogao_core.base.atomic import put
+from kogao_core.base.atomic import atomic_write
 from kogao_core.base.geometry import Array, Box, Image
+from kogao_core.base.json_reader import BadFile
 from kogao_core.base.language import Text
-from kogao_core.base.strict import BadFile
 from kogao_core.base.wording import system_reason
 from kogao_core.faces.targets import Pairs
 from kogao_core.recipe.recipe import Recipe
@@ -117,7 +117,7 @@ def gathered(
     result: Image,
     photo_sha256: str = "",
 ) -> Evidence:
-    """Evaluate a field at every pixel of the image, and collect the rest."""
+    """Evaluate a field at every pixel, and return the values with points, recipe and hashes."""
     xs, ys = np.arange(float(image.width)), np.arange(float(image.height))
     made = {
         "version": VERSION,
@@ -166,7 +166,7 @@ def to_bytes(evidence: Evidence) -> bytes:
 
 def save(evidence: Evidence, path: str | os.PathLike[str]) -> None:
     """Write an evidence file; an existing file is replaced."""
-    put(to_bytes(evidence), Path(path))
+    atomic_write(to_bytes(evidence), Path(path))
 
 
 def load(path: str | os.PathLike[str]) -> Evidence:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from kogao_core.base.installed import data_folder
-from kogao_core.base.strict import BadFile
+from kogao_core.base.json_reader import BadFile
 from kogao_core.photo.originals import Originals
 from kogao_core.projects import project
 from kogao_core.projects.results import NAME, Results

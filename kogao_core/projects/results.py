@@ -15,13 +15,13 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final
 
-from kogao_core.base.atomic import appended, put
+from kogao_core.base.atomic import appended, atomic_write
 from kogao_core.base.installed import data_folder
+from kogao_core.base.json_reader import BadFile, parse
 from kogao_core.base.language import Text, translated
-from kogao_core.base.strict import BadFile, parse
 from kogao_core.base.wording import printable
 from kogao_core.photo.formats import READABLE
-from kogao_core.photo.metadata import glance
+from kogao_core.photo.metadata import rating
 from kogao_core.projects.project import sha256_of
 
 NAME: Final = "results.jsonl"
@@ -87,7 +87,7 @@ class Results:
             line = Result(*_hashes(source), size, digest, edit)
             if self.file.is_file() and self.file.stat().st_size > _MAX_BYTES:
                 lines = self.file.read_bytes().splitlines(keepends=True)
-                put(lines[len(lines) // 2 :], self.file, private=True)
+                atomic_write(lines[len(lines) // 2 :], self.file, private=True)
             with appended(self.file) as file:
                 self.file.chmod(0o600)
                 file.write(json.dumps(asdict(line)).encode() + b"\n")
@@ -101,7 +101,9 @@ class Results:
         lines, digest = self._read(), sha256_of(photo) if photo.is_file() else ""
         kept = [one for one in lines if one.source != _hashes(photo)[0] and one.sha256 != digest]
         if len(kept) < len(lines):
-            put([json.dumps(asdict(one)).encode() + b"\n" for one in kept], self.file, private=True)
+            atomic_write(
+                [json.dumps(asdict(one)).encode() + b"\n" for one in kept], self.file, private=True
+            )
         return len(lines) - len(kept)
 
     def origin(self, path: Path) -> Provenance | None:
@@ -123,7 +125,7 @@ class Results:
                     places = (Path(source), path.with_name(Path(source).name))
                     return Provenance(path, _first_photo(places, path))
             marked = _MARKED.fullmatch(path.stem)
-            if marked is not None or glance.is_ours(path):
+            if marked is not None or rating.is_ours(path):
                 return Provenance(path, _namesake(path, marked[1]) if marked else None)
         except OSError:  # the caller finds out when it reads the file
             pass

@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import Final
 from urllib.parse import unquote
 
-from kogao_core.base.atomic import put
+from kogao_core.base.atomic import atomic_write
 from kogao_core.base.installed import data_folder
+from kogao_core.base.json_reader import parse
 from kogao_core.base.language import Text
-from kogao_core.base.strict import parse
 from kogao_core.base.wording import shown, system_reason
 from kogao_core.recipe.recipe import PAPER, Recipe
 
@@ -57,7 +57,7 @@ def read(file: Path) -> Recipe:
 
 def write(recipe: Recipe, file: Path) -> None:
     """Write a recipe to a file atomically."""
-    put(f"{json.dumps(recipe.to_dict(), indent=1)}\n".encode(), file)
+    atomic_write(f"{json.dumps(recipe.to_dict(), indent=1)}\n".encode(), file)
 
 
 def listed(folder: Path) -> dict[str, Recipe]:

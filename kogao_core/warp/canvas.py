@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kogao_core.base.geometry import Array, Box, Image, check_image
-from kogao_core.base.threads import default_threads, share_out
+from kogao_core.base.threads import default_threads, parallel_for
 from kogao_core.recipe.settings import Interpolation
 from kogao_core.warp.domain import Cells, Domain, Mask, cells_beyond
 from kogao_core.warp.field import Field
@@ -155,7 +155,7 @@ def _copied(source: Image) -> Image:
     def fill(top: int) -> None:
         copy[top : top + rows] = source[top : top + rows]
 
-    share_out(range(0, len(source), rows), lambda: fill, default_threads())
+    parallel_for(range(0, len(source), rows), lambda: fill, default_threads())
     return copy
 
 
@@ -217,7 +217,7 @@ def reduced(
             mean = np.clip(np.rint(mean), 0, np.iinfo(source.dtype).max)
         result[tile.slices] = mean.reshape(result[tile.slices].shape)
 
-    share_out(tiles, lambda: draw, threads or default_threads())
+    parallel_for(tiles, lambda: draw, threads or default_threads())
     return result
 
 

@@ -314,6 +314,10 @@ def shown_at(field: Displacing, source_px: Array, start_px: Array | None = None)
     >>> bool(abs(chin - rendering.pairs[0].target_px[10]).max() < 0.01)
     True
     """
+    if not hasattr(field, "at"):
+        given = type(field).__name__
+        raise TypeError(f"expected a Field such as rendering.field, got {given}")
+    source_px = points_of(source_px)
     x = np.array(source_px if start_px is None else start_px, np.float64)
     left, miss, move = np.arange(len(x)), np.zeros_like(x), np.zeros_like(x)
     for turn in range(_INVERSION_STEPS):
@@ -327,7 +331,7 @@ def shown_at(field: Displacing, source_px: Array, start_px: Array | None = None)
     return x
 
 
-def shown_by(displacement: Callable[[Array], Array], points: Array, steps: int) -> Array:
+def inverted(displacement: Callable[[Array], Array], points: Array, steps: int) -> Array:
     """Return where points of shape (N, 2) are shown, px: solve ``x + d(x) = point`` in `steps`."""
     shown = points
     for _ in range(steps):
@@ -368,8 +372,8 @@ def residual(field: Field, pairs: Sequence[Pairs]) -> Residual:
     if not pairs:
         return Residual(0.0, 0.0, 0.0, 0.0)
     wanted = [np.hstack([p.target_px, p.displacement_px]) for p in pairs]
-    asked = np.concatenate([*wanted, *(_curve(each) for each in wanted)])
-    missed = np.linalg.norm(field.at(asked[:, :2]) - asked[:, 2:], axis=1)
+    requested = np.concatenate([*wanted, *(_curve(each) for each in wanted)])
+    missed = np.linalg.norm(field.at(requested[:, :2]) - requested[:, 2:], axis=1)
     points, between = np.split(missed, [sum(len(each) for each in wanted)])
     return Residual(
         float(points.mean()), float(points.max()), float(between.mean()), float(between.max())

@@ -21,11 +21,11 @@ from kogao_core.base.language import Text
 from kogao_core.faces.face import Anchor
 from kogao_core.faces.targets import Pairs
 from kogao_core.recipe.recipe import LOSSLESS_PX, Recipe
-from kogao_core.warp.frame import kept_inside
+from kogao_core.warp.frame import zero_on_edges
 from kogao_core.warp.lattice import ORDER, Grid, Lattice, basis, groups, matrices
-from kogao_core.warp.lens import Lensed
+from kogao_core.warp.lens import LensDisplacement
 from kogao_core.warp.limits import MOST_CONTROL_POINTS, MOST_TOGETHER, OutOfBounds
-from kogao_core.warp.surround import Surround
+from kogao_core.warp.surround import HeadDisplacement
 
 MULTILEVEL_STEPS: Final = 3  # halvings of the lattice at most: R, R/2, R/4, R/8
 MIN_SPACING_PX: Final = 1.0  # least lattice spacing, px
@@ -37,7 +37,7 @@ _FINER_PROOF: Final = 4.0
 # Largest norm of the control points of the exact fit, relative to the approximation's. The limit
 # prevents huge control points for moves that the lattice can hardly express. Over the sliders'
 # range a face far from the photo's edge needs 0.9 to 1.54.
-MOST_EFFORT: Final = 1.6
+MOST_NORM_RATIO: Final = 1.6
 # Least ridge, relative to the largest eigenvalue: too small to change the fit at single landmarks.
 _LEAST_RIDGE: Final = 1e-9
 _BISECTIONS: Final = 40  # steps of the search for the ridge
@@ -53,23 +53,24 @@ QUANTUM_PX: Final = 2.0**-12
 class Problem:
     """The displacements (N, 2) requested from a face's lattice at the targets (N, 2), both px.
 
-    The first `movers` points are landmarks, the next `features` points are round eyes and mouth.
-    Points with `slack` 0 are interpolated; a larger slack permits a larger error. `least_px` is the
-    finest lattice spacing for `multilevel`. The lattice starts as `surround`, and moves nothing
-    across the edges of `photo`. `around_px` is the box that the surround displaces, (2, 2).
+    The first `landmark_count` points are landmarks, the next `features` points are round eyes and
+    mouth. Points with `tolerance` 0 are interpolated; a larger tolerance permits a larger error.
+    `least_px` is the finest lattice spacing for `multilevel`. The lattice starts as `surround`, and
+    moves nothing across the edges of `photo`. `around_px` is the box that the surround displaces,
+    (2, 2).
     """
 
     grid: Grid
     target_px: Array
     displacement_px: Array
-    movers: int
+    landmark_count: int
     least_px: float = 0.0
     features: int = 0
-    slack: Array | float = 0.0
+    tolerance: Array | float = 0.0
     surround: Lattice | None = None
     photo: Box | None = None
     around_px: Array | None = None
-    effort: float | None = None
+    known_norm: float | None = None
 
     @cached_property
     def support(self) -> _Support:
@@ -79,7 +80,7 @@ class Problem:
     @property
     def near_px(self) -> Array:
         """Box of the displaced region, least and greatest (x, y), (2, 2), px; ignores the photo."""
-        ends = self.target_px[: self.movers]
+        ends = self.target_px[: self.landmark_count]
         near = np.array([ends.min(axis=0), ends.max(axis=0)])
         near += np.array([[-1.0], [1.0]]) * self.grid.spacing_px
         if self.around_px is None:
@@ -87,20 +88,24 @@ class Problem:
         return np.array([np.minimum(near, self.around_px)[0], np.maximum(near, self.around_px)[1]])
 
     @cached_property
-    def asked_effort(self) -> float:
+    def coefficient_norm(self) -> float:
         """Norm of the control points that approximate the complete displacement, px."""
-        return float(np.linalg.norm(approximate(self).phi)) if self.effort is None else self.effort
+        return (
+            float(np.linalg.norm(approximate(self).phi))
+            if self.known_norm is None
+            else self.known_norm
+        )
 
     @cached_property
-    def own_nodes(self) -> npt.NDArray[np.int64]:
+    def reached_nodes(self) -> npt.NDArray[np.int64]:
         """Indices of the control points within reach of landmarks and features."""
         # Like `np.unique`, which would import numpy's masked arrays.
-        moving = self.movers + self.features
+        moving = self.landmark_count + self.features
         return np.flatnonzero(np.bincount(self.support.nodes[:moving].ravel()))
 
     def within(self, lattice: Lattice) -> Lattice:
         """Return the lattice without displacement across the photo's edges."""
-        return lattice if self.photo is None else kept_inside(lattice, self.photo)
+        return lattice if self.photo is None else zero_on_edges(lattice, self.photo)
 
 
 def spacing_px(pairs: Pairs, anchor: Anchor, recipe: Recipe) -> float:
@@ -134,7 +139,7 @@ def problems_of(
     pairs: Sequence[Pairs],
     anchors: Sequence[Anchor],
     recipes: Sequence[Recipe],
-    surrounds: Sequence[Lensed | Surround | None] = (),
+    surrounds: Sequence[LensDisplacement | HeadDisplacement | None] = (),
     photo: Box | None = None,
 ) -> list[Problem]:
     """Return the fitting problem of each face.
@@ -147,12 +152,12 @@ def problems_of(
     ]
     surrounds = surrounds or (None,) * len(grids)
     _check_control_points(pairs, anchors, recipes, grids, surrounds)
-    asked = list(zip(pairs, anchors, grids, recipes, strict=True))
-    alone = [_problem(*each, None, photo) for each in asked]
+    requested = list(zip(pairs, anchors, grids, recipes, strict=True))
+    alone = [_problem(*each, None, photo) for each in requested]
     _check_together(alone)
     return [
         problem if surround is None else _problem(*each, surround, photo)
-        for problem, each, surround in zip(alone, asked, surrounds, strict=True)
+        for problem, each, surround in zip(alone, requested, surrounds, strict=True)
     ]
 
 
@@ -175,14 +180,14 @@ def solve(problems: Sequence[Problem], recipes: Sequence[Recipe]) -> tuple[Latti
             break
         # Request again the part removed at the edges, without the error of an approximation.
         left = [_left_by(total, _asking(problem, whole)) for problem in problems]
-    return tuple(on_quanta(lattice) for lattice in total if lattice is not None)
+    return tuple(quantised(lattice) for lattice in total if lattice is not None)
 
 
 def _asking(problem: Problem, lattices: Sequence[Lattice]) -> Problem:
     """Return the problem that requests the displacement of `lattices` at the targets."""
     nothing = dataclasses.replace(problem, displacement_px=np.zeros_like(problem.displacement_px))
     made = -_left_by(lattices, nothing).displacement_px
-    return dataclasses.replace(problem, displacement_px=made, effort=problem.asked_effort)
+    return dataclasses.replace(problem, displacement_px=made, known_norm=problem.coefficient_norm)
 
 
 def _fitted(problems: Sequence[Problem], recipes: Sequence[Recipe]) -> list[Lattice]:
@@ -212,7 +217,7 @@ def _left_by(done: Sequence[Lattice | None], problem: Problem) -> Problem:
             left[near] -= lattice.at(problem.target_px[near])
     if left is problem.displacement_px:
         return problem
-    return dataclasses.replace(problem, displacement_px=left, effort=problem.asked_effort)
+    return dataclasses.replace(problem, displacement_px=left, known_norm=problem.coefficient_norm)
 
 
 def summed(lattice: Lattice, other: Lattice) -> Lattice:
@@ -232,7 +237,7 @@ def _check_control_points(
     anchors: Sequence[Anchor],
     recipes: Sequence[Recipe],
     grids: Sequence[Grid],
-    surrounds: Sequence[Lensed | Surround | None],
+    surrounds: Sequence[LensDisplacement | HeadDisplacement | None],
 ) -> None:
     total = 0.0
     for pair, anchor, recipe, grid, surround in zip(
@@ -262,7 +267,9 @@ def _check_together(problems: Sequence[Problem]) -> None:
     empty = [problem.support.fitted for problem in problems]
     for group in groups(empty):
         points = sum(len(problems[k].target_px) for k in group)
-        nodes = sum(min(ORDER**2 * problems[k].movers, empty[k].phi[..., 0].size) for k in group)
+        nodes = sum(
+            min(ORDER**2 * problems[k].landmark_count, empty[k].phi[..., 0].size) for k in group
+        )
         if points * min(points, nodes) > MOST_TOGETHER**2:
             raise OutOfBounds(
                 Text(
@@ -274,13 +281,13 @@ def _check_together(problems: Sequence[Problem]) -> None:
             )
 
 
-def on_quanta(lattice: Lattice) -> Lattice:
+def quantised(lattice: Lattice) -> Lattice:
     """Return the lattice with control points rounded to the nearest multiples of `QUANTUM_PX`."""
     phi = np.round(lattice.phi / QUANTUM_PX) * QUANTUM_PX
     return Lattice(lattice.grid, lattice.first, phi)
 
 
-def _ends(target_px: Array, surround: Lensed | Surround | None) -> Array:
+def _ends(target_px: Array, surround: LensDisplacement | HeadDisplacement | None) -> Array:
     return target_px if surround is None else np.vstack([target_px, surround.corners_px])
 
 
@@ -289,13 +296,13 @@ def _problem(
     anchor: Anchor,
     grid: Grid,
     recipe: Recipe,
-    surround: Lensed | Surround | None,
+    surround: LensDisplacement | HeadDisplacement | None,
     photo: Box | None,
 ) -> Problem:
-    source, target, slack = _NO_FEATURES
+    source, target, tolerance = _NO_FEATURES
     # Features only with the exact fit: an approximation would pull landmarks off their targets.
     if surround is not None and recipe.fit == "exact":
-        source, target, slack = surround.features
+        source, target, tolerance = surround.features
     return Problem(
         grid,
         np.vstack([pairs.target_px, target]),
@@ -303,14 +310,14 @@ def _problem(
         len(pairs.target_px),
         LEAST_SPACINGS * anchor.spacing_px,
         len(target),
-        np.concatenate([np.zeros(len(pairs.target_px)), slack]),
+        np.concatenate([np.zeros(len(pairs.target_px)), tolerance]),
         None if surround is None else _sampled(surround, grid),
         photo,
         None if surround is None else surround.around_px,
     )
 
 
-def _sampled(surround: Lensed | Surround, grid: Grid) -> Lattice | None:
+def _sampled(surround: LensDisplacement | HeadDisplacement, grid: Grid) -> Lattice | None:
     """Sample a surround's displacement at the control points; None if all are zero."""
     corners = surround.corners_px
     columns, rows = (
@@ -442,15 +449,17 @@ def _solve_together(problems: list[Problem]) -> list[Lattice]:
     targets = np.vstack([problem.target_px for problem in problems])
     displacements = np.vstack([problem.displacement_px for problem in problems])
     supports = [problem.support for problem in problems]
-    own_nodes = [problem.own_nodes for problem in problems]
-    designs = _designs(supports, targets, own_nodes)
-    effort = np.sqrt(sum(problem.asked_effort**2 for problem in problems))
-    slack = np.concatenate([np.broadcast_to(one.slack, len(one.target_px)) for one in problems])
-    solution = _ridge_solution(designs, displacements, slack, MOST_EFFORT * effort)
-    ends = np.cumsum([len(nodes) for nodes in own_nodes])
+    reached_nodes = [problem.reached_nodes for problem in problems]
+    designs = _designs(supports, targets, reached_nodes)
+    known_norm = np.sqrt(sum(problem.coefficient_norm**2 for problem in problems))
+    tolerance = np.concatenate(
+        [np.broadcast_to(one.tolerance, len(one.target_px)) for one in problems]
+    )
+    solution = _ridge_solution(designs, displacements, tolerance, MOST_NORM_RATIO * known_norm)
+    ends = np.cumsum([len(nodes) for nodes in reached_nodes])
     lattices = []
     for support, nodes, part in zip(
-        supports, own_nodes, np.split(solution, ends[:-1]), strict=True
+        supports, reached_nodes, np.split(solution, ends[:-1]), strict=True
     ):
         phi = np.zeros((support.size, 2))
         phi[nodes] = part
@@ -459,22 +468,22 @@ def _solve_together(problems: list[Problem]) -> list[Lattice]:
 
 
 def _ridge_solution(
-    designs: Sequence[_Design], displacements: Array, slack: Array, longest: float
+    designs: Sequence[_Design], displacements: Array, tolerance: Array, longest: float
 ) -> Array:
     """Return the smallest phi with ``A phi = displacements``, or the best with norm <= `longest`.
 
-    Rows with a slack r minimise ``|phi|^2 + |A phi - z|^2 / r``.
+    Rows with a tolerance r minimise ``|phi|^2 + |A phi - z|^2 / r``.
     """
     most = max(float((part.weights**2).sum(axis=1).max(initial=0.0)) for part in designs)
-    if slack.any():
-        scale = np.sqrt(_LEAST_RIDGE * most / (_LEAST_RIDGE * most + slack))
+    if tolerance.any():
+        scale = np.sqrt(_LEAST_RIDGE * most / (_LEAST_RIDGE * most + tolerance))
         designs = [_Design(d.rows, d.weights * scale[d.rows, None]) for d in designs]
         displacements = displacements * scale[:, None]
     # A' (A A' + r I)^-1 z = (A' A + r I)^-1 A' z: solve with the smaller matrix.
     many = len(displacements) > sum(part.weights.shape[1] for part in designs)
     matrix = (_inner if many else _outer)(designs, len(displacements))
     wanted = _transposed(designs, displacements) if many else displacements
-    least = _LEAST_RIDGE * (most if slack.any() else np.linalg.eigvalsh(matrix)[-1])
+    least = _LEAST_RIDGE * (most if tolerance.any() else np.linalg.eigvalsh(matrix)[-1])
     solved = np.asarray(np.linalg.solve(matrix + least * np.eye(len(matrix)), wanted), np.float64)
     phi = solved if many else _transposed(designs, solved)
     if (phi**2).sum() <= longest**2:

@@ -30,7 +30,7 @@ def edges_px(photo: Box) -> Array:
     )
 
 
-def slid(pairs: Pairs, photo: Box) -> Pairs:
+def attenuated_near_edge(pairs: Pairs, photo: Box) -> Pairs:
     """Reduce the moves of landmarks across the photo's edge; keep the component along the edge."""
     moves = pairs.displacement_px
     low, high = edges_px(photo)
@@ -42,7 +42,7 @@ def slid(pairs: Pairs, photo: Box) -> Pairs:
     return dataclasses.replace(pairs, target_px=pairs.source_px - share * moves)
 
 
-def kept_inside(lattice: Lattice, photo: Box) -> Lattice:
+def zero_on_edges(lattice: Lattice, photo: Box) -> Lattice:
     """Return the nearest lattice that moves nothing across the photo's edges.
 
     Control points across an edge are made orthogonal to the basis, eq. (1). The spline is then 0
@@ -74,14 +74,14 @@ def _orthogonal(lattice: Lattice, edge_px: float, axis: int) -> Lattice:
     return Lattice(lattice.grid, (first[0], first[1]), phi)
 
 
-def cut_note(pairs: Sequence[Pairs], asked: Sequence[Pairs], percents: Sequence[float]) -> str:
+def cut_note(pairs: Sequence[Pairs], requested: Sequence[Pairs], percents: Sequence[float]) -> str:
     """Return a sentence on faces with too little space in the photo; empty if there are none.
 
-    `pairs` are the rendered pairs; `asked` and `percents` are the requested pairs and Amounts.
+    `pairs` are the rendered pairs; `requested` and `percents` are the requested pairs and Amounts.
     """
     cut = sum(
         bool((np.abs(a.target_px - b.target_px) > _MISSED * b.warp_distance_px).any())
-        for a, b in zip(pairs, asked, strict=True)
+        for a, b in zip(pairs, requested, strict=True)
     )
     lowered = [
         100.0 * pair.head_share

@@ -11,8 +11,8 @@ import numpy.typing as npt
 
 from kogao_core.base.geometry import Array, Box, smoothstep
 from kogao_core.warp.field import Field
-from kogao_core.warp.fit import on_quanta
-from kogao_core.warp.frame import kept_inside
+from kogao_core.warp.fit import quantised
+from kogao_core.warp.frame import zero_on_edges
 from kogao_core.warp.lattice import Lattice, groups, meet
 from kogao_core.warp.one_to_one import (
     LEAST_MEASURED_DET,
@@ -163,7 +163,7 @@ def _weight(lattice: Lattice, places: Array, shares: Array, reach: Array) -> Arr
 def _weighted(field: Field, weights: Sequence[Array], photo: Box | None) -> Field:
     """Return a field with control points multiplied by weights; the same where all are 1."""
     lattices = tuple(
-        lattice if (weight == 1.0).all() else on_quanta(_inside(lattice, weight, photo))
+        lattice if (weight == 1.0).all() else quantised(_inside(lattice, weight, photo))
         for lattice, weight in zip(field.lattices, weights, strict=True)
     )
     if all(a is b for a, b in zip(lattices, field.lattices, strict=True)):
@@ -173,7 +173,7 @@ def _weighted(field: Field, weights: Sequence[Array], photo: Box | None) -> Fiel
 
 def _inside(lattice: Lattice, weight: Array, photo: Box | None) -> Lattice:
     weighted = dataclasses.replace(lattice, phi=lattice.phi * weight[..., None])
-    return weighted if photo is None else kept_inside(weighted, photo)
+    return weighted if photo is None else zero_on_edges(weighted, photo)
 
 
 def _limit(lattice: Lattice, weight: Array) -> Limit:

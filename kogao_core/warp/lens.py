@@ -29,9 +29,9 @@ from kogao_core.faces.face import Face
 from kogao_core.faces.reshape import across
 from kogao_core.photo.optics import FILM_MM
 from kogao_core.recipe.recipe import Recipe
-from kogao_core.warp.field import shown_by
+from kogao_core.warp.field import inverted
 from kogao_core.warp.frame import edges_px
-from kogao_core.warp.surround import Surround, away_px
+from kogao_core.warp.surround import HeadDisplacement, away_px
 
 # A circle approximates a head with hair. The centre is this far above the middle of eyes and mouth,
 # in landmark spacings.
@@ -66,9 +66,9 @@ _KEPT: Final = 10.0
 # head and would divide by zero.
 _LEAST_DEPTH: Final = 0.2
 _STEPS: Final = 12  # of the fixed-point inversion; each step reduces the error to a fifth
-# Errors at the points of eyes and mouth have the weight 1 / _SLACK in the fit. Larger values change
-# the shape of eyes and mouth more.
-_SLACK: Final = 0.01
+# Errors at the points of eyes and mouth have the weight 1 / _TOLERANCE in the fit. Larger values
+# change the shape of eyes and mouth more.
+_TOLERANCE: Final = 0.01
 STRETCH_SEEN_PERCENT: Final = 1.0  # stretch of a face, %, from which the stretch is reported
 # Distances on an adult's face, m: between the outer corners of the eyes, and from the eyes to the
 # mouth. Checked by iris size: 112 of 118 people are within 10 %.
@@ -141,16 +141,16 @@ class Head:
     focal_px: float
     photo: Box
     share: float = 1.0  # fraction of the stretch to remove, 0 to 1
-    company: float = 0.0  # nearness of other heads, 0 to 1
+    crowding: float = 0.0  # nearness of other heads, 0 to 1
     # Extra shift, (2,), px: keeps the gaps to other heads from being sheared.
-    aside_px: Array = dataclasses.field(default_factory=lambda: np.zeros(2))
+    offset_px: Array = dataclasses.field(default_factory=lambda: np.zeros(2))
 
     @cached_property
     def center_px(self) -> Array:
         """The centre of the head's circle in the result, (2,), px."""
         right = across(self.face)
         above = _ABOVE * self.face.anchor.spacing_px * np.array([right[1], -right[0]])
-        return np.asarray(self.face.anchor.origin_px + above + self.aside_px)
+        return np.asarray(self.face.anchor.origin_px + above + self.offset_px)
 
     @property
     def radius_px(self) -> float:
@@ -190,7 +190,7 @@ class Head:
         rim = radius + (self.room_px - radius) * float(nears)
         strip = float(np.clip(self.room_px / radius - 1.0, 0.0, _FADE))
         alone = min(self.room_px, radius) * (_FADE - strip) / (_FADE + strip)
-        stays = alone + (rim - alone) * self.company
+        stays = alone + (rim - alone) * self.crowding
         shift = stays - f * np.tan(np.arctan2(far + stays, f) - angle) / np.cos(angle)
         scale = np.diag([np.cos(angle), np.cos(angle), 1.0])
         lens = np.diag([f, f, 1.0])
@@ -200,7 +200,7 @@ class Head:
     def undistorted(self, points: npt.ArrayLike) -> Array:
         """Return the backward displacement of the head at points of shape (N, 2), px."""
         homography, shift = self._aimed
-        shift = shift + self.aside_px
+        shift = shift + self.offset_px
         points = np.asarray(points, np.float64) - shift
         seen = np.column_stack([points, np.ones(len(points))]) @ homography.T
         back = seen[:, :2] / np.maximum(seen[:, 2:], _LEAST_DEPTH) - points
@@ -211,7 +211,7 @@ class Head:
         away = points - self.center_px
         return np.asarray(np.hypot(away[:, 0], away[:, 1]) / self.radius_px)
 
-    def kept_inside(self, points: Array) -> Array:
+    def within_photo(self, points: Array) -> Array:
         """Return `undistorted` without the displacement across the photo's edges.
 
         That component falls to zero outside the head, or inside a head that is near the edge.
@@ -232,13 +232,13 @@ class Head:
 
 
 @dataclass(frozen=True, eq=False)
-class Heads:
+class LensCorrection:
     """The heads of a photo. Where heads overlap, each point follows mainly the nearer head."""
 
     heads: tuple[Head, ...] = ()
 
     @classmethod
-    def of(cls, faces: Sequence[Face], recipe: Recipe, photo: Box) -> Heads:
+    def of(cls, faces: Sequence[Face], recipe: Recipe, photo: Box) -> LensCorrection:
         """Return the heads of `faces`; none if `recipe.lens` is not a focal length.
 
         Replace "auto" by `optics.settled` first.
@@ -265,7 +265,7 @@ class Heads:
         if away_px is not None:
             beside = np.maximum(rho - 1.0, 0.0) * head.radius_px
             share *= ramp(1.0 / (1.0 + beside / np.maximum(away_px(points), 1e-9)))
-        return head.kept_inside(points) * share[:, None]
+        return head.within_photo(points) * share[:, None]
 
     def _near(self, which: int) -> list[Head]:
         """Return the other heads whose fades overlap the fade of this head."""
@@ -294,7 +294,7 @@ class Heads:
         if not parts:
             return []
         ends = np.cumsum([len(part) for part in parts])[:-1]
-        moved = iter(np.split(shown_by(self.at, np.vstack(parts), _STEPS), ends))
+        moved = iter(np.split(inverted(self.at, np.vstack(parts), _STEPS), ends))
         return [
             dataclasses.replace(
                 face,
@@ -309,26 +309,26 @@ class Heads:
 
     def around(
         self,
-        surrounds: Sequence[Surround | None],
+        surrounds: Sequence[HeadDisplacement | None],
         neighbours_px: Sequence[Array],
-    ) -> tuple[Lensed | Surround | None, ...]:
-        """Combine each face's lens correction with its `Surround` of the corrected face."""
+    ) -> tuple[LensDisplacement | HeadDisplacement | None, ...]:
+        """Combine each face's lens correction with its `HeadDisplacement` of the corrected face."""
         if not self.heads:
             return tuple(surrounds)
         beside = neighbours_px or [np.zeros((0, 2))] * len(surrounds)
         return tuple(
-            Lensed(self, which, surround, near)
+            LensDisplacement(self, which, surround, near)
             for which, (surround, near) in enumerate(zip(surrounds, beside, strict=True))
         )
 
 
 @dataclass(frozen=True, eq=False)
-class Lensed:
-    """The displacement of one face's control points: the lens correction and the `Surround`."""
+class LensDisplacement:
+    """The displacement of one face's control points: lens correction and `HeadDisplacement`."""
 
-    heads: Heads
+    heads: LensCorrection
     which: int
-    surround: Surround | None
+    surround: HeadDisplacement | None
     neighbours_px: Array
 
     @property
@@ -353,13 +353,13 @@ class Lensed:
 
     @cached_property
     def features(self) -> tuple[Array, Array, Array]:
-        """Points round eyes and mouth in the photo, their targets, and slacks: as in `Surround`."""
+        """Points round eyes and mouth, their targets, and tolerances: as in `HeadDisplacement`."""
         if self.surround is not None:
-            seen, target, slack = self.surround.features
-            return seen + self.heads.at(seen), target, slack
+            seen, target, tolerance = self.surround.features
+            return seen + self.heads.at(seen), target, tolerance
         face, shown = self.heads.heads[self.which].face, self.heads.faces[self.which]
         source = np.vstack([face.eyes, face.mouth])
-        return source, np.vstack([shown.eyes, shown.mouth]), np.full(len(source), _SLACK)
+        return source, np.vstack([shown.eyes, shown.mouth]), np.full(len(source), _TOLERANCE)
 
     def _away_px(self, points: Array) -> Array:
         return away_px(points, self.neighbours_px)
@@ -373,7 +373,7 @@ def _beside_each_other(heads: Sequence[Head]) -> tuple[Head, ...]:
     """
     near = _nearness(heads)
     heads = [
-        dataclasses.replace(head, company=1.0 - float(np.prod(1.0 - row)))
+        dataclasses.replace(head, crowding=1.0 - float(np.prod(1.0 - row)))
         for head, row in zip(heads, near, strict=True)
     ]
     rooms = np.array([max(head.room_px / head.radius_px, 1e-3) for head in heads])
@@ -389,7 +389,7 @@ def _beside_each_other(heads: Sequence[Head]) -> tuple[Head, ...]:
         wanted[j] += weight * apart
         wanted[k] -= weight * apart
     aside = np.linalg.solve(matrix, wanted) if len(heads) else wanted
-    return tuple(dataclasses.replace(h, aside_px=by) for h, by in zip(heads, aside, strict=True))
+    return tuple(dataclasses.replace(h, offset_px=by) for h, by in zip(heads, aside, strict=True))
 
 
 def _nearness(heads: Sequence[Head]) -> Array:

@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kogao_core.base.geometry import Array, Box, Image
-from kogao_core.base.threads import share_out
+from kogao_core.base.threads import parallel_for
 from kogao_core.warp.field import Field, fade
 from kogao_core.warp.lattice import Grid, Lattice
 from kogao_core.warp.protection import share_on_grid
@@ -221,7 +221,7 @@ class Job:
     def places(self, number: int, box: Box, total: Float32) -> Float32:
         """Return the source position of each pixel of a run, in steps of `cv2.remap`.
 
-        Result float32 (2, height, width): x and y, integers, in the memory of `total`.
+        Result float32 (2, height, width): x and y, whole numbers; a view of the buffer `total`.
         """
         at = self._mapped(number, box, total)
         return _places(at, at)
@@ -282,4 +282,4 @@ def spread(
         return do
 
     threads = min(threads, 1 + area // _THREAD_PX)
-    share_out(enumerate(runs), hand, threads)
+    parallel_for(enumerate(runs), hand, threads)

@@ -31,7 +31,7 @@ from kogao_core.faces.reshape import across
 from kogao_core.faces.targets import Pairs, shape_center
 from kogao_core.faces.zones import Shape, directions
 from kogao_core.recipe.recipe import Recipe
-from kogao_core.warp.field import shown_by
+from kogao_core.warp.field import inverted
 from kogao_core.warp.frame import edges_px
 
 # The head moves whole up to this rho: straight up, which reaches past the crown, and straight
@@ -62,7 +62,7 @@ _MOUTH: Final = np.array([(-1, 0), (-0.4, 0.3), (0.4, 0.3), (1, 0), (0.4, -0.3),
 _SHRINK: Final = 0.4
 # Weight of an error at a feature's points; between these two rho the features give way to the
 # outline. Larger: eyes and mouth change their shape more.
-_SLACK: Final = 0.01
+_TOLERANCE: Final = 0.01
 _NEAR: Final = (0.75, 1.0)
 _DIRECTIONS: Final = 73  # in which the ends of the displaced region are sampled
 _TURN: Final = 2.0 * np.pi
@@ -70,7 +70,7 @@ _STEPS: Final = 3  # of a fixed-point iteration, each ten times nearer to the so
 
 
 @dataclass(frozen=True, eq=False)
-class Surround:
+class HeadDisplacement:
     """The displacement that one head asks of its control points."""
 
     face: Face
@@ -79,7 +79,7 @@ class Surround:
     photo: Box  # nothing moves across its edge
     neighbours_px: Array = dataclasses.field(default_factory=lambda: np.zeros((0, 2)))
     hulls: tuple[Array, ...] = ()  # (K, 2): of other faces, corners in order, px
-    shape: Shape | None = None  # what is asked of the face beside its warp distance
+    shape: Shape | None = None  # what is requested of the face beside its warp distance
 
     @cached_property
     def around_px(self) -> Array:
@@ -137,15 +137,15 @@ class Surround:
         )
         rho, _ = self._rim.at(target)
         near = smoothstep((rho - _NEAR[0]) / (_NEAR[1] - _NEAR[0]))
-        return source, target, _SLACK / np.maximum(1.0 - near, 1e-6)
+        return source, target, _TOLERANCE / np.maximum(1.0 - near, 1e-6)
 
     def _shown(self, points: Array) -> Array:
         """Return where points of shape (N, 2) are shown, px: ``x + d(x) = point``."""
-        return shown_by(self.at, points, _STEPS)
+        return inverted(self.at, points, _STEPS)
 
     @cached_property
-    def _rim(self) -> _Rim:
-        return _Rim.of(self.face, self.pairs, self.middle_px, self.shape)
+    def _rim(self) -> _FaceBoundary:
+        return _FaceBoundary.of(self.face, self.pairs, self.middle_px, self.shape)
 
     @property
     def strength(self) -> float:
@@ -194,7 +194,7 @@ class Surround:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Rim:
+class _FaceBoundary:
     """The closed edge of a face after the warp, by ascending direction.
 
     Directions are from straight down, in radians; `upwards` is 0 at the outline's ends and below,
@@ -211,7 +211,7 @@ class _Rim:
     upwards: Array
 
     @classmethod
-    def of(cls, face: Face, pairs: Pairs, middle: Array, shape: Shape | None) -> _Rim:
+    def of(cls, face: Face, pairs: Pairs, middle: Array, shape: Shape | None) -> _FaceBoundary:
         right, share = across(face), pairs.head_share
         center = middle + share * (pairs.center_px - middle)
         rest = pairs.displacement_px - _similarity(pairs, pairs.target_px)
@@ -267,18 +267,18 @@ def surrounds_of(
     recipes: Sequence[Recipe],
     photo: Box,
     neighbours_px: Sequence[Array] = (),
-) -> tuple[Surround | None, ...]:
+) -> tuple[HeadDisplacement | None, ...]:
     """Return the displacement of each head; None where the face alone moves, or nothing does.
 
     `neighbours_px` are points of people beside each face, who don't go along (`Held.neighbours`).
     """
     hulls = [_hull(face) for face in faces] if len(faces) > 1 else []
-    found: list[Surround | None] = []
+    found: list[HeadDisplacement | None] = []
     for k, (face, pair, recipe) in enumerate(zip(faces, pairs, recipes, strict=True)):
         others_px = neighbours_px[k] if neighbours_px else np.zeros((0, 2))
         shape = Shape.of(face, recipe)
         middle = shape_center(face, recipe)
-        surround = Surround(face, pair, middle, photo, others_px, shape=shape)
+        surround = HeadDisplacement(face, pair, middle, photo, others_px, shape=shape)
         if recipe.scope == "face" or not surround.strength:
             found.append(None)
             continue
@@ -296,7 +296,7 @@ def forehead_pairs(face: Face, recipe: Recipe, pairs: Pairs) -> tuple[Array, Arr
     if face.forehead is None or recipe.scope == "face":
         return np.zeros((0, 2)), np.zeros((0, 2))
     photo, shape = Box(-(2**30), -(2**30), 2**30, 2**30), Shape.of(face, recipe)
-    surround = Surround(face, pairs, shape_center(face, recipe), photo, shape=shape)
+    surround = HeadDisplacement(face, pairs, shape_center(face, recipe), photo, shape=shape)
     return face.forehead, surround._shown(face.forehead)
 
 

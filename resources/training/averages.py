@@ -18,7 +18,7 @@ from typing import Final
 import cv2
 import numpy as np
 
-from kogao_core.base.atomic import put
+from kogao_core.base.atomic import atomic_write
 from kogao_core.base.geometry import Array, Box, Image
 from kogao_core.faces.face import Anchor
 from kogao_core.faces.landmarks.aam.points import similarity
@@ -107,7 +107,9 @@ def main(arguments: list[str]) -> None:
         chosen = [portrait for portrait in portraits if belongs(portrait.gender)]
         print(f"{name}: the mean of {len(chosen)} faces")
         quality = [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY]
-        put(cv2.imencode(".jpg", average(chosen), quality)[1].tobytes(), target / f"{name}.jpg")
+        atomic_write(
+            cv2.imencode(".jpg", average(chosen), quality)[1].tobytes(), target / f"{name}.jpg"
+        )
 
 
 if __name__ == "__main__":

@@ -11,7 +11,7 @@ from PySide6.QtCore import QPoint, Qt
 from scenes import KnownFaces, oval_face
 from timeouts import LONGEST_S
 
-from kogao_core.base.threads import share_out
+from kogao_core.base.threads import parallel_for
 from kogao_core.faces.face import ignored, in_reading_order
 
 KEYS, CONTROL = Qt.Key, Qt.KeyboardModifier.ControlModifier
@@ -187,7 +187,7 @@ class Long(KnownFaces):
 
     def find(self, rgb, on_face=ignored):  # noqa: ARG002
         try:
-            share_out(range(1000), lambda: self.look, 1)
+            parallel_for(range(1000), lambda: self.look, 1)
         finally:
             self.over.set()
 

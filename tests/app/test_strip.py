@@ -22,7 +22,7 @@ from test_own_results import strip as strip
 from test_saver import step
 
 from kogao_core.batch import Outcome
-from kogao_core.photo.metadata.glance import REJECTED, Rated, rate, rating_of
+from kogao_core.photo.metadata.rating import REJECTED, Rated, rate, rating_of
 
 SHIFT, CONTROL = Qt.KeyboardModifier.ShiftModifier, Qt.KeyboardModifier.ControlModifier
 KEYS = Qt.Key

@@ -18,7 +18,7 @@ from kogao_app.features.strip.film import FilmStrip
 from kogao_app.window import Window
 from PIL import Image as PillowImage
 from PySide6.QtCore import QMimeData, QPointF, Qt, QTimer, QUrl
-from PySide6.QtGui import QDragEnterEvent, QDropEvent
+from PySide6.QtGui import QDesktopServices, QDragEnterEvent, QDropEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import (
     QApplication,
@@ -31,7 +31,6 @@ from PySide6.QtWidgets import (
 from scenes import textured_photo
 from timeouts import LONGEST_S
 
-from kogao_core.recipe import presets
 from kogao_core.recipe.recipe import PAPER, Recipe
 
 KEYS, CONTROL, SHIFT = (
@@ -150,31 +149,14 @@ def test_a_file_that_is_no_preset_is_left_out_of_the_menu(opened, storage):
     assert opened.state.recipe.percent == 7.0
 
 
-def test_settings_go_out_as_a_file_and_come_in_as_a_preset(opened, tmp_path, storage):
-    opened.change_something()
-    opened.key(KEYS.Key_E, CONTROL, ALT)
-    opened.choose_path(tmp_path / "Soft.json")
-    opened.key(KEYS.Key_I, CONTROL, ALT)
-    opened.choose_path(tmp_path / "Soft.json")
-    assert opened.say() == "Soft is among your presets now."
-    assert presets.listed(storage.presets) == {"Soft": opened.state.recipe}
-    (tmp_path / "Soft.json").write_text('{"percent": 2}')
-    opened.key(KEYS.Key_I, CONTROL, ALT)
-    opened.choose_path(tmp_path / "Soft.json")
-    assert presets.listed(storage.presets)["Soft"].percent == 5.0, "not before it is agreed to"
-    opened.answer("Replace")
-    assert presets.listed(storage.presets)["Soft"].percent == 2.0
-
-
-def test_a_file_that_is_no_preset_gets_a_sentence_and_nothing_is_kept(opened, tmp_path, storage):
-    odd = ("", "[]", '{"percent": 99}', "[" * 99999, "\0", '{"version": 9}')
-    for number, text in enumerate(odd):
-        name = f"odd{number}.json"
-        (tmp_path / name).write_text(text)
-        opened.key(KEYS.Key_I, CONTROL, ALT)
-        opened.choose_path(tmp_path / name)
-        assert f"{name} can't be used: " in opened.say()
-        assert not storage.presets.exists()
+def test_the_menu_opens_the_folder_of_preset_files(opened, storage, monkeypatch):
+    shown = []
+    monkeypatch.setattr(QDesktopServices, "openUrl", shown.append)
+    choose(opened.window.menus["presets"], "Open preset folder")
+    assert shown == [QUrl.fromLocalFile(str(storage.presets))]
+    (storage.presets / "Laid here.json").write_text('{"percent": 7}')
+    choose(opened.window.menus["presets"], "Laid here")
+    assert opened.state.recipe.percent == 7.0
 
 
 def test_a_preset_that_cannot_be_written_gets_a_sentence(opened, storage):

@@ -1,8 +1,9 @@
 """List the tuned constants that can be halved or doubled without a change of the stored scenes.
 
-``python tests/benchmarks/constants.py [ROOM ...]``, with rooms such as ``kogao_core/warp``. For
-each module-level number the command changes the number in a process of its own and renders the
-scenes of `tests/pinned.py`. Constants that only save time or memory survive by nature.
+``python tests/benchmarks/constants.py [ROOM ...]``, with rooms such as ``kogao_core/warp`` or
+modules such as ``kogao_core/warp/guard.py``. For each module-level number the command changes the
+number in a process of its own and renders the scenes of `tests/pinned.py`. Constants that only save
+time or memory survive by nature.
 """
 
 from __future__ import annotations
@@ -28,7 +29,8 @@ FACTORS = (0.5, 2.0)
 
 def constants(room: str) -> Iterator[tuple[str, str]]:
     """Yield module and name of each constant of a room that holds numbers."""
-    for path in sorted((ROOT / room).rglob("*.py")):
+    target = ROOT / room
+    for path in [target] if target.is_file() else sorted(target.rglob("*.py")):
         module = ".".join(path.relative_to(ROOT).with_suffix("").parts)
         for node in ast.parse(path.read_text(encoding="utf-8")).body:
             target = getattr(node, "target", None) or (getattr(node, "targets", None) or [None])[0]

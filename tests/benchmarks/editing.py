@@ -24,14 +24,14 @@ from kogao_app.storage import Storage
 from paired import take_turns
 from PySide6.QtWidgets import QApplication
 
-from kogao_core.base.threads import take_short_turns
+from kogao_core.base.threads import shorten_switch_interval
 from kogao_core.faces.face import LandmarkSource
 from kogao_core.faces.landmarks import source
 
 
 def main(photo: str, rounds: str, out: str) -> None:
     """Write the times of every save and of its floor."""
-    take_short_turns()  # as the program does
+    shorten_switch_interval()  # as the program does
     app = QApplication([])
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)

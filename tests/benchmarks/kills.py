@@ -34,8 +34,8 @@ import numpy as np
 
 from kogao_core import photo
 from kogao_core.base import assets
-from kogao_core.base.atomic import is_aside, put
-from kogao_core.base.strict import BadFile
+from kogao_core.base.atomic import atomic_write, is_temporary
+from kogao_core.base.json_reader import BadFile
 from kogao_core.photo.originals import NoOriginal, Originals
 from kogao_core.projects import project
 from kogao_core.projects.project import Project, Sheet
@@ -114,7 +114,7 @@ def unreadable(folder: Path) -> list[str]:
     """Return which photos and projects in a folder are no longer whole."""
     found = []
     for path in sorted(folder.rglob("*.*")):
-        if is_aside(path) or path.suffix == ".jsonl" or {"aside", "store"} & {*path.parts}:
+        if is_temporary(path) or path.suffix == ".jsonl" or {"aside", "store"} & {*path.parts}:
             continue
         try:
             if path.suffix == ".json":
@@ -157,15 +157,15 @@ def in_child(act: Callable[[], object]) -> None:
 
 def left_aside(folder: Path) -> bool:
     """Return whether a killed program has left something beside its targets."""
-    return any(is_aside(path) for path in folder.rglob("*"))
+    return any(is_temporary(path) for path in folder.rglob("*"))
 
 
 def left_for_good(folder: Path, temporary: Path) -> list[str]:
     """Return what nobody would ever remove once another program has saved in the folder."""
-    for place in {folder, *(path.parent for path in folder.rglob("*") if is_aside(path))}:
-        if not is_aside(place):
-            in_child(functools.partial(put, b"", place / "next.jsonl"))
-    stayed = [f"{path.name} was never removed" for path in folder.rglob("*") if is_aside(path)]
+    for place in {folder, *(path.parent for path in folder.rglob("*") if is_temporary(path))}:
+        if not is_temporary(place):
+            in_child(functools.partial(atomic_write, b"", place / "next.jsonl"))
+    stayed = [f"{path.name} was never removed" for path in folder.rglob("*") if is_temporary(path)]
     return stayed + [f"{path} lies in the temporary folder" for path in temporary.iterdir()]
 
 
@@ -304,7 +304,7 @@ def signal_programs(count: int, photos: int, seed: int, counts: collections.Coun
                 of_group = name == "batch" and number % 2 == 1
                 became = told_to_end(words, folder, seconds, rng, of_group)
                 counts[f"{name}: {became}"] += 1
-                left = [path for path in folder.rglob("*") if is_aside(path)]
+                left = [path for path in folder.rglob("*") if is_temporary(path)]
                 counts[f"{name}: left something aside"] += bool([*left, *temporary.iterdir()])
                 for path in (*left, *temporary.iterdir()):
                     shutil.rmtree(path, ignore_errors=True)

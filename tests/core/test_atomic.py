@@ -10,14 +10,14 @@ from pathlib import Path
 import pytest
 
 from kogao_core.base import atomic
-from kogao_core.base.atomic import NotAFile, aside, put
+from kogao_core.base.atomic import NotAFile, atomic_write, temporary_folder
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="POSIX files")
 HOLDER = """
 import sys, time
 from pathlib import Path
-from kogao_core.base.atomic import aside
-with aside(Path(sys.argv[1])) as place:
+from kogao_core.base.atomic import temporary_folder
+with temporary_folder(Path(sys.argv[1])) as place:
     (place / "fresh").write_bytes(b"a whole photo")
     print(place, flush=True)
     time.sleep(60)
@@ -40,26 +40,26 @@ def test_only_files_are_replaced(tmp_path, device):
     before = {path: path.lstat() for path in tmp_path.iterdir()}
     for name in names:
         with pytest.raises(NotAFile, match="it is a"):
-            put(b"data", tmp_path / name)
+            atomic_write(b"data", tmp_path / name)
     assert {path: path.lstat() for path in tmp_path.iterdir()} == before
 
 
 def test_what_comes_in_the_way_at_the_last_moment_stays(tmp_path):
     with pytest.raises(NotAFile, match="a pipe"):
-        put(b"data", tmp_path / "file", lambda: os.mkfifo(tmp_path / "file"))
+        atomic_write(b"data", tmp_path / "file", lambda: os.mkfifo(tmp_path / "file"))
     assert [path.is_fifo() for path in tmp_path.iterdir()] == [True]
 
 
 def test_a_link_to_nothing_leads_to_the_new_file(tmp_path):
     (tmp_path / "link").symlink_to(tmp_path / "file")
-    put(b"data", tmp_path / "link")
+    atomic_write(b"data", tmp_path / "link")
     assert (tmp_path / "link").is_symlink()
     assert (tmp_path / "file").read_bytes() == b"data"
 
 
 def test_a_name_may_be_as_long_as_the_file_system_takes(tmp_path):
     path = tmp_path / ("x" * 251 + ".jpg")
-    put(b"data", path)
+    atomic_write(b"data", path)
     assert list(tmp_path.iterdir()) == [path]
 
 
@@ -76,8 +76,8 @@ def test_a_file_keeps_its_owner_attributes_and_permissions(tmp_path):
     except (AttributeError, OSError):  # no such thing here
         attributes = {}
     before = path.stat()
-    put(b"new", path)
-    put(b"new", copy, like=path)
+    atomic_write(b"new", path)
+    atomic_write(b"new", copy, like=path)
     for one in (path, copy):
         after = one.stat()
         assert (after.st_mode, after.st_uid, after.st_gid) == (
@@ -96,7 +96,7 @@ def test_the_folder_is_flushed_after_the_file_is_in_place(tmp_path, monkeypatch)
         fsync(opened)
 
     monkeypatch.setattr(os, "fsync", seen)
-    put(b"data", tmp_path / "file")
+    atomic_write(b"data", tmp_path / "file")
     assert flushed == [(False, False), (True, True)]
 
 
@@ -114,14 +114,14 @@ def test_what_a_killed_program_left_goes_and_what_others_do_stays(tmp_path, hold
     mine = tmp_path / ".kogao-mine.partial"  # a file, whoever it is from
     mine.write_bytes(b"")
     monkeypatch.setattr(atomic, "_swept", set())
-    put(b"data", tmp_path / "file")
+    atomic_write(b"data", tmp_path / "file")
     assert (place / "fresh").exists()
     program.send_signal(signal.SIGKILL)
     program.wait()
-    put(b"data", tmp_path / "file")
+    atomic_write(b"data", tmp_path / "file")
     assert place.exists(), "looked at once a process"
     atomic._swept.clear()
-    put(b"data", tmp_path / "file")
+    atomic_write(b"data", tmp_path / "file")
     assert sorted(tmp_path.iterdir()) == [mine, tmp_path / "file"]
 
 
@@ -137,6 +137,6 @@ def test_a_sweep_that_comes_in_between_costs_another_try(tmp_path, monkeypatch):
         return locked(place)
 
     monkeypatch.setattr(atomic, "_locked", swept)
-    with aside(tmp_path) as place:
+    with temporary_folder(tmp_path) as place:
         assert place == tries[2]
         assert place.is_dir()

@@ -9,7 +9,7 @@ from few_cases import few_of
 from scenes import oval_face, read_outside_px, textured_photo
 
 from kogao_core.base.geometry import Affine, Box
-from kogao_core.base.strict import BadFile, Node
+from kogao_core.base.json_reader import BadFile, Node
 from kogao_core.pipeline import render
 from kogao_core.projects import json as project_json
 from kogao_core.recipe.recipe import LOSSLESS_PX, PAPER, Recipe

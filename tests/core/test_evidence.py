@@ -11,7 +11,7 @@ import pytest
 from scenes import oval_face, textured_photo
 
 import kogao_core as kogao
-from kogao_core.base.strict import BadFile
+from kogao_core.base.json_reader import BadFile
 from kogao_core.projects import evidence
 from kogao_core.warp.domain import mask_of
 from kogao_core.warp.field import Field

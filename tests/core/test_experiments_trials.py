@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scenes import oval_face
 
-from kogao_core.base.strict import BadFile
+from kogao_core.base.json_reader import BadFile
 from kogao_core.lab.experiments.trials import Trial, apart, append, now, read
 from kogao_core.lab.subjects import set_by_hand
 from kogao_core.recipe.recipe import PAPER

@@ -8,7 +8,7 @@ from kogao_resources.training.evaluate import distance_to_line
 from scenes import oval_face
 
 from kogao_core.base.geometry import Affine, Box
-from kogao_core.base.strict import BadFile
+from kogao_core.base.json_reader import BadFile
 from kogao_core.faces.face import Face
 from kogao_core.projects import interchange
 from kogao_core.projects.interchange import (

@@ -16,7 +16,7 @@ from kogao_core import photo
 from kogao_core.photo import formats
 from kogao_core.photo.export import Export
 from kogao_core.photo.formats import common
-from kogao_core.photo.metadata import kinds, stale, tiff, tiff_extras
+from kogao_core.photo.metadata import kinds, references, tiff, tiff_extras
 from kogao_core.photo.metadata.upright import turn_upright
 from kogao_core.photo.reading import extras_of
 
@@ -102,7 +102,7 @@ def test_the_document_holds_the_table():
 def test_stale_properties_go_and_every_other_byte_of_the_packet_stays():
     told = "GCamera:MotionPhoto='1' dc:title=\"hdrgm:Version='1'\"\n hdrgm:Version = \"1.0\""
     packet = metadata_cases.packet(told, metadata_cases.container(("Primary", 0)))
-    without = stale.without(packet, is_extended=True)
+    without = references.without(packet, is_extended=True)
     gone = (
         b" GCamera:MotionPhoto='1'",
         b'\n hdrgm:Version = "1.0"',
@@ -113,15 +113,15 @@ def test_stale_properties_go_and_every_other_byte_of_the_packet_stays():
         assert expected.count(part) == 1
         expected = expected.replace(part, b"")
     assert without == expected
-    assert stale.without(without, is_extended=True) == without
+    assert references.without(without, is_extended=True) == without
 
 
 def test_a_property_of_another_prefix_or_another_space_is_told_apart():
     packet = metadata_cases.packet('hdrgm:Version="1.0" dc:rights="me"')
     other = packet.replace(b"hdrgm", b"g").replace(b"dc:rights", b"dc:Version")
-    assert stale.without(other, is_extended=True) == other.replace(b' g:Version="1.0"', b"")
+    assert references.without(other, is_extended=True) == other.replace(b' g:Version="1.0"', b"")
     foreign = packet.replace(b"hdr-gain-map", b"something-else")
-    assert stale.without(foreign, is_extended=True) == foreign
+    assert references.without(foreign, is_extended=True) == foreign
 
 
 def test_a_camera_that_made_no_video_lost_none(tmp_path):
@@ -133,8 +133,8 @@ def test_a_camera_that_made_no_video_lost_none(tmp_path):
 
 def test_a_packet_that_cannot_be_read_stays_as_it_is():
     packet = b"<x:xmpmeta><a hdrgm:Version='1.0'>"
-    assert stale.without(packet, is_extended=False) == packet
-    assert stale.found(packet) == ()
+    assert references.without(packet, is_extended=False) == packet
+    assert references.found(packet) == ()
 
 
 # ---- resolution and the pixels' shape -----------------------------------------------------------

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import dataclasses
 import io
+import json
+import shutil
 import struct
+import subprocess
 import zlib
 
 import numpy as np
@@ -172,3 +175,43 @@ def test_names_of_photos_are_no_formulas_in_a_table():
     names = ["=HYPERLINK(0).jpg", "+1.jpg", "-2.5", "@x", "a\x1b[2J.jpg", "plain.jpg"]
     cells = table_text([names, [-1.5, "1"]]).splitlines()
     assert cells == ["'=HYPERLINK(0).jpg,'+1.jpg,-2.5,'@x,a?[2J.jpg,plain.jpg", "-1.5,1"]
+
+
+WRITTEN = (
+    *(
+        "-XMP-dc:Title=Title",
+        "-XMP-dc:Subject=one",
+        "-XMP-xmp:Rating=4",
+        "-XMP-photoshop:City=Kobe",
+    ),
+    *("-EXIF:Artist=Me", "-EXIF:Copyright=(c) Me", "-EXIF:LensModel=50mm", "-EXIF:XResolution=300"),
+    *("-EXIF:ExposureTime=1/60", "-EXIF:DateTimeOriginal=2026:01:02 03:04:05"),
+    *("-GPS:GPSLatitude=35.1", "-GPS:GPSLatitudeRef=N", "-IPTC:Keywords=key"),
+    "-XMP-mwg-rs:RegionInfo={AppliedToDimensions={W=64,H=48,Unit=pixel},RegionList=[{Area={X=0.5,"
+    "Y=0.5,W=0.2,H=0.3,Unit=normalized},Name=Ann,Type=Face}]}",
+)
+
+
+@pytest.mark.skipif(not shutil.which("exiftool"), reason="needs ExifTool")
+@pytest.mark.parametrize("program", ["Pillow", "ImageMagick"])
+@pytest.mark.parametrize("suffix", [".jpg", ".png", ".tif", ".webp", ".avif"])
+def test_metadata_written_by_exiftool_are_in_the_result(tmp_path, suffix, program):
+    path, out = tmp_path / f"in{suffix}", tmp_path / f"out{suffix}"
+    Image.fromarray(PICTURE).save(path)
+    if program == "ImageMagick":
+        if not shutil.which("convert") or suffix == ".avif":
+            pytest.skip("needs ImageMagick with this format")
+        subprocess.run(["convert", path, path], check=True)
+    subprocess.run(["exiftool", "-q", "-overwrite_original", *WRITTEN, path], check=True)
+    source = photo.read(path)
+    photo.write(source, 255 - source.pixels, out)
+    groups = [f"-{name}:all" for name in ("XMP", "ExifIFD", "GPS", "IPTC")]
+    command = ["exiftool", "-j", "-G1", *groups, "-EXIF:Artist", "-EXIF:Copyright", path, out]
+    told = json.loads(subprocess.run(command, capture_output=True, check=True).stdout)
+    # A TIFF gets a copy of the IPTC record among Photoshop's resources (IPTC2).
+    before, after = (
+        {name: value for name, value in one.items() if not name.startswith(("Source", "IPTC2"))}
+        for one in told
+    )
+    assert len(before) >= 15
+    assert after == before

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from scenes import oval_face
 
-from kogao_core.base.atomic import put
+from kogao_core.base.atomic import atomic_write
 from kogao_core.base.geometry import Affine
-from kogao_core.base.strict import BadFile, Node, parse
+from kogao_core.base.json_reader import BadFile, Node, parse
 from kogao_core.projects import json as project_json
 from kogao_core.projects.project import (
     Original,
@@ -255,6 +255,6 @@ def test_a_file_that_cannot_be_put_in_place_leaves_the_old_one(tmp_path):
         raise PermissionError("no")
 
     with pytest.raises(PermissionError):
-        put(b"new", path, refuse)
+        atomic_write(b"new", path, refuse)
     assert path.read_bytes() == b"old"
     assert list(tmp_path.iterdir()) == [path]

@@ -13,7 +13,7 @@ import pytest
 from few_cases import few_of
 from scenes import oval_face, textured_photo
 
-from kogao_core.base.strict import BadFile
+from kogao_core.base.json_reader import BadFile
 from kogao_core.pipeline import render
 from kogao_core.projects import sidecar
 from kogao_core.projects.project import Original, Project, Sheet, load, save, sha256_of
@@ -141,7 +141,7 @@ def test_a_pipe_is_not_waited_for(tmp_path):
     if not hasattr(os, "mkfifo"):
         pytest.skip("no pipes with names here")
     os.mkfifo(tmp_path / "p.json")
-    with pytest.raises(BadFile, match="no ordinary file"):
+    with pytest.raises(BadFile, match="not an ordinary file"):
         load(tmp_path / "p.json")
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from kogao_core.photo.metadata.glance import LABELS, Rated, rate, rating_of
+from kogao_core.photo.metadata.rating import LABELS, Rated, rate, rating_of
 from kogao_core.photo.metadata.xmp import EMPTY
 
 RDF = b'xmlns:rdf="http://www.w3.org/1999/02/22-rdf-syntax-ns#"'

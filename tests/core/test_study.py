@@ -22,7 +22,7 @@ from ratings import DISPLAY, answered, graded, judged, log_of, taken_back
 from scenes import oval_face, textured_photo
 
 from kogao_core import __version__
-from kogao_core.base.strict import BadFile
+from kogao_core.base.json_reader import BadFile
 from kogao_core.faces.naturalness import DISTANCES, UNNATURAL
 from kogao_core.lab.reports import report as html_page
 from kogao_core.lab.reports.report import Made

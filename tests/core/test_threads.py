@@ -9,7 +9,7 @@ import pytest
 from timeouts import LONGEST_S
 
 from kogao_core.base import threads
-from kogao_core.base.threads import Spares, Stopped, share_in_order, share_out, stoppable
+from kogao_core.base.threads import ObjectPool, Stopped, parallel_for, parallel_in_order, stoppable
 
 
 @pytest.fixture
@@ -27,7 +27,7 @@ def is_helper() -> bool:
 @pytest.mark.parametrize("count", [1, 2, 4])
 def test_every_task_is_done_once(count):
     done = []
-    share_out(range(1000), lambda: done.append, count)
+    parallel_for(range(1000), lambda: done.append, count)
     assert sorted(done) == list(range(1000))
 
 
@@ -36,7 +36,7 @@ def test_nobody_waits_for_helpers_that_queue_behind_others_work(gate):
     for _ in range(3):
         threads._pool(3).submit(gate.wait, LONGEST_S)
     done = []
-    caller = threading.Thread(target=share_out, args=(range(100), lambda: done.append, 3))
+    caller = threading.Thread(target=parallel_for, args=(range(100), lambda: done.append, 3))
     caller.start()
     caller.join(LONGEST_S / 2)
     assert not caller.is_alive()
@@ -58,7 +58,7 @@ def test_an_exception_comes_out_when_everyone_has_stopped(gate, failing):
         ended.append(task)
 
     with pytest.raises(MemoryError):
-        share_out(range(1000), lambda: do, 2)
+        parallel_for(range(1000), lambda: do, 2)
     assert len(ended) == 1, "nobody begins another task"
 
 
@@ -66,17 +66,17 @@ def test_an_exception_comes_out_when_everyone_has_stopped(gate, failing):
 def test_nothing_is_begun_any_more_once_nobody_wants_it(count):
     done = []
     with pytest.raises(Stopped), stoppable(lambda: len(done) >= 3):
-        share_out(range(1000), lambda: done.append, count)
+        parallel_for(range(1000), lambda: done.append, count)
     assert 3 <= len(done) < 3 + count
     done.clear()
-    share_out(range(10), lambda: done.append, count)
+    parallel_for(range(10), lambda: done.append, count)
     assert sorted(done) == list(range(10)), "what comes later is wanted"
 
 
 @pytest.mark.parametrize("count", [1, 2, 4])
 def test_results_are_taken_in_the_order_of_the_tasks(count):
     taken = []
-    share_in_order(range(300), str, lambda task, result: taken.append((task, result)), count)
+    parallel_in_order(range(300), str, lambda task, result: taken.append((task, result)), count)
     assert taken == [(task, str(task)) for task in range(300)]
 
 
@@ -88,12 +88,12 @@ def test_a_result_waits_for_those_before_it():
             second.set()
         assert second.wait(LONGEST_S)
 
-    share_in_order(range(2), do, lambda task, _: taken.append(task), 2)
+    parallel_in_order(range(2), do, lambda task, _: taken.append(task), 2)
     assert taken == [0, 1]
 
 
 def test_nobody_shares_what_is_lent():
-    spares = Spares(object)
+    spares = ObjectPool(object)
     with spares.one() as first, spares.one() as second:
         assert first is not second
     with spares.one() as again:
@@ -147,8 +147,8 @@ def test_a_command_has_no_blas_threads_that_wait_at_full_speed():
 
 FREEING = """
     import resource, sys
-    from kogao_core.base.threads import keep_freed
-    if not keep_freed():
+    from kogao_core.base.threads import reuse_freed_memory
+    if not reuse_freed_memory():
         sys.exit("this C library can't be told")
     faults = lambda: resource.getrusage(resource.RUSAGE_SELF).ru_minflt
     for _ in range(2):

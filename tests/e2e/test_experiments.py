@@ -154,7 +154,7 @@ def test_bad_input_is_one_line_and_leaves_nothing(
 @pytest.mark.parametrize("options", [("-o", "{folder}/out"), ("--json", "{folder}/out.json")])
 def test_a_full_disk_is_named_with_what_to_do(cli, small_png, tmp_path, monkeypatch, options):
     full = Mock(side_effect=OSError(28, "No space left on device"))
-    monkeypatch.setattr(atomic, "put", full)
+    monkeypatch.setattr(atomic, "atomic_write", full)
     given = (str(option).format(folder=tmp_path) for option in options)
     code, _, err = cli("domains", small_png, "--repeats", 1, *given)
     assert code == 3

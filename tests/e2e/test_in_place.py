@@ -62,7 +62,7 @@ def test_of_a_file_that_the_caller_throws_away_no_original_is_kept(
 ):
     copied = tmp_path / "copied.jpg"
     copied.write_bytes(jpeg.read_bytes())
-    monkeypatch.setattr(originals, "put", None)  # nor any copy, for now
+    monkeypatch.setattr(originals, "atomic_write", None)  # nor any copy, for now
     assert cli("warp", "--in-place", "--temporary", jpeg)[0] == 0
     assert not store.exists()
     monkeypatch.undo()

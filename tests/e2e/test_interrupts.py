@@ -12,7 +12,7 @@ from timeouts import LONGEST_S
 
 from kogao_core import photo
 from kogao_core.base import interrupts
-from kogao_core.base.atomic import is_aside
+from kogao_core.base.atomic import is_temporary
 
 ENDED = """
 import os, signal, sys
@@ -50,7 +50,7 @@ def test_a_signal_ends_a_warp_with_one_line_and_nothing_left(
         capture_output=True, text=True, check=False, timeout=LONGEST_S,
     )  # fmt: skip
     assert (done.returncode, done.stderr) == (130, "kogao-cli: interrupted\n")
-    assert not [path for path in tmp_path.rglob("*") if is_aside(path)]
+    assert not [path for path in tmp_path.rglob("*") if is_temporary(path)]
     assert output.exists() == (name == "tell")
     if output.exists():
         photo.read(output)
@@ -61,7 +61,7 @@ def test_whoever_has_a_signal_ignored_is_let_alone():
     before = {number: signal.getsignal(number) for number in interrupts._numbers()}
     try:
         signal.signal(signal.SIGHUP, signal.SIG_IGN)
-        interrupts.end_when_told()
+        interrupts.exit_on_signals()
         assert signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
         assert signal.getsignal(signal.SIGTERM) is not before[signal.SIGTERM]
     finally:

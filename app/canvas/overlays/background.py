@@ -37,7 +37,7 @@ class BentLines(Overlay):
 
     @classmethod
     def swatch(cls, painter: QPainter, box: QRectF) -> None:
-        """Draw its mark."""
+        """Draw the symbol of this overlay, for lists."""
         slant = (box.left() + 3, box.bottom() - 4), (box.right() - 3, box.top() + 4)
         glyphs.lines(painter, [slant], glyphs.BENT, 2.4)
 

@@ -50,7 +50,7 @@ class Displacement(FrameOverlay):
 
     @classmethod
     def swatch(cls, painter: QPainter, box: QRectF) -> None:
-        """Draw its mark."""
+        """Draw the symbol of this overlay, for lists."""
         y = box.center().y()
         shaft = (box.left() + 2, y), (box.right() - 2, y)
         glyphs.arrow(painter, [shaft], glyphs.DISPLACEMENT)
@@ -79,7 +79,7 @@ class LatticeLines(FrameOverlay):
 
     @classmethod
     def swatch(cls, painter: QPainter, box: QRectF) -> None:
-        """Draw its mark."""
+        """Draw the symbol of this overlay, for lists."""
         places = (box.left() + 4, box.center().x(), box.right() - 4)
         rungs = [((box.left() + 2, y), (box.right() - 2, y)) for y in places]
         rails = [((x, box.top() + 2), (x, box.bottom() - 2)) for x in places]
@@ -118,7 +118,7 @@ class DomainRegions(FrameOverlay):
 
     @classmethod
     def swatch(cls, painter: QPainter, box: QRectF) -> None:
-        """Draw its mark."""
+        """Draw the symbol of this overlay, for lists."""
         for name, inset in (("control-points", 2), ("threshold", 6)):
             glyphs.hatched(painter, box.adjusted(inset, inset, -inset, -inset), name)
 
@@ -155,7 +155,7 @@ class Folds(FrameOverlay):
 
     @classmethod
     def swatch(cls, painter: QPainter, box: QRectF) -> None:
-        """Draw its mark."""
+        """Draw the symbol of this overlay, for lists."""
         glyphs.warning(painter, box.center() + QPointF(0, 0.5))
 
     @classmethod
@@ -214,7 +214,7 @@ class _Map(FrameOverlay):
 
     @classmethod
     def swatch(cls, painter: QPainter, box: QRectF) -> None:
-        """Draw its mark."""
+        """Draw the symbol of this overlay, for lists."""
         gradient = pg.colormap.get(cls.colours).getGradient(box.topLeft(), box.topRight())
         painter.setPen(Qt.PenStyle.NoPen)
         painter.setBrush(QBrush(gradient))

@@ -129,7 +129,7 @@ def lines(
     *,
     style: Qt.PenStyle = Qt.PenStyle.SolidLine,
 ) -> None:
-    """Draw segments, shape (N, 2, 2), in a light `colour` inside a dark case."""
+    """Draw segments, shape (N, 2, 2), in a light `colour` with a dark outline."""
     seen = _seen(painter, segments, width)
     for pen in _cased(colour, width, style):
         _draw(painter, pen, seen)
@@ -155,7 +155,7 @@ def ticks(line: Array, at: npt.ArrayLike, half_px: float) -> Array:
 def polyline(
     painter: QPainter, points: Sequence[QPointF], colour: QColor, width: float, *, dotted: bool
 ) -> None:
-    """Draw an outline through points in a light `colour`, inside a dark case."""
+    """Draw an outline through points in a light `colour`, with a dark outline."""
     style = Qt.PenStyle.DotLine if dotted else Qt.PenStyle.SolidLine
     painter.setBrush(Qt.BrushStyle.NoBrush)
     for pen in _cased(colour, width, style):
@@ -237,7 +237,7 @@ def plate(
 
 
 def outward_plate(font: QFont, at: QPointF, middle: QPointF, text: str, within: QRectF) -> QRectF:
-    """Return the rectangle of a label outside a ring, next to a point of the ring."""
+    """Return the rectangle of a label at a point of a ring, on the side away from `middle`."""
     width = plate(font, at, text).width()
     left, below = at.x() < middle.x(), at.y() > middle.y()
     x = -_BESIDE_PX - width if left else _BESIDE_PX
@@ -322,7 +322,7 @@ def outlined(
     *,
     style: Qt.PenStyle = Qt.PenStyle.SolidLine,
 ) -> None:
-    """Draw the edge of a region in a light `colour`, inside a dark case."""
+    """Draw the edge of a region in a light `colour`, with a dark outline."""
     for pen in _cased(colour, width, style):
         painter.strokePath(path, pen)
 

@@ -36,7 +36,7 @@ class Legend(Overlay):
 
     @classmethod
     def swatch(cls, painter: QPainter, box: QRectF) -> None:
-        """Draw its mark."""
+        """Draw the symbol of this overlay, for lists."""
         painter.setPen(QPen(glyphs.HALO, 1.2))
         painter.setBrush(glyphs.PLATE)
         painter.drawRoundedRect(box.adjusted(1.5, 2.5, -1.5, -2.5), 2, 2)

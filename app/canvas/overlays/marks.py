@@ -54,7 +54,7 @@ class Landmarks(Overlay):
 
     @classmethod
     def swatch(cls, painter: QPainter, box: QRectF) -> None:
-        """Draw its mark."""
+        """Draw the symbol of this overlay, for lists."""
         glyphs.dot(painter, box.center(), glyphs.LANDMARK)
 
     def draw(self, painter: QPainter, place: Place) -> None:
@@ -101,7 +101,7 @@ class Targets(Overlay):
 
     @classmethod
     def swatch(cls, painter: QPainter, box: QRectF) -> None:
-        """Draw its mark."""
+        """Draw the symbol of this overlay, for lists."""
         glyphs.ring(painter, box.center(), glyphs.TARGET)
 
     def draw(self, painter: QPainter, place: Place) -> None:
@@ -133,7 +133,7 @@ class ReadOutline(Overlay):
 
     @classmethod
     def swatch(cls, painter: QPainter, box: QRectF) -> None:
-        """Draw its mark."""
+        """Draw the symbol of this overlay, for lists."""
         chin = [box.topLeft(), QPointF(box.center().x(), box.bottom()), box.topRight()]
         glyphs.polyline(painter, chin, glyphs.READ, _READ_PX, dotted=False)
 
@@ -160,7 +160,7 @@ class Centre(Overlay):
 
     @classmethod
     def swatch(cls, painter: QPainter, box: QRectF) -> None:
-        """Draw its mark."""
+        """Draw the symbol of this overlay, for lists."""
         glyphs.cross(painter, box.center(), glyphs.CENTRE, 0.9)
 
     def draw(self, painter: QPainter, place: Place) -> None:
@@ -193,7 +193,7 @@ class LensStretch(Overlay):
 
     @classmethod
     def swatch(cls, painter: QPainter, box: QRectF) -> None:
-        """Draw its mark."""
+        """Draw the symbol of this overlay, for lists."""
         ball = QPainterPath()
         ball.addEllipse(box.center(), 7.0, 4.5)
         glyphs.outlined(painter, ball, glyphs.DISPLACEMENT)
@@ -234,7 +234,7 @@ class Protected(Overlay):
 
     @classmethod
     def swatch(cls, painter: QPainter, box: QRectF) -> None:
-        """Draw its mark."""
+        """Draw the symbol of this overlay, for lists."""
         painter.setPen(QPen(glyphs.HALO, 1.4))
         painter.setBrush(glyphs.protected())
         painter.drawRoundedRect(box.adjusted(2, 4, -2, -4), 5, 5)

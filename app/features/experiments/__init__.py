@@ -152,7 +152,7 @@ def _saved(dialog: ExperimentDialog, findings: Findings, file: Path) -> bool:
     """Write the report, or say in the dialog why it can't be; return whether it was."""
     kind = file.suffix.lower().lstrip(".")
     try:
-        atomic.put(findings.texts.get(kind, findings.texts["html"]).encode(), file)
+        atomic.atomic_write(findings.texts.get(kind, findings.texts["html"]).encode(), file)
     except OSError as problem:
         dialog.state.setText(unwritten(file, problem))
         return False

@@ -7,7 +7,7 @@ from pathlib import Path
 from PySide6.QtCore import QUrl
 from PySide6.QtGui import QDesktopServices, QGuiApplication
 
-from kogao_core.base.strict import BadFile
+from kogao_core.base.json_reader import BadFile
 from kogao_core.base.wording import system_reason
 from kogao_core.lab.study.server import Server
 

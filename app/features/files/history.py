@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any, Final
 from weakref import WeakKeyDictionary
 
-from kogao_core.base import strict
-from kogao_core.base.atomic import put
-from kogao_core.base.strict import BadFile
+from kogao_core.base import json_reader
+from kogao_core.base.atomic import atomic_write
+from kogao_core.base.json_reader import BadFile
 from kogao_core.projects.project import Original, Project, from_node, to_dict
 from kogao_core.projects.sidecar import own_place
 
@@ -39,13 +39,15 @@ def write(path: Path, size_px: Size, store: Path, steps: UndoSteps) -> None:
     texts = json.dumps(steps.texts[first:last])
     states = ",\n".join(lines[first : last + 1])
     text = f'{{"index": {steps.index - first}, "texts": {texts}, "states": [{states}]}}'
-    put(text.encode(), _place(path, store), private=True)
+    atomic_write(text.encode(), _place(path, store), private=True)
 
 
 def read(path: Path, size_px: Size, store: Path, state: State) -> UndoSteps | None:
     """Return the undo steps that led to a state; None if the file leads to another state."""
     try:
-        top = strict.parse(strict.read(_place(path, store), 2 * MOST_BYTES), 2 * MOST_BYTES)
+        top = json_reader.parse(
+            json_reader.read(_place(path, store), 2 * MOST_BYTES), 2 * MOST_BYTES
+        )
         nodes = top.field("states").items(MOST_BYTES)
         index = top.field("index").whole(0, len(nodes) - 1)
         texts = tuple(node.text(_LONGEST) for node in top.field("texts").items(len(nodes)))

@@ -8,7 +8,7 @@ from functools import lru_cache
 from pathlib import Path, PureWindowsPath
 
 from kogao_core.base import assets
-from kogao_core.base.strict import BadFile
+from kogao_core.base.json_reader import BadFile
 from kogao_core.photo import Photo, read
 from kogao_core.photo.model import Stamp
 from kogao_core.projects import sidecar

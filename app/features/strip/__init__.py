@@ -14,12 +14,12 @@ from typing import Final
 from PySide6.QtCore import QFileSystemWatcher, QLockFile, QTimer
 from PySide6.QtGui import QAction, QImage
 
-from kogao_core.base import strict
-from kogao_core.base.atomic import put
-from kogao_core.base.strict import BadFile
+from kogao_core.base import json_reader
+from kogao_core.base.atomic import atomic_write
+from kogao_core.base.json_reader import BadFile
 from kogao_core.faces.doubt import doubtful
 from kogao_core.photo import READABLE
-from kogao_core.photo.metadata.glance import MOST_STARS, REJECTED, rate
+from kogao_core.photo.metadata.rating import MOST_STARS, REJECTED, rate
 from kogao_core.projects.results import Results
 
 from ...actions import Item
@@ -366,7 +366,7 @@ class Strip(Feature):
         self._file.parent.mkdir(parents=True, exist_ok=True)
         if self._lock is None:
             self._lock = locked(self._file)
-        put(text.encode(), self._file, private=True)
+        atomic_write(text.encode(), self._file, private=True)
 
     def resume(self) -> None:
         """Restore the strip after a crash, if a recovery file exists."""
@@ -402,7 +402,7 @@ def _left_in(folder: Path) -> tuple[list[Path], Path] | None:
 
 
 def _read(file: Path) -> tuple[list[Path], Path]:
-    top = strict.parse(strict.read(file, _MOST_BYTES), _MOST_BYTES)
+    top = json_reader.parse(json_reader.read(file, _MOST_BYTES), _MOST_BYTES)
     places = [Path(node.text(_LONGEST)) for node in top.field("places").items(_MOST)]
     return places, Path(top.field("photo").text(_LONGEST))
 

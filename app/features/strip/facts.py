@@ -14,10 +14,10 @@ from PySide6.QtGui import QColorSpace, QImage, QImageReader
 
 from kogao_core.base.display import Rgb8, preview
 from kogao_core.base.geometry import Box
-from kogao_core.base.strict import BadFile
+from kogao_core.base.json_reader import BadFile
 from kogao_core.faces.doubt import doubtful, verdicts
 from kogao_core.photo import READABLE, UnreadablePhoto, read
-from kogao_core.photo.metadata.glance import UNRATED, Rated, rating_of
+from kogao_core.photo.metadata.rating import UNRATED, Rated, rating_of
 from kogao_core.pipeline import render
 from kogao_core.projects import sidecar
 from kogao_core.projects.project import Project, load, sha256_of

@@ -45,7 +45,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from kogao_core.photo.metadata.glance import LABELS, MOST_STARS, REJECTED
+from kogao_core.photo.metadata.rating import LABELS, MOST_STARS, REJECTED
 
 from ...i18n import tr, tr_count
 from ...render.pictures import untinted

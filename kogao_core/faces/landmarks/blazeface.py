@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 
 from kogao_core.base.geometry import Affine, Array, degrees_of
-from kogao_core.base.threads import Spares
+from kogao_core.base.threads import ObjectPool
 from kogao_core.faces.landmarks.pixels import Pyramid, planes, read_network, sharpened
 
 INPUT_PX: Final = 256
@@ -87,7 +87,7 @@ class BlazeFace:
     """The detector network. Thread-safe."""
 
     def __init__(self, weights: Path) -> None:
-        self._nets = Spares(lambda: read_network(weights))
+        self._nets = ObjectPool(lambda: read_network(weights))
         self._anchors = _anchors()
 
     def look(self, image: Pyramid, view: Square, least_score: float, *, soft: bool = False) -> Look:

@@ -13,7 +13,7 @@ import numpy as np
 
 from kogao_core.base import assets
 from kogao_core.base.geometry import Affine, Array, Image, degrees_of
-from kogao_core.base.threads import Spares, one_blas_thread
+from kogao_core.base.threads import ObjectPool, one_blas_thread
 from kogao_core.faces.face import Face, OnFace, ignored, in_reading_order
 from kogao_core.faces.landmarks import locked, search
 from kogao_core.faces.landmarks.blazeface import (
@@ -119,7 +119,7 @@ class MeshNetwork:
     """The landmark network. Thread-safe."""
 
     def __init__(self, weights: Path) -> None:
-        self._nets = Spares(lambda: _net(weights))
+        self._nets = ObjectPool(lambda: _net(weights))
 
     def look(self, image: Pyramid, box: Detection) -> tuple[Mesh | None, MeshInput]:
         """Return the mesh of the face in a box, None for a collapsed mesh, and the crop."""

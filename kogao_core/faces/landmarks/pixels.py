@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from kogao_core.base.display import Rgb8, rgb8
 from kogao_core.base.geometry import Affine, Array, Box, Image, check_image
-from kogao_core.base.threads import default_threads, share_out
+from kogao_core.base.threads import default_threads, parallel_for
 
 _ROWS: Final = 64  # rows per step of a halving, so that the source stays in the processor's cache
 # Detail (standard deviation) of a sharp face in each octave, finest first, relative to the fifth
@@ -165,7 +165,7 @@ def _half(image: Image) -> Rgb8:
         part = half[top:bottom]
         cv2.resize(even, part.shape[1::-1], dst=part, interpolation=cv2.INTER_AREA)
 
-    share_out(range(0, rows, _ROWS), lambda: fill, default_threads())
+    parallel_for(range(0, rows, _ROWS), lambda: fill, default_threads())
     return half
 
 

@@ -7,7 +7,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from kogao_core.base.threads import default_threads, share_in_order
+from kogao_core.base.threads import default_threads, parallel_in_order
 from kogao_core.faces.face import Face, OnFace, ignored
 from kogao_core.faces.landmarks.blazeface import BlazeFace, Detection, Look, Square
 from kogao_core.faces.landmarks.pixels import Pyramid
@@ -78,10 +78,10 @@ def faces(
             most[view] = look.most
             seen.extend(box for box in look.boxes if _whole_in_view(box, view, image))
 
-        share_in_order(
+        parallel_in_order(
             views, lambda view: detector.look(image, view, least_score), note, default_threads()
         )
-        share_in_order(_distinct(seen), unknown, take, default_threads())
+        parallel_in_order(_distinct(seen), unknown, take, default_threads())
 
     def stirred(views: Sequence[Square], least_score: float) -> list[Square]:
         return [view for view in views if most[view] > STIRRED * least_score]

@@ -10,8 +10,8 @@ from typing import Any
 import click
 
 from kogao_core.base.assets import AssetMissing
+from kogao_core.base.json_reader import BadFile
 from kogao_core.base.language import Text, tr
-from kogao_core.base.strict import BadFile
 from kogao_core.cli import common, ending, options, reading, words
 from kogao_core.cli.common import ProgressLine
 from kogao_core.faces.face import LandmarkSource

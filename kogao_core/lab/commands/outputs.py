@@ -60,7 +60,7 @@ class Outputs:
             self._folder.mkdir(parents=True, exist_ok=True)
             for name, one in files:
                 data = one.encode() if isinstance(one, str) else png(one)
-                atomic.put(data, self._folder / name)
+                atomic.atomic_write(data, self._folder / name)
 
     def write(self, report: Report, left_out: Sequence[str] = ()) -> None:
         """Write the files; print the tables unless a file goes to standard output."""
@@ -74,7 +74,7 @@ class Outputs:
                 click.echo(text, nl=False)
             else:
                 with _writing(file):
-                    atomic.put(text.encode(), file)
+                    atomic.atomic_write(text.encode(), file)
 
 
 def _writing(place: Path) -> AbstractContextManager[None]:

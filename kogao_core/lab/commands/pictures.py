@@ -9,7 +9,7 @@ from typing import Any, Final
 
 import click
 
-from kogao_core.base.atomic import put
+from kogao_core.base.atomic import atomic_write
 from kogao_core.base.language import Text
 from kogao_core.cli import common, ending, options, reading, words
 from kogao_core.lab.experiments.figures import figures as drawings_of
@@ -74,7 +74,7 @@ def figures(folder: Path, kinds: str, width_px: int, force: bool, **given: Any) 
         with ending.writing(folder):
             folder.mkdir(parents=True, exist_ok=True)
             for path, (drawing, kind) in targets.items():
-                put(drawing.png() if kind == "png" else drawing.svg(), path)
+                atomic_write(drawing.png() if kind == "png" else drawing.svg(), path)
         ending.print_text(f"{photo}: {', '.join(path.name for path in targets)}")
 
     return common.each(photos, draw)

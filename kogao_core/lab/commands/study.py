@@ -13,8 +13,8 @@ from typing import Any, Final, get_args
 import click
 
 from kogao_core.base import interrupts
+from kogao_core.base.json_reader import BadFile
 from kogao_core.base.language import Text, tr
-from kogao_core.base.strict import BadFile
 from kogao_core.base.wording import shown
 from kogao_core.cli import common, ending, options, reading, words
 from kogao_core.cli.common import ProgressLine

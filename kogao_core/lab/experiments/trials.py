@@ -24,8 +24,8 @@ from typing import Any, Final, Literal, get_args
 import numpy as np
 
 from kogao_core.base.atomic import appended
+from kogao_core.base.json_reader import BadFile, Node, parse
 from kogao_core.base.language import Text
-from kogao_core.base.strict import BadFile, Node, parse
 from kogao_core.faces.face import Face
 from kogao_core.faces.targets import differences, matching
 from kogao_core.projects.json import MOST_FACES, face_dict

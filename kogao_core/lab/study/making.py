@@ -18,7 +18,7 @@ import numpy as np
 from PIL import Image as Pillow
 from PIL import ImageCms
 
-from kogao_core.base.atomic import aside, put
+from kogao_core.base.atomic import atomic_write, temporary_folder
 from kogao_core.base.display import rgb8
 from kogao_core.base.geometry import Image
 from kogao_core.base.language import Text
@@ -131,7 +131,7 @@ def write_all(pictures: Mapping[str, Path], folder: Path, seed: str) -> None:
     size = max(path.stat().st_size for path in pictures.values()) + _LEAST_PADDING
     for name in sorted(pictures):
         data, chance = pictures[name].read_bytes(), hashlib.shake_256(f"{seed}:{name}".encode())
-        put(data + chance.digest(size - len(data)), folder / name)
+        atomic_write(data + chance.digest(size - len(data)), folder / name)
 
 
 class RefusedFolder(Exception):
@@ -194,7 +194,7 @@ def make(
         todo.append((other, practice(choices.practice, choices.recipe)))
     seed = choices.seed or secrets.token_hex(_SEED_BYTES)
     # Make the study in a temporary folder: an interrupted study leaves no files.
-    with aside(folder.resolve().parent) as place:
+    with temporary_folder(folder.resolve().parent) as place:
         drawn, ready = place / "drawn", place / "ready"
         drawn.mkdir()
         ready.mkdir()
@@ -202,7 +202,7 @@ def make(
         write_all({name: drawn / name for name in meanings}, ready, seed)
         study = _study(meanings, choices.conduct)
         plan.save(study, ready / plan.STUDY_FILE)
-        put(page.page(study, ready).encode(), ready / PAGE_FILE)
+        atomic_write(page.page(study, ready).encode(), ready / PAGE_FILE)
         for path in ready.iterdir():  # one time, which hides the order
             os.utime(path, (_CHANGED_S, _CHANGED_S))
         faces = tuple(PhotoRecord.of(subject) for subject, _ in todo)

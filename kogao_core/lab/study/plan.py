@@ -20,9 +20,9 @@ from typing import Any, Final, Literal
 import numpy as np
 
 from kogao_core import __version__
-from kogao_core.base.atomic import put
+from kogao_core.base.atomic import atomic_write
+from kogao_core.base.json_reader import BadFile, Node, parse
 from kogao_core.base.language import Text
-from kogao_core.base.strict import BadFile, Node, parse
 from kogao_core.base.wording import printable, system_reason
 from kogao_core.lab.study.design import CONDUCT, RULES, Conduct, Kind, Rules, Variant, one_of
 from kogao_core.lab.subjects import Subject
@@ -295,7 +295,7 @@ def load_key(path: Path) -> Key:
 
 def save(content: Study | Key, path: Path) -> None:
     """Write a study or key atomically."""
-    put((json.dumps(content.to_dict(), indent=1) + "\n").encode(), path)
+    atomic_write((json.dumps(content.to_dict(), indent=1) + "\n").encode(), path)
 
 
 def _parsed(path: Path, refusal: str) -> Node:

@@ -17,8 +17,8 @@ from typing import Any, Final, Literal
 
 from kogao_core import __version__
 from kogao_core.base.atomic import check_target
+from kogao_core.base.json_reader import BadFile, Node, parse, read
 from kogao_core.base.language import Text
-from kogao_core.base.strict import BadFile, Node, parse, read
 from kogao_core.lab.study import plan
 from kogao_core.lab.study.design import ANSWERS, SURROUND, Answer, one_of
 from kogao_core.lab.study.plan import Study

@@ -18,8 +18,8 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any, BinaryIO, Final
 
+from kogao_core.base.json_reader import BadFile, Node, parse
 from kogao_core.base.language import Text
-from kogao_core.base.strict import BadFile, Node, parse
 from kogao_core.base.wording import system_reason
 from kogao_core.lab.study import page, plan, results
 from kogao_core.lab.study.design import one_of

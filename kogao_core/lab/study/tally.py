@@ -14,8 +14,8 @@ from typing import Final
 
 import numpy as np
 
+from kogao_core.base.json_reader import BadFile
 from kogao_core.base.language import Text
-from kogao_core.base.strict import BadFile
 from kogao_core.lab.study import plan, results
 from kogao_core.lab.study.design import Rules, Task, Variant
 from kogao_core.lab.study.plan import Key, Meaning, PictureFigures
@@ -328,7 +328,7 @@ def _rating_files(folder: Path) -> list[Path]:
 def _by_session(
     files: Iterable[Path], total: Tally
 ) -> dict[tuple[str, str], list[tuple[Path, Ratings]]]:
-    """Return the readable files, by study and rater."""
+    """Return the files and ratings by study and rater; list unreadable files in `total`."""
     found = defaultdict(list)
     for path in files:
         try:

@@ -1,1 +1,1 @@
-"""What a result says of its retouching."""
+"""Disclosure of a retouch: edit record and label."""

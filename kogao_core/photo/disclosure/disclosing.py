@@ -1,4 +1,4 @@
-"""Telling, for those who want to, that a photo was retouched: in its XMP and on the picture."""
+"""Disclose a retouch on request: an edit record in the XMP, a label in the picture."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _EVENT: Final = "http://ns.adobe.com/xap/1.0/sType/ResourceEvent#"
 _IPTC: Final = "http://iptc.org/std/Iptc4xmpExt/2008-02-29/"
 _KINDS: Final = "http://cv.iptc.org/newscodes/digitalsourcetype/"
 _EDITED: Final = f"{_KINDS}humanEdits"
-# Only these are less than "edited by a human"; a composite, say, stays one.
+# "Human edits" replaces these source types only; a composite stays a composite.
 _CAPTURE: Final = re.compile(
     f"{_KINDS}(digitalCapture|computationalCapture|negativeFilm|positiveFilm|print)\\b".encode()
 )
@@ -35,15 +35,15 @@ _HISTORY_LIST: Final = (*_HISTORY, f"{xmp.RDF} Seq")
 
 @dataclass(frozen=True, slots=True)
 class Disclosure:
-    """What a result discloses of its retouching; nothing, unless it is asked for."""
+    """Options for the disclosure of a result; all are off by default."""
 
     # Add an edit record to the XMP: an event in ``xmpMM:History`` and, where the photo is a plain
     # capture so far, the IPTC digital source type "human edits".
     record: bool = False
     label: str = ""  # text to draw into the bottom right corner; none if empty
-    # A font file for the label, for letters that the built-in Latin font lacks.
+    # Font file of the label, for letters missing in the built-in Latin font.
     font: str | None = None
-    film: bool = False  # keep a motion photo's video, which shows the face as it was
+    film: bool = False  # keep the video of a motion photo; the video shows the original face
 
     @property
     def is_wanted(self) -> bool:
@@ -62,12 +62,11 @@ def disclose(
     what: str = "",
     when: datetime | None = None,
 ) -> tuple[Photo, Image]:
-    """Return a photo and its new pixels with what they disclose, ready for `write`.
+    """Return the photo with an edit record and the new pixels with a label, ready for `write`.
 
-    A result that equals the photo discloses nothing: there was no retouching (see `undisclosed`).
-    Labels change the pixels of their own rectangles only, the record nothing but the XMP packet.
-    `photo`: with the record in its XMP; `pixels`: with the labels; the very same array where there
-    are none. Raises CannotDisclose.
+    A result equal to the photo gets neither (see `undisclosed`). A label changes the pixels of one
+    rectangle only; a record changes the XMP packet only. Without a label, the same array is
+    returned. Raises CannotDisclose.
     """
     if not disclosure.is_wanted or is_same(photo.pixels, pixels):
         return photo, pixels
@@ -80,7 +79,7 @@ def disclose(
 
 
 def undisclosed(photo: Photo, pixels: Image, disclosure: Disclosure) -> str:
-    """Return in words what `disclose` leaves out of a result that equals the photo, or ""."""
+    """Return a note about disclosure that a result equal to the photo does not get, or ""."""
     if not disclosure.is_wanted or not is_same(photo.pixels, pixels):
         return ""
     wanted = {
@@ -96,10 +95,10 @@ def _and(one: Text, other: Text) -> Text:
 
 
 def added(packet: bytes | None, what: str, when: datetime) -> bytes:
-    """Return an XMP packet with one more event in its history.
+    """Add an event to the history of an XMP packet. Return the packet.
 
-    The IPTC digital source type becomes "human edits" where there is none, or that of a capture.
-    What is nested elsewhere is another picture's. Raises CannotDisclose.
+    The IPTC digital source type becomes "human edits" if the type is missing or a capture.
+    Histories of nested pictures stay. Raises CannotDisclose.
     """
     packet = (packet or xmp.EMPTY).rstrip(b"\0")
     try:
@@ -144,7 +143,7 @@ def _description(about: str, content: str) -> str:
 
 
 def _event(what: str, when: datetime) -> str:
-    """Return an event as the XMP specification part 2 defines it."""
+    """Return an event of the history (XMP specification, part 2)."""
     event = {
         "action": "edited",
         "when": when.isoformat(timespec="seconds"),

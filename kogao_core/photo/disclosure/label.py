@@ -22,8 +22,8 @@ _WIDEST_SHARE: Final = 0.96
 _PADDING: Final = 0.4  # of the letters' size
 _PLATE_OPACITY: Final = 0.6
 _Font = ImageFont.FreeTypeFont
-# What systems bring along for letters that the built-in font lacks, by the names of its files;
-# Pillow looks for them where each system has its fonts.
+# System fonts for letters missing in the built-in font. Pillow searches the font folders of the
+# system for these file names.
 _OF_SYSTEM: Final = (
     *("NotoSansCJK-Regular.ttc", "DroidSansFallbackFull.ttf"),  # Linux
     *("ipagp.ttf", "TakaoPGothic.ttf", "VL-PGothic-Regular.ttf"),
@@ -33,7 +33,7 @@ _OF_SYSTEM: Final = (
 
 
 def draw_label(pixels: Image, text: str, font: str | None = None) -> Image:
-    """Return a copy of a picture with white text on a dark plate in its bottom right corner.
+    """Draw white text on a dark plate in the bottom right corner. Return a copy.
 
     Raises CannotDisclose.
     """
@@ -49,7 +49,7 @@ def draw_label(pixels: Image, text: str, font: str | None = None) -> Image:
 
 
 def check_label(text: str, font: str | None = None) -> None:
-    """Check that a label can be drawn on a picture that is large enough. Raises CannotDisclose."""
+    """Check the text and the font of a label. Raises CannotDisclose."""
     if not text.strip() or len(text) > LONGEST or printable(text) != text:
         raise CannotDisclose(
             Text(
@@ -67,9 +67,9 @@ def check_label(text: str, font: str | None = None) -> None:
 
 
 def _drawing(text: str, font: str | None) -> str | None:
-    """Return the font that draws a text: the one named, or the built-in one where none is better.
+    """Return the font for a text: the given font, or the first system font with all letters.
 
-    None is the built-in one.
+    None is the built-in font.
     """
     if font is not None or not _lacking(text, None):
         return font
@@ -77,9 +77,9 @@ def _drawing(text: str, font: str | None) -> str | None:
 
 
 def _lacking(text: str, font: str | None) -> str:
-    """Return the first letter that a font lacks, if any."""
+    """Return the first letter missing in a font, or ""."""
     face = _font(font, _READABLE_PX)
-    # U+FFFF is no character: what a font shows for it is what it shows for those it lacks.
+    # U+FFFF is no character: a font draws the same glyph for every missing letter.
     blank = bytes(face.getmask("\uffff"))
     letters = (one for one in sorted(set(text)) if one != " ")
     return next((one for one in letters if bytes(face.getmask(one)) == blank), "")
@@ -94,7 +94,7 @@ def _is_there(font: str) -> bool:
 
 
 def _mask(text: str, font: str | None, width: int, height: int) -> Image:
-    """Return the text's opacity on its plate, 0 to 1, as large as suits the picture."""
+    """Return the opacity of the text on the plate, 0 to 1, for a picture of this size."""
     size = max(_READABLE_PX, round(_HEIGHT_SHARE * min(width, height)))
     while size >= _LEAST_PX:
         face = _font(font, size)
@@ -123,13 +123,13 @@ def _font(font: str | None, size: int) -> _Font:
         raise CannotDisclose(useless) from None
     if not isinstance(found, _Font):  # Pillow without FreeType
         raise CannotDisclose(Text("this Pillow draws no text; install its wheel with FreeType"))
-    if sum(found.getmetrics()) <= 0:  # it is damaged: letters have no height
+    if sum(found.getmetrics()) <= 0:  # a damaged font: letters have no height
         raise CannotDisclose(useless)
     return found
 
 
 def _blended(patch: Image, mask: Image) -> Image:
-    """Return pixels under a dark plate and white letters; alpha, if any, becomes opaque there."""
+    """Blend pixels with a dark plate and white letters; alpha becomes opaque."""
     whole = np.issubdtype(patch.dtype, np.integer)
     white = float(np.iinfo(patch.dtype).max) if whole else 1.0
     channels = channels_of(patch)

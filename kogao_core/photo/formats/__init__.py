@@ -1,6 +1,6 @@
-"""The formats of photographs, one module and one value each; all else follows from these.
+"""Photo formats: one module and one `FileFormat` each.
 
-A new format is a module here and its line in `ALL`.
+To add a format, write a module and add a line to `ALL`.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ READ_ONLY: Final[dict[str, str]] = {
 
 
 def of(path: str | os.PathLike[str]) -> FileFormat:
-    """Return the format that a file is written in, by an ending that is one of `FORMATS`."""
+    """Return the format of an output path; the extension must be in `FORMATS`."""
     return BY_NAME[FORMATS[Path(path).suffix.lower()]]
 
 
@@ -46,7 +46,7 @@ def either(words: list[str]) -> Text:
 
 
 def exact_endings(pixels: Image, without: FileFormat) -> str:
-    """Return the endings of other formats that hold such pixels exactly, as a choice."""
+    """Return the extensions of other lossless formats for these pixels, as a choice."""
     depth, has_alpha = pixels.dtype.name, channels_of(pixels) in (2, 4)
     return either(
         [

@@ -10,7 +10,7 @@ from typing import IO, Final
 
 from PIL import features
 
-from kogao_core.base.atomic import Pieces
+from kogao_core.base.atomic import Chunks
 from kogao_core.base.language import Text
 from kogao_core.photo.errors import UnreadablePhoto
 from kogao_core.photo.formats import colour, common, heif
@@ -26,7 +26,7 @@ _HEAD_BYTES: Final = 64
 _DEEP: Final = re.compile(rb"av1C\x81.([\x00-\xff])", re.DOTALL)
 _HIGH, _TWELVE = 0x40, 0x20
 _NAMED_COLOURS: Final = re.compile(rb"colrnclx\0(.)\0(.)", re.DOTALL)
-_SRGB: Final = ((1, 2), (1, 2, 6, 13))  # ITU-T H.273: primaries, and curves that are seen as its
+_SRGB: Final = ((1, 2), (1, 2, 6, 13))  # ITU-T H.273: primaries and transfer curves shown as sRGB
 _URN: Final = re.compile(rb"urn:[\x21-\x7e]+")
 _TIFF_HEADS: Final = (b"II*\0", b"MM\0*")
 _EMPTY: Final = b"II*\0\x08\0\0\0" + bytes(6)  # a directory without an entry
@@ -61,12 +61,12 @@ def _decode(source: Source) -> Photo:
     return dataclasses.replace(photo, notes=tuple(notes))
 
 
-def _encode(content: Content) -> Pieces:
+def _encode(content: Content) -> Chunks:
     if not features.check("avif"):
         raise ValueError(Text("this Pillow was built without it"))
     del content.blocks["dpi"]  # AVIF can store neither resolution nor Photoshop resources
     exif: bytes = _exif(content.blocks["exif"])
-    # Pillow would make another block of one that tells an orientation: it gets an empty one.
+    # Pillow would rewrite a block with an orientation. Write an empty block, then replace it.
     empty = _EMPTY + exif[len(_EMPTY) :] if exif else b""
     content.blocks["exif"] = empty
     saved = content.saved("AVIF", quality=_QUALITY, subsampling="4:4:4", speed=_SPEED)

@@ -10,14 +10,14 @@ from typing import IO, Any, Final, Literal
 
 from PIL import Image as Pillow
 
-from kogao_core.base.atomic import Pieces
+from kogao_core.base.atomic import Chunks
 from kogao_core.base.geometry import Box, Image
 from kogao_core.base.language import Text
 from kogao_core.photo.metadata import kinds
 from kogao_core.photo.metadata.kinds import Extra, Kind
 from kogao_core.photo.model import Photo, channels_of
 
-Encode = Callable[[Photo, Box | None], Pieces]
+Encode = Callable[[Photo, Box | None], Chunks]
 Fate = Literal["kept", "on request", "moved", "left out"]
 # BLOCKS: preserved by JPEG, PNG, WebP and AVIF. OF_PRINTS: preserved by JPEG, PNG and TIFF.
 BLOCKS: Final = frozenset(
@@ -117,7 +117,7 @@ class FileFormat:
     suffixes: tuple[str, ...]
     is_lossless: bool
     inside: Callable[[Photo, IO[bytes]], Iterator[Extra]]
-    encode: Callable[[Content], Pieces] | None = None
+    encode: Callable[[Content], Chunks] | None = None
     layouts: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
     longest_side_px: int | None = None
     kept: frozenset[Kind] = frozenset()
@@ -130,7 +130,7 @@ class FileFormat:
     lacks: Callable[[Photo], str] = lambda _: ""
     recoded: Callable[[Photo], str] = lambda _: ""
     keeps_turn: bool = False
-    keep: Callable[[Photo, Image, Encode, Path], tuple[Pieces, str]] | None = None
+    keep: Callable[[Photo, Image, Encode, Path], tuple[Chunks, str]] | None = None
 
     def __post_init__(self) -> None:
         if bool(self.layouts) != (self.encode is not None):

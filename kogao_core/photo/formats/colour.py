@@ -1,6 +1,6 @@
-"""Pictures as arrays of grey, grey + alpha, RGB or RGBA: of 8 bits by Pillow, deeper by OpenCV.
+"""Decode pictures to arrays of grey, grey + alpha, RGB or RGBA.
 
-Pillow would cut what is deeper.
+Pillow decodes 8 bits, OpenCV decodes more: Pillow would reduce the depth.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _BITS, _WHITE = 8, 255
 CONVERTED: Final = "converted from"
 """How the note begins on a photo whose colour model isn't that of its file."""
 _PLAIN: Final = ("L", "LA", "RGB", "RGBA")
-# The palette, transparency and premultiplied modes lose nothing here.
+# These conversions of palettes, transparency and premultiplied alpha are exact.
 _WIDER: Final = {"1": "L", "P": "RGB", "PA": "RGBA", "La": "LA", "RGBa": "RGBA", "RGBX": "RGB"}
 _WIDENED: Final = {
     "1": Text("converted from 1 bit to 8-bit grey"),
@@ -67,9 +67,9 @@ def narrowed(bits: int) -> Text:
 
 
 def _pixels(image: Pillow.Image) -> Image:
-    """Return a picture's pixels; some rows at a time, which stay within the processor's cache.
+    """Return the pixels of a picture.
 
-    All at once they are laid out three times in fresh memory, which takes four times as long.
+    Copy a few rows at a time, so that the data stay in the processor's cache: four times as fast.
     """
     channels = len(image.getbands())
     shape = (image.height, image.width, channels)[: 2 if channels == 1 else 3]
@@ -81,7 +81,7 @@ def _pixels(image: Pillow.Image) -> Image:
 
 
 def _scale_transparency(image: Pillow.Image, bits: int) -> None:
-    """Scale the grey that is transparent as Pillow has scaled the pixels."""
+    """Scale the transparent grey value as Pillow scales the pixels."""
     grey = image.info.get("transparency")
     if isinstance(grey, int):
         image.info["transparency"] = grey * _WHITE // (2**bits - 1)
@@ -103,7 +103,7 @@ def _managed(image: Pillow.Image, profile: bytes) -> tuple[Image, bytes]:
 
 
 def png_layout(image: Pillow.Image, file: IO[bytes]) -> tuple[int, bool] | None:
-    """Return bits of a channel, and whether it is grey, from the IHDR chunk of an open PNG file.
+    """Return the bits per channel and whether the picture is grey, from a PNG's IHDR chunk.
 
     None for other formats.
     """
@@ -141,9 +141,9 @@ def _swapped(pixels: Image) -> Image:
 
 
 def with_alpha(grey: Image, transparent: int) -> Image:
-    """Return 16-bit grey as RGBA that can be seen through where it is of one value.
+    """Convert 16-bit grey to RGBA; the grey value `transparent` becomes transparent.
 
-    OpenCV does so with colours alone.
+    OpenCV does this for colours only.
     """
     alpha = np.where(grey == transparent, 0, _OPAQUE).astype(np.uint16)
     return np.dstack([grey, grey, grey, alpha])
@@ -151,14 +151,14 @@ def with_alpha(grey: Image, transparent: int) -> Image:
 
 @contextmanager
 def _silent_opencv() -> Iterator[None]:
-    """Keep OpenCV's log silent while any thread is inside; its level is the whole program's."""
+    """Silence OpenCV's log while any thread is inside. The log level is global."""
     logging = cv2.utils.logging
     with _LOCK:
         _levels.append(logging.setLogLevel(logging.LOG_LEVEL_SILENT))
     try:
         yield
     finally:
-        with _LOCK:  # whoever leaves last takes the level that the first one found
+        with _LOCK:  # the last thread restores the original level
             logging.setLogLevel(_levels.pop())
 
 

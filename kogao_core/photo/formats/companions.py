@@ -1,7 +1,7 @@
-"""What follows a JPEG's picture in its file and can go along: a gain map, a film, records.
+"""Companions of a JPEG: data after the picture that a changed photo keeps.
 
-The gain map is a small JPEG file of how much brighter each place is on an HDR screen. Behind the
-picture come such pictures, which the index of CIPA DC-007 (MPF) counts, and the film last.
+A gain map is a small JPEG with the brightness of each place on an HDR screen. Gain maps follow the
+picture and are listed in the MPF index (CIPA DC-007). A video comes last.
 """
 
 from __future__ import annotations
@@ -16,13 +16,13 @@ from typing import Final
 import numpy as np
 from PIL import Image as Pillow
 
-from kogao_core.base.geometry import Box, Image
+from kogao_core.base.geometry import Box, Image, check_type
 from kogao_core.base.stderr import hushed
 from kogao_core.photo.formats import common
 from kogao_core.photo.jpeg import decoding, segments
 from kogao_core.photo.jpeg.blocks import keep_blocks
 from kogao_core.photo.jpeg.coefficients import CannotKeepBlocks
-from kogao_core.photo.metadata import kinds, stale
+from kogao_core.photo.metadata import kinds, references
 from kogao_core.photo.metadata.upright import as_stored, turn_upright
 from kogao_core.photo.model import Companion, Photo, is_same
 
@@ -30,28 +30,28 @@ Move = Callable[[Image], Image]
 _TURNED: Final = 5  # from this orientation on rows become columns
 _MOST_OFF: Final = 0.02  # of a gain map's width, beside a pixel: sizes are rounded
 _MPF: Final = 0xE2
-_PRIMARY: Final = 0x030000  # MPF's type of the picture itself; 0 is that of a gain map
+_PRIMARY: Final = 0x030000  # MPF type of the main picture; the type of a gain map is 0
 _ENTRY: Final = ">IIIHH"
 _MPF_NAME: Final = b"MPF\0"  # behind which offsets count
 
 
 def accompanied(photo: Photo, move: Move, *, film: bool = False) -> Photo:
-    """Return a photo whose gain map for HDR goes along when a changed JPEG is written from it.
+    """Return a photo with a warped HDR gain map, for writing a changed JPEG.
 
     Parameters
     ----------
     photo : Photo
-        A JPEG as it was read.
+        A JPEG photo from `read`.
     move : callable
-        Given an upright picture of the whole photo in another size, uint8 (H, W) or (H, W, 3);
-        returns it with what was done to the photo, such as `Rendering.warped`.
+        Warps an upright picture of the whole photo in another size, uint8 (H, W) or (H, W, 3),
+        such as `Rendering.warped`.
     film : bool
-        Keep a motion photo's video, too, which shows the face as it was.
+        Also keep the video of a motion photo. The video shows the original face.
 
     Returns
     -------
     Photo
-        For `write`; the same where there is nothing to go along.
+        For `write`; unchanged if the photo has no companions.
 
     Examples
     --------
@@ -64,9 +64,15 @@ def accompanied(photo: Photo, move: Move, *, film: bool = False) -> Photo:
     >>> along.companions  # the sample is no HDR photo
     ()
     """
+    check_type(photo, Photo, "from kogao.read")
     found: list[Companion] = []
     for extra in photo.extras:
-        if extra.kind is kinds.VIDEO and film and extra.data and stale.tells_film(photo.xmp or b""):
+        if (
+            extra.kind is kinds.VIDEO
+            and film
+            and extra.data
+            and references.locates_video(photo.xmp or b"")
+        ):
             found.append(Companion(kinds.VIDEO, extra.data))
         elif extra.kind is kinds.GAIN_MAP and _fits(extra.data, photo):
             before = _decoded(extra.data)
@@ -78,12 +84,12 @@ def accompanied(photo: Photo, move: Move, *, film: bool = False) -> Photo:
 
 
 def has_gain_map(photo: Photo) -> bool:
-    """Tell whether a photo is one for HDR screens, by a gain map that can go along."""
+    """Return True if a photo has a gain map that a changed photo can keep."""
     return any(one.kind is kinds.GAIN_MAP and _fits(one.data, photo) for one in photo.extras)
 
 
 def _fits(data: bytes, photo: Photo) -> bool:
-    """Tell whether a picture is grey or RGB, of the photo's shape as it lies, and no larger."""
+    """Return True if a picture is grey or RGB, in the photo's shape, and not larger."""
     try:
         with Pillow.open(io.BytesIO(data), formats=["JPEG"]) as image:
             (width, height), mode = image.size, image.mode
@@ -96,7 +102,7 @@ def _fits(data: bytes, photo: Photo) -> bool:
 
 
 def _decoded(data: bytes) -> Image | None:
-    """Return a gain map's pixels as stored: uint8 (H, W) or (H, W, 3); None where it is damaged."""
+    """Decode a gain map: uint8 (H, W) or (H, W, 3), as stored; None if damaged."""
     try:
         with hushed(), Pillow.open(io.BytesIO(data), formats=["JPEG"]) as image:
             quick = decoding.pixels(data, image.size, image.mode)
@@ -106,7 +112,7 @@ def _decoded(data: bytes) -> Image | None:
 
 
 def settled(photo: Photo, folder: Path) -> Photo:
-    """Return a photo whose companions are the files to write."""
+    """Encode the companions of a photo. Return the photo with their files."""
     done = (
         Companion(one.kind, _encoded(one, photo.orientation, folder)) for one in photo.companions
     )
@@ -114,7 +120,7 @@ def settled(photo: Photo, folder: Path) -> Photo:
 
 
 def _encoded(one: Companion, orientation: int, folder: Path) -> bytes:
-    """Return a gain map with other pixels: headers and unchanged blocks are its own."""
+    """Encode a gain map with new pixels. Headers and unchanged blocks stay."""
     data, before = one.data, one.before
     if before is None or one.pixels is None:
         return data
@@ -140,7 +146,7 @@ def _encoded(one: Companion, orientation: int, folder: Path) -> bytes:
 
 
 def joined(photo: Photo, picture: bytes) -> bytes:
-    """Return a JPEG file with what follows it, and an index of the pictures among that."""
+    """Return a JPEG file with the companions and an index of the pictures."""
     pictures = [one.data for one in photo.companions if one.kind is kinds.GAIN_MAP]
     if pictures:
         index = _index(0, [len(one) for one in pictures])
@@ -155,9 +161,9 @@ def joined(photo: Photo, picture: bytes) -> bytes:
 
 
 def _index(size: int, lengths: list[int], base: int = 0) -> bytes:
-    """Return the segment that counts pictures: the first of a size, and what follows it at once.
+    """Return the MPF segment: the main picture of `size` bytes, then pictures of these lengths.
 
-    `base` is where its offsets count from in the file.
+    `base`: file position from which the segment counts offsets.
     """
     entries, at = [struct.pack(_ENTRY, _PRIMARY, size, 0, 0, 0)], size
     for length in lengths:

@@ -11,7 +11,7 @@ from typing import IO, Final
 
 import numpy as np
 
-from kogao_core.base.atomic import Pieces
+from kogao_core.base.atomic import Chunks
 from kogao_core.base.geometry import Image
 from kogao_core.base.language import Text
 from kogao_core.base.stderr import hushed
@@ -29,7 +29,7 @@ QUALITY: Final = 95
 _FINE: Final = 90  # from this quality on colours are kept in full
 
 
-def _encode(content: Content) -> Pieces:
+def _encode(content: Content) -> Chunks:
     more = (*content.carried, *segments.photoshop_segments(content.resources or b""))
     opaque = dataclasses.replace(content, pixels=_without_alpha(content.pixels))
     return [segments.inserted(_plain(opaque), more)]
@@ -86,7 +86,7 @@ def _folder(path: Path) -> Path:
     return Path(os.path.realpath(path)).parent
 
 
-def _keep(photo: Photo, pixels: Image, encode: Encode, path: Path) -> tuple[Pieces, str]:
+def _keep(photo: Photo, pixels: Image, encode: Encode, path: Path) -> tuple[Chunks, str]:
     """Keep every block in which no pixel changed."""
     photo = companions.settled(photo, _folder(path))
     reason = _why_none_stays(photo)

@@ -12,10 +12,10 @@ from typing import IO, Final
 import numpy as np
 from PIL import PngImagePlugin
 
-from kogao_core.base.atomic import Pieces
+from kogao_core.base.atomic import Chunks
 from kogao_core.base.geometry import Image
 from kogao_core.base.language import Text
-from kogao_core.base.threads import default_threads, share_in_order
+from kogao_core.base.threads import default_threads, parallel_in_order
 from kogao_core.photo.formats.base import BLOCKS, OF_PRINTS, Content, FileFormat
 from kogao_core.photo.metadata import kinds, trailers
 from kogao_core.photo.metadata.kinds import Extra, Kind
@@ -54,7 +54,7 @@ Strip = tuple[bytes, int, int]
 """Its chunk; the checksum and the number of the bytes that were packed."""
 
 
-def _encode(content: Content) -> Pieces:
+def _encode(content: Content) -> Chunks:
     aspect = content.photo.aspect
     shape = () if aspect is None else (made(b"pHYs", struct.pack(">IIB", *aspect, 0)),)
     kept = [one for one in content.carried if one[4:8] != b"iCCP"]
@@ -229,7 +229,7 @@ def packed(pixels: Image) -> list[bytes]:
         checksum = _joined(checksum, own, count)
         pieces.append(piece)
 
-    share_in_order(tops, lambda top: _packed(lines, top, rows), take, default_threads())
+    parallel_in_order(tops, lambda top: _packed(lines, top, rows), take, default_threads())
     return [*pieces, _idat(struct.pack(">I", checksum)), made(b"IEND", b"")]
 
 

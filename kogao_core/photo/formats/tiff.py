@@ -16,7 +16,7 @@ from PIL import Image as Pillow
 from PIL import TiffImagePlugin, TiffTags
 from PIL.ExifTags import Base as Tag
 
-from kogao_core.base.atomic import Pieces
+from kogao_core.base.atomic import Chunks
 from kogao_core.base.geometry import Image
 from kogao_core.base.installed import adding
 from kogao_core.base.language import Text
@@ -29,11 +29,11 @@ from kogao_core.photo.metadata.upright import turn_upright
 from kogao_core.photo.model import Photo, channels_of
 
 _UNCOMPRESSED, _LZW = 1, 5
-# Lossless ways that every reader knows, also Deflate, PackBits and Deflate's old number; what was
-# compressed otherwise becomes LZW.
+# Lossless compressions that all readers support: none, LZW, Deflate, PackBits, old Deflate. Files
+# with another compression are written with LZW.
 _KEPT: Final = {_UNCOMPRESSED, _LZW, 8, 32773, 32946}
-# Readers differ: darktable and libvips take them for linear, Java's for sRGB, as is whatever was
-# divided by 255.
+# Readers differ: darktable and libvips assume linear values, Java assumes sRGB. Values from a
+# division by 255 are sRGB.
 _SEEN: Final = Text(
     "32-bit numbers without a colour profile are seen as sRGB: linear ones look dark, and are "
     "written right all the same"
@@ -58,8 +58,8 @@ def _decode(source: Source) -> Photo:
     tags.check_whole(os.fstat(file.fileno()).st_size)
     notes: tuple[str, ...] = ()
     profile = tags.icc_profile
-    # Both decoders turn TIFF pixels upright themselves. OpenCV's takes damaged 8-bit strips for
-    # good, so Pillow's is asked where it can.
+    # Both decoders return upright pixels. OpenCV accepts damaged 8-bit strips, so Pillow decodes
+    # 8 bits.
     tags.check(path)
     if tags.is_deep:
         if tags.is_plain:
@@ -75,7 +75,7 @@ def _decode(source: Source) -> Photo:
             image.load()
             pixels, profile, notes = colour.to_array(image, tags.bits)
         notes = notes or tags.converted
-    # What is unknown may speak of the pixels as they are stored.
+    # Unknown tags may describe the pixels as stored.
     is_as_stored = tags.orientation == 1 and not any(
         note.startswith(colour.CONVERTED) for note in notes
     )
@@ -102,7 +102,7 @@ def _decode(source: Source) -> Photo:
 
 
 def _rare(source: Source, tags: tiff.TiffTags) -> tuple[Image, bytes | None, tuple[str, ...]]:
-    """Return deep pixels that OpenCV doesn't decode, upright, their profile, and notes."""
+    """Decode deep pixels with tifffile. Return upright pixels, their profile, and notes."""
     tags.check_rare(source.path)
     if not all(map(find_spec, ("tifffile", "imagecodecs"))):
         raise UnreadablePhoto(
@@ -114,11 +114,11 @@ def _rare(source: Source, tags: tiff.TiffTags) -> tuple[Image, bytes | None, tup
         )
     import tifffile  # an extra
 
-    logging.getLogger("tifffile").setLevel(logging.CRITICAL)  # it would complain on stderr
+    logging.getLogger("tifffile").setLevel(logging.CRITICAL)  # no warnings on stderr
     source.file.seek(0)
     with tifffile.TiffFile(source.file) as opened:
         page = opened.pages.first
-        # What is lacking it would fill up with zeros.
+        # tifffile would fill missing parts with zeros.
         if len(page.dataoffsets) != prod(page.chunked) or 0 in page.databytecounts:
             raise ValueError(Text("parts of the picture are missing"))
         stored = np.asarray(page.asarray(maxworkers=1))
@@ -138,7 +138,7 @@ def _rare(source: Source, tags: tiff.TiffTags) -> tuple[Image, bytes | None, tup
     return tags.meant(np.ascontiguousarray(stored)), tags.icc_profile, ()
 
 
-def _encode(content: Content) -> Pieces:
+def _encode(content: Content) -> Chunks:
     photo, blocks = content.photo, content.blocks
     number = photo.tiff_compression
     if number == _UNCOMPRESSED:
@@ -168,7 +168,7 @@ def _encode(content: Content) -> Pieces:
         if density is None or name not in tiff.DENSITY:
             directory[name] = value
     with io.BytesIO() as out:
-        directory.save(out)  # adds its own length to where the strips start
+        directory.save(out)  # adds its length to the strip offsets
         return [out.getvalue(), stored]
 
 
@@ -196,7 +196,7 @@ def _lacks(photo: Photo) -> str:
 def _behind(file: IO[bytes]) -> Iterator[Extra]:
     file.seek(0)
     if file.read(4) == tiff.BIG_HEAD:
-        return iter(())  # its directories are of another form
+        return iter(())  # BigTIFF directories have another layout
     end = tiff_extras.end(file)
     if end == file.seek(0, os.SEEK_END):
         return iter(())  # as nearly always, and pixels may be large
@@ -224,9 +224,9 @@ TIFF: Final = FileFormat(
 
 
 def read_plain(file: IO[bytes], tags: Pillow.Exif, orientation: int) -> Image | None:
-    """Read deep pixels, upright, if they lie in a file uncompressed and one behind the other.
+    """Read deep pixels, upright, if the file stores them uncompressed and contiguous.
 
-    Result (H, W) or (H, W, 3..4), uint16 or float32, or None: None, where it takes a decoder.
+    Result: uint16 or float32, (H, W) or (H, W, 3..4); None if a decoder is necessary.
     """
     width, height = tags[Tag.ImageWidth], tags[Tag.ImageLength]
     samples = tags.get(Tag.SamplesPerPixel, 1)
@@ -244,7 +244,7 @@ def read_plain(file: IO[bytes], tags: Pillow.Exif, orientation: int) -> Image | 
 
 
 def _depth(tags: Pillow.Exif, samples: int) -> np.dtype[Any] | None:
-    """Return the type that all channels have, if they are stored as in memory."""
+    """Return the dtype of all channels, or None if the layout differs from an array."""
     bits = tiff.numbers(tags, Tag.BitsPerSample)
     formats = tiff.numbers(tags, Tag.SampleFormat) or (_UNSIGNED,) * samples
     is_plain = (
@@ -272,23 +272,23 @@ def _start(tags: Pillow.Exif, height: int, row_bytes: int) -> int | None:
 
 
 def _taken_apart(written: bytes) -> tuple[TiffImagePlugin.ImageFileDirectory_v2, memoryview]:
-    """Return the directory and the pixels of a file as OpenCV writes it.
+    """Split a file by OpenCV into the directory and the pixels.
 
-    The pixels lie between header and directory, whose strips are then counted from the first pixel.
+    The pixels lie between header and directory. Strip offsets then start at the first pixel.
     """
     directory = tiff.directory_of(written)
     start = TiffImagePlugin.ImageFileDirectory_v2(written[:_HEADER_BYTES]).next
-    dict(directory)  # entries that were never looked at would not be saved
+    dict(directory)  # load all entries: `save` skips entries that were not loaded
     starts = directory[Tag.StripOffsets]
     directory[Tag.StripOffsets] = tuple(offset - _HEADER_BYTES for offset in starts)
     return directory, memoryview(written)[_HEADER_BYTES:start]
 
 
 def laid_out(pixels: Image) -> tuple[TiffImagePlugin.ImageFileDirectory_v2, memoryview]:
-    """Return the directory of a file that holds pixels uncompressed, and its bytes of pixels.
+    """Return the directory and the pixel bytes of an uncompressed file.
 
-    `directory`: as libtiff writes it, but strips are counted from the first pixel; `stored`: those
-    of `pixels` themselves, where this machine stores numbers as the file does.
+    The directory is like that of libtiff, with strip offsets from the first pixel. The bytes are a
+    view of `pixels` on little-endian machines.
     """
     height, width = pixels.shape[:2]
     samples = channels_of(pixels)

@@ -1,4 +1,4 @@
-"""WebP, lossless where nothing was lost in the source."""
+"""WebP: lossless if the source is lossless."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import struct
 from collections.abc import Iterator
 from typing import IO, Final
 
-from kogao_core.base.atomic import Pieces
+from kogao_core.base.atomic import Chunks
 from kogao_core.base.geometry import Image
 from kogao_core.base.language import Text
 from kogao_core.photo.formats.base import BLOCKS, Content, FileFormat
@@ -25,11 +25,11 @@ _KNOWN: Final = {
     b"ANMF": kinds.FURTHER,
 }
 _HEAD_BYTES: Final = 8
-_ALPHA: Final = 0x10  # the flag that says so
+_ALPHA: Final = 0x10  # flag of the alpha channel
 
 
 def is_lossless(file: IO[bytes]) -> bool:
-    """Tell whether an open file is a WebP file that loses nothing."""
+    """Return True if an open file is a lossless WebP file."""
     file.seek(_HEAD_BYTES)
     if file.read(4) != b"WEBP":
         return False
@@ -38,12 +38,12 @@ def is_lossless(file: IO[bytes]) -> bool:
 
 
 def carried(file: IO[bytes]) -> tuple[bytes, ...]:
-    """Return unknown chunks that a changed photo keeps as they are, as RFC 9649 asks."""
+    """Return unknown chunks that a changed photo keeps, as RFC 9649 requires."""
     return tuple(chunk for name, chunk in _chunks(file) if _kind(name, chunk) is kinds.RIFF_CHUNKS)
 
 
 def _kind(name: bytes, chunk: bytes) -> Kind | None:
-    """Return what a chunk is; None for the picture itself and what has a way of its own."""
+    """Return the kind of a chunk. None: the picture, or metadata that is written separately."""
     if name in _PLAIN:
         return None
     shows = segments.holds_picture(chunk)
@@ -51,9 +51,9 @@ def _kind(name: bytes, chunk: bytes) -> Kind | None:
 
 
 def _chunks(file: IO[bytes]) -> Iterator[tuple[bytes, bytes]]:
-    """Yield the name of each chunk, up to the end that the file's header gives, and all of it.
+    """Yield name and bytes of each chunk, up to the end given in the header.
 
-    Pixels and blocks with a way of their own are passed over; a damaged file ends early.
+    The bytes of pixels and known metadata are empty. A damaged file ends early.
     """
     file.seek(0)
     end = _end(file.read(12))
@@ -67,13 +67,13 @@ def _chunks(file: IO[bytes]) -> Iterator[tuple[bytes, bytes]]:
 
 
 def _end(head: bytes) -> int:
-    """Return where a file ends, by its first bytes."""
+    """Return the end offset of a file, from the first bytes."""
     size = int.from_bytes(head[4:8], "little")
     return _HEAD_BYTES + size + size % 2
 
 
-def _encode(content: Content) -> Pieces:
-    del content.blocks["dpi"]  # WebP has no place for it, nor for Photoshop's resources
+def _encode(content: Content) -> Chunks:
+    del content.blocks["dpi"]  # WebP can store neither resolution nor Photoshop resources
     lossless = content.is_lossless and not content.quality
     quality = _EFFORT if lossless else content.quality or _QUALITY
     webp = content.saved("WEBP", quality=quality, lossless=lossless, exact=True, method=4)
@@ -81,7 +81,7 @@ def _encode(content: Content) -> Pieces:
 
 
 def _with_chunks(webp: bytes, pixels: Image, more: tuple[bytes, ...]) -> bytes:
-    """Return a file with more chunks behind its own, which then begin with what they are."""
+    """Append chunks to a WebP file; insert a VP8X header if missing."""
     chunks = webp[12:]
     if not chunks.startswith(b"VP8X"):
         height, width = pixels.shape[:2]

@@ -1,1 +1,1 @@
-"""JPEG files block by block: what nothing changed is written as it was read."""
+"""JPEG files block by block: unchanged blocks are copied."""

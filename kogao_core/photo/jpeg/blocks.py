@@ -1,4 +1,4 @@
-"""JPEG to JPEG without compressing again what didn't change: the source's own blocks stay."""
+"""Write a changed JPEG: encode the changed blocks, copy all other blocks from the source."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image as Pillow
 
-from kogao_core.base.atomic import aside
+from kogao_core.base.atomic import temporary_folder
 from kogao_core.base.geometry import Box, Image
 from kogao_core.base.language import Text
 from kogao_core.base.stderr import hushed
@@ -21,7 +21,7 @@ from kogao_core.photo.jpeg import coefficients
 from kogao_core.photo.jpeg.coefficients import CannotKeepBlocks, Coefficients
 from kogao_core.photo.jpeg.segments import APP_OR_COMMENT, START_OF_SCAN, segment, segments
 
-_WORD: Final = 8  # pixels' values that are looked at together
+_WORD: Final = 8  # pixel values compared at once
 _ADOBE_RGB: Final = segment(0xEE, b"Adobe\0\x64" + bytes(5))  # version 100, no transform
 
 Mask = npt.NDArray[np.bool_]
@@ -32,19 +32,19 @@ class Kept:
     """A JPEG file with the source's coefficients wherever no pixel changed."""
 
     data: bytes  # the file
-    share: float  # part of the minimum coded units that are the source's, 0 to 1
+    share: float  # share of the minimum coded units copied from the source, 0 to 1
     damage: tuple[str, ...] = ()  # the decoder's complaints about damaged data in the source
 
 
 def keep_blocks(
     source: bytes, before: Image, after: Image, encode: Callable[[Box], bytes], folder: Path
 ) -> Kept:
-    """Encode what lies around changed pixels, and put it among a file's coefficients.
+    """Encode the surroundings of changed pixels and insert them into the source's coefficients.
 
-    Result: sequential, with the source's Huffman codes where they are the usual ones, or else codes
-    of its own, and the headers that `encode` makes. Raises CannotKeepBlocks.
+    The result is sequential and has the headers from `encode`. The Huffman tables are the source's
+    if standard, else optimised. Raises CannotKeepBlocks.
     """
-    with aside(folder) as place, hushed() as complaints:
+    with temporary_folder(folder) as place, hushed() as complaints:
         whole = coefficients.read(source, place / "source")
         if (whole.frame.height, whole.frame.width) != before.shape[:2]:
             raise CannotKeepBlocks(Text("its size has changed"))
@@ -66,7 +66,7 @@ def keep_blocks(
 
 
 def _put(part: Coefficients, whole: Coefficients, box: Box, changed: Mask) -> None:
-    """Put the blocks of the units that changed into the whole; `part` are those of a box."""
+    """Copy the blocks of changed units into `whole`; `part` holds the blocks of a box."""
     for into, fresh, (down, along) in zip(
         whole.planes, part.planes, whole.frame.factors, strict=True
     ):
@@ -78,7 +78,7 @@ def _put(part: Coefficients, whole: Coefficients, box: Box, changed: Mask) -> No
 
 
 def _around(changed: Mask) -> Box:
-    """Return the box of all units that changed; of one, where none did."""
+    """Return the bounding box of all changed units; one unit if no unit changed."""
     rows, columns = (np.flatnonzero(changed.any(axis=axis)) for axis in (1, 0))
     if not len(rows):
         return Box(0, 0, 1, 1)
@@ -124,9 +124,9 @@ def _changed_units(before: Image, after: Image, unit_px: tuple[int, int]) -> Mas
 
 
 def _with_headers_of(headers: bytes, body: bytes, *, is_rgb: bool) -> bytes:
-    """Return a JPEG's APP and comment segments, followed by all that isn't one of another's.
+    """Combine the APP and comment segments of one JPEG with all other segments of another.
 
-    That one's components are RGB: by Adobe's segment and their names, as JFIF knows no such files.
+    RGB components are marked by the Adobe segment and by names: JFIF allows YCbCr only.
     """
     with io.BytesIO(headers) as mine, io.BytesIO(body) as theirs:
         kept = [one for code, one in segments(mine) if code in APP_OR_COMMENT]

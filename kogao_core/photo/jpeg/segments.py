@@ -1,4 +1,4 @@
-"""The segments of a JPEG file, and where its picture ends."""
+"""Segments of a JPEG file, and the end of the picture."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from typing import IO, Final
 START_OF_SCAN: Final = 0xDA
 APP_OR_COMMENT: Final = {*range(0xE0, 0xF0), 0xFE}
 SOI: Final = b"\xff\xd8\xff"
-_PICTURES: Final = (SOI, b"\x89PNG\r\n", b"WEBPVP8", b"ftyp")  # how files of them start
+_PICTURES: Final = (SOI, b"\x89PNG\r\n", b"WEBPVP8", b"ftyp")  # first bytes of picture files
 _JFIF, _PHOTOSHOP, _ADOBE = 0xE0, 0xED, 0xEE
 PHOTOSHOP_HEAD: Final = b"Photoshop 3.0\0"
 _PROFILE_HEAD: Final = b"ICC_PROFILE\0"
-PROFILE_AT: Final = 4 + len(_PROFILE_HEAD) + 2  # behind its part's number and their total
+PROFILE_AT: Final = 4 + len(_PROFILE_HEAD) + 2  # after the number of the part and the total
 MOST_BYTES: Final = 65533
-_JFIF_AT: Final = 11  # what its segment says, in a file where it comes first
+_JFIF_AT: Final = 11  # offset of the JFIF data if the JFIF segment is the first
 END: Final = 0xD9
 # Within a scan: neither stuffed bytes, fill bytes nor restarts.
 _MARKER: Final = re.compile(rb"\xff[^\x00\xff\xd0-\xd7]")

@@ -1,1 +1,1 @@
-"""What a file holds beside its pixels."""
+"""Metadata and other data besides the pixels."""

@@ -1,4 +1,4 @@
-"""What a JPEG file holds ahead of its first scan beside the blocks that have a way of their own."""
+"""Extras of a JPEG file: segments before the first scan and between scans."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import IO, Final
 from kogao_core.base.language import Text
 from kogao_core.photo.jpeg import segments
 from kogao_core.photo.jpeg.segments import APP_OR_COMMENT
-from kogao_core.photo.metadata import kinds, stale
+from kogao_core.photo.metadata import kinds, references
 from kogao_core.photo.metadata.kinds import Extra, Kind
 
 _EXTENSION: Final = b"http://ns.adobe.com/xmp/extension/\0"
@@ -21,7 +21,7 @@ _TIFF_HEADS: Final = (b"II*\0", b"MM\0*")
 _PACKET_AT: Final = 4 + len(_PACKET)
 _JUMBF: Final = b"JP"
 _ISO_GAIN_MAP: Final = b"urn:iso:std:iso:ts:21496:-1\0"
-# By marker and start; what starts otherwise is the maker's.
+# Kinds by marker and first bytes. All other segments are makers' segments.
 _KNOWN: Final[tuple[tuple[int, bytes, Kind], ...]] = (
     (0xFE, b"", kinds.COMMENTS),
     (0xE0, b"JFIF\0", kinds.RESOLUTION),
@@ -36,8 +36,8 @@ _KNOWN: Final[tuple[tuple[int, bytes, Kind], ...]] = (
     (0xEB, _JUMBF, kinds.JUMBF),
     (0xED, segments.PHOTOSHOP_HEAD, kinds.IPTC),
 )
-_ADOBE_CODING: Final = (0xEE, b"Adobe")  # an encoder writes its own
-# With a way of their own.
+_ADOBE_CODING: Final = (0xEE, b"Adobe")  # the encoder writes a new Adobe segment
+# Metadata that is written separately.
 _BLOCKS: Final = (kinds.EXIF, kinds.XMP, kinds.IPTC, kinds.RESOLUTION)
 # A maker's series of segments goes or stays as one.
 _CARRIED: Final = (
@@ -54,11 +54,11 @@ _NAMES: Final = {
 
 
 def carried(file: IO[bytes]) -> tuple[bytes, ...]:
-    """Return segments that a changed photo keeps as they are.
+    """Return the segments that are copied into a changed photo.
 
-    These are comments, the rest of a long XMP, further packets and profiles, what makers and
-    programs add, and what goes along with a gain map. Those that hold a picture would show the
-    photo as it was; the series that such a segment belongs to goes whole.
+    Copied: comments, the rest of a long XMP, further packets and profiles, data of cameras and
+    programs, data of a gain map. Left out: segments with a picture, with their whole series,
+    because the picture would show the original.
     """
     return tuple(segment for kind, segment in _judged(_found(file)) if kind in _CARRIED)
 
@@ -70,13 +70,13 @@ def exif(file: IO[bytes]) -> bytes | None:
 
 
 def packet(file: IO[bytes]) -> bytes | None:
-    """Return the XMP packet that counts, as for most readers the first one does."""
+    """Return the first XMP packet, as most readers do."""
     found = (one for kind, one in _judged(_found(file)) if kind is kinds.XMP)
     return next(found, b"")[_PACKET_AT:] or None
 
 
 def with_packet(segment: bytes, change: Callable[[bytes], bytes]) -> bytes:
-    """Return a segment with another XMP packet, if it holds one; b"", where that is too long."""
+    """Apply a change to the XMP packet of a segment; return b"" if the result is too long."""
     if segment[4:_PACKET_AT] != _PACKET:
         return segment
     body = _PACKET + change(segment[_PACKET_AT:])
@@ -84,28 +84,28 @@ def with_packet(segment: bytes, change: Callable[[bytes], bytes]) -> bytes:
 
 
 def is_profile(segment: bytes) -> bool:
-    """Tell whether a segment holds part of a colour profile."""
+    """Return True if a segment holds part of a colour profile."""
     return _kind(segment[1], segment) is kinds.ICC
 
 
 def is_extension(segment: bytes) -> bool:
-    """Tell whether a segment holds part of the rest of a long XMP."""
+    """Return True if a segment holds part of the extended XMP."""
     return segment[4:].startswith(_EXTENSION)
 
 
 def tells_gain_map(segment: bytes) -> bool:
-    """Tell whether a segment says that a gain map follows."""
+    """Return True if a segment announces a gain map (ISO 21496-1)."""
     return segment[4:].startswith(_ISO_GAIN_MAP)
 
 
 def found(file: IO[bytes], *, is_turned: bool) -> Iterator[Extra]:
-    """Yield what there is, in the order of the file, of a photo that lies turned or not."""
+    """Yield the extras before the first scan, in file order."""
     for kind, segment in _judged(_found(file)):
         if kind in (kinds.PREVIEW, kinds.UNKNOWN):
             yield Extra(kind, _exact_name(kind, segment))
         elif kind is kinds.SECOND_XMP:
             yield Extra(kind)
-            yield from map(Extra, stale.found(segment[_PACKET_AT:], is_turned=is_turned))
+            yield from map(Extra, references.found(segment[_PACKET_AT:], is_turned=is_turned))
         elif kind not in (*_BLOCKS, kinds.SECOND_PROFILE):
             yield Extra(kind)
     whole, rest = segments.profiles(file)
@@ -116,7 +116,7 @@ def found(file: IO[bytes], *, is_turned: bool) -> Iterator[Extra]:
 
 
 def late(found: list[tuple[int, bytes]]) -> Iterator[Extra]:
-    """Yield what lies between the scans, of segments by their codes; what is unknown may stay."""
+    """Yield the extras between scans, from (marker, segment) pairs."""
     judged = list(_judged(found))
     kept = [one for kind, one in judged if kind in (kinds.COMMENTS, kinds.SEGMENTS)]
     if kept:
@@ -126,9 +126,9 @@ def late(found: list[tuple[int, bytes]]) -> Iterator[Extra]:
 
 
 def _found(file: IO[bytes]) -> list[tuple[int, bytes]]:
-    """Return code and bytes of the segments ahead of the first scan; of colour profiles last.
+    """Return marker and bytes of the segments before the first scan.
 
-    Those of the profile that counts are left out.
+    Segments of the first colour profile are left out; other profiles come last.
     """
     whole, rest = segments.profiles(file)
     more = [(one[1], one) for one in (*chain(*whole[1:]), *rest)]
@@ -149,7 +149,7 @@ def _judged(of: Iterable[tuple[int, bytes]]) -> Iterator[tuple[Kind, bytes]]:
     }
     is_signed = any(kind is kinds.JUMBF and b"c2pa" in segment for kind, segment in found)
     extension = b"".join(one for kind, one in found if kind is kinds.XMP_EXTENSION)
-    is_stale = stale.is_picture_in(extension)
+    holds_picture = references.is_picture_in(extension)
     packets = blocks = 0
     for kind, segment in found:
         packets += kind is kinds.XMP
@@ -166,7 +166,7 @@ def _judged(of: Iterable[tuple[int, bytes]]) -> Iterator[tuple[Kind, bytes]]:
             yield kinds.CREDENTIALS, segment
         elif kind is kinds.JUMBF and not _is_text(segment):
             yield kinds.UNKNOWN, segment
-        elif kind is kinds.XMP_EXTENSION and is_stale:
+        elif kind is kinds.XMP_EXTENSION and holds_picture:
             yield kinds.DEPTH, segment
         else:
             yield kind, segment
@@ -180,12 +180,12 @@ def _kind(code: int, segment: bytes) -> Kind:
 
 
 def _series(segment: bytes) -> bytes:
-    """Return the marker and the name that a maker's segments of one series start with."""
+    """Return the marker and the name shared by a series of makers' segments."""
     return segment[1:2] + segment[4:].split(b"\0", 1)[0][:32]
 
 
 def _is_text(segment: bytes) -> bool:
-    """Tell whether a segment of JUMBF data is one whole box of text, and not of JPEG XT's."""
+    """Return True if a JUMBF segment is one complete text box and not JPEG XT data."""
     size, box, _, described, content = struct.unpack_from(">I4sI4s4s", segment.ljust(32), 12)
     is_whole = size == len(segment) - 12 and (box, described) == (b"jumb", b"jumd")
     return is_whole and content in _TEXTS and not segments.holds_picture(segment)

@@ -7,7 +7,7 @@ from typing import Final
 
 _SIGN: Final = b"8BIM"
 _IPTC: Final = 0x0404
-# Two kinds of thumbnails, and copies of the EXIF and XMP blocks: all of the photo as it was.
+# Two kinds of thumbnails, and copies of the EXIF and XMP blocks: all describe the original photo.
 _XMP: Final = 0x0424
 _STALE: Final = (0x0409, 0x040C, 0x0422, 0x0423, 0x0424)
 # Guides, slices and paths.
@@ -15,7 +15,7 @@ _PLACES: Final = frozenset((1032, 1050, *range(2000, 2998), 2999))
 
 
 def _parts(resources: bytes) -> Iterator[tuple[int, bytes, bytes]]:
-    """Yield number, content and all bytes of each resource; what is damaged ends them."""
+    """Yield number, content and all bytes of each resource, up to the first damaged resource."""
     at = 0
     while resources[at : at + 4] == _SIGN and at + 12 <= len(resources):
         number = int.from_bytes(resources[at + 4 : at + 6], "big")
@@ -30,13 +30,13 @@ def _parts(resources: bytes) -> Iterator[tuple[int, bytes, bytes]]:
 
 
 def without_stale(resources: bytes, *, is_turned: bool = False) -> bytes:
-    """Return the resources that a changed photo keeps, byte for byte."""
+    """Return the resources that a changed photo keeps, unchanged."""
     gone = _PLACES.union(_STALE) if is_turned else _STALE
     return b"".join(part for number, _, part in _parts(resources) if number not in gone)
 
 
 def has_places(resources: bytes) -> bool:
-    """Tell whether resources tell places in the picture."""
+    """Return True if resources contain positions in the picture."""
     return any(number in _PLACES for number, _, _ in _parts(resources))
 
 
@@ -55,6 +55,6 @@ def _content(resources: bytes, wanted: int) -> bytes | None:
 
 
 def with_iptc(iptc: bytes) -> bytes:
-    """Return resources: an IPTC record and nothing else."""
+    """Return a block of Photoshop resources that contains only an IPTC record."""
     head = _SIGN + _IPTC.to_bytes(2, "big") + b"\0\0" + len(iptc).to_bytes(4, "big")
     return head + iptc + b"\0" * (len(iptc) % 2)

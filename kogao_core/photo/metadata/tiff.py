@@ -1,4 +1,4 @@
-"""The directory of a TIFF file, read, and added to where OpenCV wrote the file."""
+"""Read TIFF directories, and extend the directory of a file written by OpenCV."""
 
 from __future__ import annotations
 
@@ -44,20 +44,19 @@ _COMPRESSIONS: Final = {
 _OPENCV_READS: Final = {1, 5, 8, 32773, 32946}  # none, LZW, Deflate, PackBits
 _PILLOW_READS: Final = TiffImagePlugin.COMPRESSION_INFO.keys() - {50001}
 _HEADER_BYTES, _BIG_HEADER_BYTES = 8, 16
-# What Pillow raises on damaged blocks, from one version to the next.
+# Exceptions of different Pillow versions for damaged blocks.
 _DAMAGED: Final = (SyntaxError, struct.error, LookupError, AttributeError, TypeError, ValueError)
 _IPTC_START: Final = b"\x1c"
-# What a TIFF directory says about the picture rather than about its storage: names, description,
-# make, model, software, date, artist, computer, white point and primaries, ratings, copyright,
-# Windows' texts, and print matching.
+# Tags that describe the picture, not the storage: names, description, make, model, software, date,
+# artist, computer, white point and primaries, ratings, copyright, Windows' texts, print matching.
 PICTURE_TAGS: Final = (
     *(269, 270, 271, 272, 285, 305, 306, 315, 316, 318, 319, 0x4746, 0x4749, 33432),
     *(*range(0x9C9B, 0x9CA0), 50341, Tag.ExifOffset, Tag.GPSInfo),
 )
 
 
-# How pixels are stored, and where: a new file says so itself. Blocks with a way of their own,
-# layers, credentials and further directories.
+# Tags of the pixel storage, metadata blocks that are written separately, layers, credentials and
+# further directories.
 _KNOWN: Final = {
     *(254, 255, 256, 257, 258, 259, 262, 263, 264, 265, 266, 273, 274, 277, 278, 279, 280, 281),
     *(282, 283, 284, 288, 289, 292, 293, 296, 297, 317, 320, 322, 323, 324, 325, 330, 338, 339),
@@ -65,26 +64,26 @@ _KNOWN: Final = {
     *(700, 33723, 34377, 34675, 34853, 34665, 37724, 40965, 52545),
     *PICTURE_TAGS,
 }  # fmt: skip
-# Texts, short and signed numbers, fractions; others may be bytes with anything in them, or places.
+# Types of texts, short and signed numbers, fractions. Other types may hold file offsets.
 _WITHOUT_PLACES: Final = (2, 3, 5, 6, 8, 10, 11, 12)
-# Inks, how Silicon Graphics and raw photos are stored, and where on the Earth pixels lie.
+# Tags of inks, of the storage of Silicon Graphics and raw photos, and of geographic positions.
 _OF_PIXELS: Final = {
     *range(332, 338), *range(32995, 32999), *range(50706, 52600), 33550, 33922, 34264,
 }  # fmt: skip
 
 
 def is_rare(tag: int) -> bool:
-    """Tell whether no new directory gets a tag of its own accord."""
+    """Return True if a new directory does not set this tag."""
     return tag not in _KNOWN
 
 
 def compression_name(number: int) -> str:
-    """Return what people call one of TIFF's compressions."""
+    """Return the usual name of a TIFF compression."""
     return _COMPRESSIONS.get(number, Text("number {number}", number=number))
 
 
 def is_tiff(file: IO[bytes], path: Path) -> bool:
-    """Tell by the first bytes of an open file; leaves it at its start. Raises UnreadablePhoto."""
+    """Detect a TIFF file and rewind the file. Raises UnreadablePhoto."""
     head = file.read(4)
     file.seek(0)
     if head == _UNREAD_HEAD:
@@ -99,11 +98,11 @@ def is_tiff(file: IO[bytes], path: Path) -> bool:
 
 @dataclass(frozen=True)
 class TiffTags:
-    """The first directory of a TIFF file; Pillow can't open all of those that OpenCV decodes."""
+    """The first directory of a TIFF file, including files that Pillow cannot open."""
 
     tags: Pillow.Exif
     iptc: bytes | None = None
-    rare: bytes = b""  # a directory of tags that no reader of ours knows
+    rare: bytes = b""  # a directory of tags unknown to Kogao
     is_big: bool = False  # whether places in the file take 8 bytes
 
     @staticmethod
@@ -120,7 +119,7 @@ class TiffTags:
         if Tag.ImageWidth not in tags or Tag.ImageLength not in tags:
             raise ValueError(Text("a directory without a picture"))
         there = _directory(head, file)
-        # Most programs store it as numbers of 32 bits, of which Pillow keeps the first one.
+        # Most programs use 32-bit numbers; Pillow would keep the first number only.
         there.tagtype[Tag.IPTCNAA] = TiffTypes.UNDEFINED
         iptc = _in_order(there.get(Tag.IPTCNAA, b"")) or None
         return TiffTags(tags, iptc, _rare(there), is_big)
@@ -130,7 +129,7 @@ class TiffTags:
         return int(value[0] if isinstance(value, tuple) else value)
 
     def check_whole(self, file_bytes: int) -> None:
-        """Check that all pixels lie within the file: libtiff would complain on stderr."""
+        """Check that the file holds all pixels: libtiff would print warnings."""
         for places, lengths in (
             (Tag.StripOffsets, Tag.StripByteCounts),
             (Tag.TileOffsets, Tag.TileByteCounts),
@@ -157,7 +156,7 @@ class TiffTags:
 
     @property
     def bits(self) -> int:
-        """How deep a channel is."""
+        """Bits per channel."""
         return self._first(Tag.BitsPerSample, 1)
 
     @property
@@ -172,7 +171,7 @@ class TiffTags:
 
     @property
     def converted(self) -> tuple[str, ...]:
-        """What Pillow converts by the way, in a note."""
+        """Note about conversions that Pillow does while decoding."""
         if self._first(Tag.ExtraSamples, 0) == _PREMULTIPLIED:
             return (Text("converted from premultiplied to straight alpha"),)
         # A JPEG's pixels are RGB for everybody.
@@ -191,11 +190,11 @@ class TiffTags:
 
     @property
     def compression(self) -> int:
-        """How the pixels are compressed, by TIFF's number."""
+        """Number of the TIFF compression."""
         return self._first(Tag.Compression, 1)
 
     def check(self, path: Path) -> None:
-        """Refuse a file whose first picture is a small copy, or what neither libtiff is built for.
+        """Check that the first picture is not a thumbnail and that its compression is supported.
 
         Raises UnreadablePhoto.
         """
@@ -221,17 +220,17 @@ class TiffTags:
 
     @property
     def depth(self) -> tuple[int, int]:
-        """Bits of a channel, and TIFF's number of what they mean: 1 unsigned, 3 float."""
+        """Bits per channel and sample format: 1 unsigned, 3 float."""
         return self.bits, self._first(Tag.SampleFormat, _UNSIGNED)
 
     @property
     def is_plain(self) -> bool:
-        """Whether OpenCV decodes these deep pixels; others wrongly, silently or not at all."""
+        """Whether OpenCV decodes these deep pixels correctly."""
         samples = self._first(Tag.SamplesPerPixel, 1)
         return (
             self.depth in ((16, _UNSIGNED), (32, _FLOAT))
-            # OpenCV takes the number of channels from the meaning: what has fewer is filled up with
-            # whatever lies in memory.
+            # OpenCV derives the number of channels from the photometric interpretation and fills
+            # missing channels with uninitialised memory.
             and samples in _CHANNELS.get(self._meaning, ())
             and (samples == 1 or self._first(Tag.PlanarConfiguration, 1) == 1)
             and self._first(Tag.ExtraSamples, 0) != _PREMULTIPLIED
@@ -243,7 +242,7 @@ class TiffTags:
         return (self._meaning, self._first(Tag.SamplesPerPixel, 1)) == (_SEPARATED, 4)
 
     def check_rare(self, path: Path) -> None:
-        """Refuse deep layouts of which nobody here knows the colours. Raises UnreadablePhoto."""
+        """Refuse deep layouts with unknown colours. Raises UnreadablePhoto."""
         samples = self._first(Tag.SamplesPerPixel, 1)
         known = samples in _CHANNELS.get(self._meaning, ()) and (
             self.depth in ((16, _UNSIGNED), (16, _FLOAT), (32, _FLOAT))
@@ -278,14 +277,14 @@ class TiffTags:
 
     @property
     def photoshop(self) -> bytes | None:
-        """Photoshop resources; an IPTC record that stands alone is put into some."""
+        """Photoshop image resources; built from a separate IPTC record if necessary."""
         resources = _as_bytes(self.tags.get(Tag.ImageResources))
         if self.iptc is None or (resources and photoshop.iptc_of(resources)):
             return resources
         return (resources or b"") + photoshop.with_iptc(self.iptc)
 
     def density(self) -> tuple[tuple[Any, Any] | None, tuple[Any, Any] | None]:
-        """Return the resolution (x, y) in dots per inch, or else, without a unit, pixels' shape."""
+        """Return the resolution (x, y) in dots per inch, or the pixel ratio if no unit is given."""
         x, y = (self.tags.get(tag) for tag in (Tag.XResolution, Tag.YResolution))
         unit = self._first(Tag.ResolutionUnit, 2)
         if unit == 1 or x is None or y is None:
@@ -306,7 +305,7 @@ class TiffTags:
 
 
 def _rare(there: TiffImagePlugin.ImageFileDirectory_v2) -> bytes:
-    """Return a directory of those tags of another that are unknown texts and numbers, or b""."""
+    """Return a directory of the unknown tags with texts and numbers, or b""."""
     kept = TiffImagePlugin.ImageFileDirectory_v2()
     for tag in filter(is_rare, there):
         if tag not in _OF_PIXELS and there.tagtype[tag] in _WITHOUT_PLACES:
@@ -320,12 +319,12 @@ def _rare(there: TiffImagePlugin.ImageFileDirectory_v2) -> bytes:
 
 
 def directory_of(rare: bytes) -> TiffImagePlugin.ImageFileDirectory_v2:
-    """Return a directory that stands alone."""
+    """Parse a separate directory."""
     return _directory(rare[:_HEADER_BYTES], io.BytesIO(rare))
 
 
 def numbers(tags: Pillow.Exif, tag: int) -> tuple[int, ...]:
-    """Return all numbers of an entry of a directory; none where there is no such entry."""
+    """Return all numbers of a tag; empty if the tag is missing."""
     value = tags.get(tag, ())
     return value if isinstance(value, tuple) else (value,)
 
@@ -344,16 +343,16 @@ def _as_bytes(value: object) -> bytes | None:
 
 
 def _in_order(iptc: bytes) -> bytes:
-    """Undo the byte order of numbers that some programs write the record in."""
+    """Restore the byte order of a record that was written as 32-bit numbers."""
     if iptc[:1] != _IPTC_START and iptc[3:4] == _IPTC_START and len(iptc) % 4 == 0:
         return np.frombuffer(iptc, np.uint32).byteswap().tobytes()
     return iptc
 
 
 def entries_of(exif: bytes | None) -> list[tuple[int, Any]] | None:
-    """Return the entries that a directory can take from an EXIF block; None where it is damaged."""
+    """Return the tags that a TIFF directory can take from an EXIF block; None if damaged."""
     found, directory = told_by(exif), TiffImagePlugin.ImageFileDirectory_v2()
-    with hushed():  # Pillow warns of what it finds
+    with hushed():  # no warnings from Pillow
         try:
             for tag, value in found or ():
                 directory[tag] = value
@@ -364,7 +363,7 @@ def entries_of(exif: bytes | None) -> list[tuple[int, Any]] | None:
 
 
 def told_by(exif: bytes | None) -> list[tuple[int, Any]] | None:
-    """Return what an EXIF block tells of its picture; None where it is damaged or none."""
+    """Return the picture tags of an EXIF block; None if missing or damaged."""
     if exif is None:
         return None
     block = Pillow.Exif()
@@ -390,7 +389,7 @@ def _picture_tags(tags: Pillow.Exif) -> Iterator[tuple[int, Any]]:
 
 
 class _Text(str):
-    """A text that is written byte for byte: Pillow reads Latin-1, but writes ASCII and "?"."""
+    """Text that encodes as Latin-1: Pillow reads Latin-1 but writes ASCII and "?"."""
 
     __slots__ = ()
 
@@ -400,5 +399,5 @@ class _Text(str):
 
 
 def as_read(value: object) -> object:
-    """Return a value of Pillow's so that it is written as it was read."""
+    """Return a tag value from Pillow in a form that Pillow writes unchanged."""
     return _Text(value) if isinstance(value, str) else value

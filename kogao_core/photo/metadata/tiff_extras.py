@@ -1,4 +1,4 @@
-"""What a TIFF file holds that a changed photo doesn't, and where its last part ends."""
+"""Extras of a TIFF file, and the end of its data."""
 
 from __future__ import annotations
 
@@ -21,7 +21,15 @@ _NAMED: Final = {
     CREDENTIALS: Extra(kinds.CREDENTIALS),
     Tag.SubIFDs: Extra(kinds.FURTHER),
 }
-_COLOURS: Final = {2: 3, 5: 4, 6: 3, 8: 3, 9: 3, 10: 3}  # of a photometric interpretation; else 1
+# Colour channels by photometric interpretation; default 1.
+_COLOURS: Final = {
+    2: 3,
+    5: 4,
+    6: 3,
+    8: 3,
+    9: 3,
+    10: 3,
+}  # colour channels by photometric interpretation; default 1
 # Sizes of TIFF's types, by number; 13 is a directory.
 _SIZES: Final = dict(enumerate((1, 1, 2, 4, 8, 1, 1, 2, 4, 8, 4, 8, 4), start=1))
 _POINTERS: Final = {Tag.SubIFDs, Tag.ExifOffset, Tag.GPSInfo, Tag.ExifInteroperabilityOffset}
@@ -30,7 +38,7 @@ _MOST_DIRECTORIES: Final = 1000
 
 
 def found(tags: Pillow.Exif, channels: int, kept: Container[int]) -> Iterator[Extra]:
-    """Yield what the first directory of a TIFF file holds, by its order; some rare tags stay."""
+    """Yield the extras of the first directory, in tag order. `kept`: rare tags that stay."""
     if tags.get_ifd(ExifTags.IFD.IFD1):
         yield Extra(kinds.FURTHER)
     photometric, samples = (
@@ -51,7 +59,7 @@ def found(tags: Pillow.Exif, channels: int, kept: Container[int]) -> Iterator[Ex
 
 
 def has_maker_note(tags: Pillow.Exif) -> bool:
-    """Tell whether there is a maker's note."""
+    """Return True if the EXIF directory has a maker's note."""
     return Tag.MakerNote in tags.get_ifd(Tag.ExifOffset)
 
 
@@ -61,7 +69,7 @@ def _first(value: object) -> int:
 
 
 def end(file: IO[bytes]) -> int:
-    """Return where the last part ends that a directory of an open TIFF file points to."""
+    """Return the end offset of the last part that a directory of the file refers to."""
     whole = file.seek(0, os.SEEK_END)
     order = ">" if _bytes_at(file, 0, 2) == b"MM" else "<"
     last, seen = 8, set[int]()

@@ -1,4 +1,4 @@
-"""What follows the end of a picture in its file: videos, gain maps, programs' own records."""
+"""Trailers: data after the end of the picture, such as videos, gain maps and records."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from kogao_core.photo.metadata.kinds import Extra, Kind
 
 _SAMSUNG_ENTRY: Final = 12  # bytes
 _SAMSUNG_VIDEO: Final = b"MotionPhoto_Data"
-# Blocks of texts: when, where and how a photo was taken, and nothing that the editor left in it.
+# Text blocks with time, place and settings of the shot, without data of Samsung's photo editor.
 _SAMSUNG_TEXTS: Final = re.compile(
     rb"(?:\0\0..[\4-\x1f]\0\0\0(?!PhotoEditor|Original)[ -~]{0,2000})+", re.DOTALL
 )
@@ -27,10 +27,10 @@ _DEPTHS: Final = (b"aux:depth", b"aux:disparity", b"portraiteffectsmatte", b"/de
 
 
 def found(data: bytes, start: int) -> Iterator[Extra]:
-    """Yield what a file holds from a place on, which is the end of its picture.
+    """Yield the extras of a file from `start`, the end of the picture.
 
-    Zeros only fill up. Programs' records are told by their last bytes, one before the other; the
-    rest by its first ones.
+    Records of programs are detected by their last bytes, from the end backwards; other data by
+    their first bytes. Zeros are padding.
     """
     end = len(data)
     records: list[Extra] = []
@@ -42,7 +42,7 @@ def found(data: bytes, start: int) -> Iterator[Extra]:
 
 
 def box_end(data: bytes, at: int, end: int) -> int | None:
-    """Return where an ISO base media box ends; None if there is none."""
+    """Return the end offset of an ISO base media box, or None."""
     if at + _BOX_HEAD > end or not data[at + 4 : at + 8].isalnum():
         return None
     size = int.from_bytes(data[at : at + 4], "big")
@@ -96,7 +96,7 @@ def _kind_of_picture(data: bytes) -> Kind:
 
 
 def _record(data: bytes, start: int, end: int) -> tuple[int, tuple[Extra, ...]] | None:
-    """Return where the record that ends at a place starts, and what it is."""
+    """Return the start offset of the record that ends at `end`, and its extras."""
     size = 0
     extras: tuple[Extra, ...] = ()
     if data.endswith(b"SEFT", start, end):
@@ -116,14 +116,14 @@ def _record(data: bytes, start: int, end: int) -> tuple[int, tuple[Extra, ...]] 
 
 
 def _kept(kind: Kind, record: bytes) -> Extra:
-    """Return a program's record, which stays unless it holds a picture."""
+    """Return a program's record; unknown data if the record holds a picture."""
     if segments.holds_picture(record):
         return Extra(kinds.UNKNOWN, kind.name)
     return Extra(kind, data=record)
 
 
 def _samsung(data: bytes, start: int, end: int) -> tuple[int, tuple[Extra, ...]]:
-    """Return how long Samsung's record is, with its blocks ahead of its directory."""
+    """Return the length of Samsung's record with its blocks, and the extras."""
     length = int.from_bytes(data[end - 8 : end - 4], "little")
     head = end - 8 - length
     if head < start or data[head : head + 4] != b"SEFH":

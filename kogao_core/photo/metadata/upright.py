@@ -1,7 +1,7 @@
-"""How a stored picture becomes upright, and what EXIF and XMP tell of its sides and places in it.
+"""Rotate stored pictures upright, and update sizes and positions in EXIF and XMP.
 
-EXIF blocks are patched, not rebuilt: makers' notes hold offsets that don't survive a move. Numbers
-in XMP keep as many decimals as they have. Places that aren't understood well enough go (`stale`).
+EXIF blocks are patched, not rebuilt: makers' notes contain offsets. Numbers in XMP keep their
+decimals. Unsupported positions are removed (`references`).
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ from kogao_core.photo.metadata import xmp
 
 PREFIX: Final = b"Exif\0\0"
 _CODES: Final = {3: "H", 4: "I", 5: "Q"}  # of types; a rational is moved as a whole
-# Pairs of the first, the EXIF and the interoperability directory that change places with the sides.
+# Pairs of tags that swap if the sides swap (first, EXIF and interoperability directory).
 _SIDES: Final[tuple[tuple[int, int], ...]] = (
     (Tag.ImageWidth, Tag.ImageLength),
     (Tag.XResolution, Tag.YResolution),
     (Tag.FocalPlaneXResolution, Tag.FocalPlaneYResolution),
     (Tag.RelatedImageWidth, Tag.RelatedImageLength),
 )
-_SUBJECTS: Final = (0x9214, Tag.SubjectLocation)  # the first is its area
+_SUBJECTS: Final = (0x9214, Tag.SubjectLocation)  # SubjectArea, SubjectLocation
 _DAMAGED: Final = (struct.error, KeyError)
 _ADOBE: Final = "http://ns.adobe.com/"
 _EXIF, _TIFF = f"{_ADOBE}exif/1.0/ ", f"{_ADOBE}tiff/1.0/ "
@@ -70,10 +70,10 @@ _BACK: Final = {6: 8, 8: 6}  # all others undo themselves
 
 @dataclass(frozen=True, slots=True)
 class Turn:
-    """How a picture as it is stored becomes upright."""
+    """Rotation of a stored picture to upright."""
 
-    orientation: int  # EXIF's, 1 to 8; at 1 it stays as it lies, whatever its file says
-    # Of the result, px.
+    orientation: int  # EXIF orientation, 1 to 8; 1 keeps the stored orientation
+    # Size of the result, px.
     width: int
     height: int
 
@@ -83,7 +83,7 @@ class Turn:
         return self.orientation >= 5
 
     def place(self, at: Sequence[Any], ends: Sequence[Any]) -> tuple[Any, Any]:
-        """Return a place (x, y) of the stored picture in the upright one, which ends at `ends`."""
+        """Map a position (x, y) of the stored to the upright picture, which ends at `ends`."""
         x, y = self.sides(at)
         return (
             ends[0] - x if self.orientation in (2, 3, 6, 7) else x,
@@ -91,20 +91,20 @@ class Turn:
         )
 
     def sides(self, of: Sequence[Any]) -> tuple[Any, Any]:
-        """Return what goes along x and y of the stored picture, along those of the upright one."""
+        """Map lengths along (x, y) of the stored picture to those of the upright picture."""
         return (of[1], of[0]) if self.swaps_sides else (of[0], of[1])
 
 
 @dataclass(frozen=True, slots=True)
 class _Numbers:
-    """Where whole or rational numbers of a directory entry lie."""
+    """Position and type of the numbers of a directory entry."""
 
     at: int
     code: str
 
 
 class _Tiff:
-    """The TIFF structure inside an EXIF block, in a buffer that can be patched."""
+    """TIFF structure of an EXIF block, in a buffer for patches."""
 
     def __init__(self, block: bytes) -> None:
         self.data = bytearray(block.removeprefix(PREFIX))
@@ -120,7 +120,7 @@ class _Tiff:
         struct.pack_into(self._order + numbers.code, self.data, numbers.at, *values)
 
     def main(self) -> int:
-        """Return where the first directory starts."""
+        """Return the offset of the first directory."""
         return self.read(_Numbers(4, "I"))
 
     def next_link(self, start: int) -> _Numbers:
@@ -128,7 +128,7 @@ class _Tiff:
         return _Numbers(start + 2 + 12 * self.read(_Numbers(start, "H")), "I")
 
     def entries(self, start: int) -> dict[int, _Numbers]:
-        """Return the numbers of a directory by tag; of the long lists none."""
+        """Return the numbers of a directory by tag; lists of more than 4 are skipped."""
         found = {}
         for at in range(start + 2, self.next_link(start).at, 12):
             (tag, kind), count = self.all(_Numbers(at, "2H")), self.read(_Numbers(at + 4, "I"))
@@ -140,7 +140,7 @@ class _Tiff:
 
 
 def orientation(exif: bytes | None, xmp: bytes | None) -> int:
-    """Return the orientation 1 to 8 that a file asks for; EXIF goes before XMP, 1 if neither."""
+    """Return the orientation 1 to 8 from EXIF, else from XMP, else 1."""
     if exif:
         with suppress(*_DAMAGED):  # a damaged block can't ask for anything
             tiff = _Tiff(exif)
@@ -153,10 +153,10 @@ def orientation(exif: bytes | None, xmp: bytes | None) -> int:
 
 
 def turned_exif(exif: bytes, turn: Turn, small: Callable[[bytes], bytes]) -> bytes:
-    """Return an EXIF block for a picture that was turned, with a thumbnail of its own.
+    """Update an EXIF block for a rotated picture, with a new thumbnail. Return the block.
 
-    The old one would show the face as it was: `small` returns one that is no longer in its place,
-    or nothing. What can't be parsed stays as it is.
+    `small` returns a new thumbnail, not longer than the old one, or b"". Damaged data stay
+    unchanged.
     """
     try:
         tiff = _Tiff(exif)
@@ -176,7 +176,7 @@ def turned_exif(exif: bytes, turn: Turn, small: Callable[[bytes], bytes]) -> byt
 
 
 def _turn(tiff: _Tiff, numbers: dict[int, _Numbers], turn: Turn) -> None:
-    """Turn what a directory counts in the picture's axes."""
+    """Update the sizes and positions of a directory."""
     sizes = ((Tag.ExifImageWidth, turn.width), (Tag.ExifImageHeight, turn.height))
     upright = ((Tag.Orientation, 1),) if turn.orientation != 1 else ()
     for tag, value in (*upright, *sizes):
@@ -212,16 +212,16 @@ def _replace_thumbnail(tiff: _Tiff, main: int, turn: Turn, small: Callable[[byte
         _turn(tiff, numbers, turn)
         tiff.write(numbers[Tag.JpegIFByteCount], len(fresh))
         tiff.write(link, second)
-    # Nothing else in the block moves.
+    # All other data of the block keep their offsets.
     at_end = end == len(tiff.data)
     tiff.data[start:end] = fresh if at_end else fresh.ljust(end - start, b"\0")
 
 
 def turned_xmp(packet: bytes, turn: Turn) -> bytes:
-    """Return a packet for a picture that was turned, without its thumbnails.
+    """Update an XMP packet for a rotated picture, without thumbnails. Return the packet.
 
-    Regions of faces (MWG's and Microsoft's), EXIF's subject and resolutions are turned, sizes set.
-    In a packet that can't be read, only what can be told by its words is.
+    Updated: face regions (MWG and Microsoft), EXIF subject, resolutions and sizes. In a damaged
+    packet, only values found by text search are updated.
     """
     for pattern, size in zip(_SIZES, (turn.width, turn.height), strict=True):
         packet = pattern.sub(rb"\g<1>%d" % size, packet)
@@ -246,7 +246,7 @@ def _without(text: bytes, start: bytes, end: bytes) -> bytes:
 
 
 def _new(packet: bytes, turn: Turn) -> dict[xmp.Span, bytes]:
-    # Simple values by name: of each structure, by where it lies, and of lists.
+    # Spans of simple values by name: for each structure (by position), and for lists.
     by_place: dict[int, _Structure] = {}
     lists: dict[str, list[xmp.Span]] = {}
     for part in xmp.parts(packet):
@@ -258,7 +258,7 @@ def _new(packet: bytes, turn: Turn) -> dict[xmp.Span, bytes]:
             by_place.setdefault(part.holder, {})[part.path[-1]] = value
     structures = list(by_place.values())
     new: dict[xmp.Span, bytes] = {}
-    with suppress(ValueError):  # sizes that are no numbers: the specification's axes
+    with suppress(ValueError):  # invalid sizes: assume the axes of the specification
         if _is_upright(packet, structures, turn):
             names = {*_DIMENSIONS, *_CENTRE}
             structures = [one for one in structures if not names & one.keys()]
@@ -273,7 +273,7 @@ def _new(packet: bytes, turn: Turn) -> dict[xmp.Span, bytes]:
 
 
 def _is_upright(packet: bytes, structures: list[_Structure], turn: Turn) -> bool:
-    """Tell whether regions say that they apply to the upright picture, as some programs do."""
+    """Return True if the regions apply to the upright picture, as some programs write."""
     for one in structures:
         if turn.swaps_sides and one.keys() >= set(_DIMENSIONS):
             width, height = (_number(packet, one[name]) for name in _DIMENSIONS)
@@ -295,7 +295,7 @@ def _turned(packet: bytes, structure: _Structure, turn: Turn) -> _Changes:
 
 
 def _rectangle(of: Sequence[Decimal], turn: Turn) -> tuple[Decimal, ...]:
-    """Return a rectangle: left, top, width, height, in parts of the picture's."""
+    """Rotate a rectangle (left, top, width, height), in shares of the picture."""
     left, top, width, height = of
     corners = [turn.place(at, (_ONE, _ONE)) for at in ((left, top), (left + width, top + height))]
     x, y = (min(places) for places in zip(*corners, strict=True))
@@ -305,7 +305,7 @@ def _rectangle(of: Sequence[Decimal], turn: Turn) -> tuple[Decimal, ...]:
 def _changed(
     packet: bytes, spans: list[xmp.Span], change: Callable[[list[Decimal]], Iterable[Decimal]]
 ) -> _Changes:
-    """Yield places in a packet with the numbers to write there; none, where there is another."""
+    """Yield spans of a packet with new numbers; nothing if a value is not a number."""
     with suppress(ValueError, IndexError):
         changed = change([_number(packet, span) for span in spans])
         yield from zip(spans, (str(one).encode() for one in changed), strict=True)
@@ -319,10 +319,10 @@ def _number(packet: bytes, span: xmp.Span) -> Decimal:
 
 
 def turn_upright(stored: Image, orientation: int) -> Image:
-    """Return stored pixels of shape (H, W) or (H, W, C) as the orientation 1 to 8 shows them."""
+    """Rotate stored pixels, shape (H, W) or (H, W, C), by the orientation 1 to 8."""
     return np.ascontiguousarray(_TURNS[orientation](stored))
 
 
 def as_stored(upright: Image, orientation: int) -> Image:
-    """Return upright pixels as a file of that orientation holds them; a view, where it can be."""
+    """Rotate upright pixels to the stored orientation; a view if possible."""
     return _TURNS[_BACK.get(orientation, orientation)](upright)

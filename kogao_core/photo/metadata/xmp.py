@@ -1,7 +1,4 @@
-"""Where everything lies in an XMP packet, so that no byte must be rewritten.
-
-expat finds the places; nothing is parsed and written anew.
-"""
+"""Find elements and attributes in an XMP packet by byte position, to edit the packet in place."""
 
 from __future__ import annotations
 
@@ -21,10 +18,10 @@ EMPTY: Final = (
     f'<rdf:RDF xmlns:rdf="{RDF}">\n</rdf:RDF>\n</x:xmpmeta>\n'
     '<?xpacket end="w"?>'
 ).encode()
-"""A packet that says nothing."""
+"""An empty packet."""
 _DEEPEST: Final = 17  # elements within each other
 _WRAPPER: Final = "adobe:ns:meta/ xmpmeta"
-# A start tag that expat has found sound, and one of its attributes.
+# A valid start tag, and one attribute of a start tag.
 _TAG: Final = re.compile(rb"""<([^\s/>]+)(?:[^"'>]|"[^"]*"|'[^']*')*>""")
 _ATTRIBUTE: Final = re.compile(rb"""\s+([^\s=]+)\s*=\s*("[^"]*"|'[^']*')""")
 
@@ -38,16 +35,15 @@ class BadXmp(ValueError):
 
 @dataclass(frozen=True, slots=True)
 class XmpPart:
-    """An element of a packet, or an attribute, which in RDF is the same as an element in it."""
+    """An element or an attribute of a packet; RDF treats both alike."""
 
-    path: NamePath  # ``namespace local`` of all from ``rdf:RDF`` down to its own
-    # From the first byte of its start tag to past the last one of its end tag; of an attribute
-    # with the space before.
+    path: NamePath  # ``namespace local`` names from ``rdf:RDF`` down to this part
+    # From the start tag to the end of the end tag; for an attribute, with the space before.
     span: Span
-    holder: int  # where the element begins that it is in
+    holder: int  # start of the parent element
 
     def value(self, packet: bytes) -> Span | None:
-        """Return where its text lies, if it holds nothing else."""
+        """Return the span of the text, or None if the part has child elements."""
         start, end = self.span
         if packet[start : start + 1] != b"<":
             at = packet.index(b"=", start) + 1
@@ -58,11 +54,11 @@ class XmpPart:
 
 
 def parts(packet: bytes) -> list[XmpPart]:
-    """Return what a packet holds: attributes where their tags start, elements where they end.
+    """Return the parts of a packet: attributes at start tags, elements at end tags.
 
-    What is nested deeper than anything that is looked for is left out: a hostile packet may be
-    nested a million deep. Raises BadXmp, if the packet is no well-formed UTF-8, or declares a
-    document type: that is where entities that expand without end would be.
+    Parts nested deeper than all known properties are skipped. Raises BadXmp if the packet is not
+    well-formed UTF-8 or declares a document type, which could define entities that expand
+    endlessly.
     """
     packet = packet.rstrip(b"\0")
     found: list[XmpPart] = []
@@ -107,12 +103,12 @@ def _refuse_types(*_: object) -> None:
 
 
 def tag_end(packet: bytes, start: int) -> int:
-    """Return where a start tag ends. Raises BadXmp."""
+    """Return the end offset of a start tag. Raises BadXmp."""
     return start + len(_tag(packet, start)[0])
 
 
 def tag_name(packet: bytes, start: int) -> bytes:
-    """Return the name of a start tag as it is written, with its prefix."""
+    """Return the name of a start tag, with the prefix."""
     return bytes(_tag(packet, start)[1])
 
 
@@ -124,14 +120,14 @@ def _tag(packet: bytes, start: int) -> re.Match[bytes]:
 
 
 def attribute_spans(packet: bytes, start: int) -> list[Span]:
-    """Return where the attributes of a start tag lie, with the space before; no declarations."""
+    """Return the spans of the attributes of a start tag, with the space before; no namespaces."""
     end = tag_end(packet, start)
     found = _ATTRIBUTE.finditer(packet, start + 1 + len(tag_name(packet, start)), end)
     return [part.span() for part in found if part[1] != b"xmlns" and part[1][:6] != b"xmlns:"]
 
 
 def replaced(packet: bytes, new: Mapping[Span, bytes]) -> bytes:
-    """Return a packet with other bytes at some places; one within another is passed over."""
+    """Replace spans of a packet. A span inside another span is skipped."""
     kept, at = [], 0
     for (start, end), content in sorted(new.items()):
         if start >= at:
@@ -141,7 +137,7 @@ def replaced(packet: bytes, new: Mapping[Span, bytes]) -> bytes:
 
 
 def appended(packet: bytes, span: Span, content: str) -> tuple[int, int, bytes]:
-    """Return where to put what, for an element to have more content at its end."""
+    """Return the span and the bytes that append content to an element."""
     start, end = span
     if tag_end(packet, start) < end:
         at = packet.rindex(b"</", start, end)

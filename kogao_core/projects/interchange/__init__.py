@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from kogao_core.base import strict
-from kogao_core.base.atomic import put
+from kogao_core.base import json_reader
+from kogao_core.base.atomic import atomic_write
 from kogao_core.base.geometry import Array, Box
+from kogao_core.base.json_reader import BadFile
 from kogao_core.base.language import Text
-from kogao_core.base.strict import BadFile
 from kogao_core.faces.face import OUTLINE_POINTS, Face
 from kogao_core.projects.interchange import formats
 from kogao_core.projects.interchange.pointmap import (
@@ -88,7 +88,7 @@ def _format_of(path: Path) -> Format:
 def read(path: Path, mapping: PointMap | None = None) -> list[Face]:
     """Read the faces of a landmark file, px of the photo; at least one. Raises BadFile."""
     form = _format_of(path)
-    data = strict.read(path, formats.MOST_BYTES)
+    data = json_reader.read(path, formats.MOST_BYTES)
     try:
         if form.name == "json":
             return formats.parse_faces(data)
@@ -101,10 +101,10 @@ def read(path: Path, mapping: PointMap | None = None) -> list[Face]:
 def write_points(points: Sequence[Array], path: Path) -> None:
     """Write the points (N, 2) of each face, in the format of the suffix (.csv or .pts)."""
     if _format_of(path).holds_several:
-        put(formats.csv_text(points).encode(), path)
+        atomic_write(formats.csv_text(points).encode(), path)
         return
     for one, file in zip(points, files(path, points), strict=True):
-        put(formats.pts_text(one).encode(), file)
+        atomic_write(formats.pts_text(one).encode(), file)
 
 
 def file_for(photo: Path, place: Path) -> Path:
@@ -133,7 +133,7 @@ def write(faces: Sequence[Face], path: Path) -> list[Written]:
     """
     form = _format_of(path)
     if form.name == "json":
-        put(formats.faces_text(faces).encode(), path)
+        atomic_write(formats.faces_text(faces).encode(), path)
         return [Written(path, "")]
     write_points([own_points(face) for face in faces], path)
     groups = [faces] if form.holds_several else [[face] for face in faces]

@@ -17,10 +17,10 @@ from typing import Final
 
 import numpy as np
 
-from kogao_core.base import strict
+from kogao_core.base import json_reader
 from kogao_core.base.geometry import Array
+from kogao_core.base.json_reader import BadFile, Node
 from kogao_core.base.language import Text
-from kogao_core.base.strict import BadFile, Node
 from kogao_core.base.wording import shown
 from kogao_core.faces.face import OUTLINE_POINTS, Face
 from kogao_core.warp.limits import MOST_LANDMARKS
@@ -174,7 +174,7 @@ def csv_text(faces: Sequence[Array]) -> str:
 
 def parse_faces(data: bytes) -> list[Face]:
     """Parse JSON of `faces_text` or ``kogao-cli detect --json``, at least one. Raises BadFile."""
-    top = strict.parse(data, MOST_BYTES)
+    top = json_reader.parse(data, MOST_BYTES)
     _check_ours(top.value)
     faces = top.field("faces").items(_MOST_FACES)
     if not faces:

@@ -9,8 +9,8 @@ from typing import Final
 import numpy as np
 
 from kogao_core.base.geometry import Array
+from kogao_core.base.json_reader import BadFile
 from kogao_core.base.language import Text
-from kogao_core.base.strict import BadFile
 from kogao_core.base.wording import shown
 from kogao_core.faces.face import OUTLINE_POINTS, Face
 from kogao_core.faces.landmarks.outline import resampled

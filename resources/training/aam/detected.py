@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 
 from kogao_core.base.geometry import Affine, Array, Image
-from kogao_core.base.threads import Spares
+from kogao_core.base.threads import ObjectPool
 from kogao_core.faces.face import Face
 from kogao_core.faces.landmarks import locked, search
 from kogao_core.faces.landmarks.blazeface import INPUT_PX, BlazeFace, Detection, Square
@@ -38,7 +38,7 @@ class Networks:
     def __init__(self) -> None:
         self._detector = BlazeFace(locked.network(locked.DETECTOR))
         weights = str(locked.network(locked.MESH))
-        self._meshes = Spares(lambda: read_network(Path(weights)))
+        self._meshes = ObjectPool(lambda: read_network(Path(weights)))
 
     def faces(self, picture: Pyramid) -> list[Seen]:
         """Return the faces with a confident detection and mesh."""

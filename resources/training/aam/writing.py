@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from kogao_core.base.atomic import put
+from kogao_core.base.atomic import atomic_write
 from kogao_core.faces.landmarks.aam.model import FORMAT, MOST_BYTES, Floats, Model, Packed
 
 
@@ -29,7 +29,7 @@ def write(model: Model, path: Path) -> None:
     # Stored, not compressed: zlib's output differs between versions, and saves little here.
     with io.BytesIO() as stream:
         np.savez(stream, allow_pickle=False, **arrays)
-        put(stream.getvalue(), path)
+        atomic_write(stream.getvalue(), path)
 
 
 def _arrays(model: Model) -> Iterator[tuple[str, npt.NDArray[Any]]]:

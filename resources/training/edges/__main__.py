@@ -10,7 +10,7 @@ import click
 import cv2
 import numpy as np
 
-from kogao_core.base.atomic import put
+from kogao_core.base.atomic import atomic_write
 from kogao_core.base.threads import one_blas_thread
 
 from ..evaluate import Labels
@@ -40,7 +40,7 @@ def main(data: Path, labels: Path, edges: Path, model: Path, folds: int) -> None
     names = [f"{index:02}" for index in range(len(parameters))]
     with io.BytesIO() as stream:
         np.savez(stream, allow_pickle=False, **dict(zip(names, parameters, strict=True)))
-        put(stream.getvalue(), model)
+        atomic_write(stream.getvalue(), model)
 
 
 def _cross_validate(pairs: Sequence[Pair], more: Sequence[LabelledCut], folds: int) -> None:

@@ -1,6 +1,6 @@
-"""What XMP says of a photo at a glance: who made it, its stars and label; the photo isn't read.
+"""Ratings, labels and Kogao's edit record in XMP, read without decoding the photo.
 
-Stars that are set are written into a sidecar, never into the photo: decision 8.
+Ratings are written to a sidecar, not to the photo (decision 8).
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from kogao_core.base.atomic import put
+from kogao_core.base.atomic import atomic_write
 from kogao_core.base.language import Text
 from kogao_core.base.wording import printable
 from kogao_core.photo.metadata import xmp
@@ -34,17 +34,17 @@ _QUOTED: Final = re.compile(rb"""=\s*(?:"[^"]*"|'[^']*')$""")
 
 @dataclass(frozen=True, slots=True)
 class Rated:
-    """What somebody thinks of a photo."""
+    """Rating and label of a photo."""
 
     stars: int = 0  # 1 to `MOST_STARS`; 0 without any, `REJECTED`
-    label: str = ""  # one of `LABELS`, or what another program calls its own
+    label: str = ""  # one of `LABELS`, or the label of another program
 
 
 UNRATED: Final = Rated()
 
 
 def is_ours(path: Path) -> bool:
-    """Tell whether an edit record near a file's beginning or end says that this program made it."""
+    """Return True if the start or the end of a file holds Kogao's edit record."""
     return any(map(has_record, _ends(path)))
 
 
@@ -54,7 +54,7 @@ def has_record(data: bytes) -> bool:
 
 
 def rating_of(photo: Path) -> Rated:
-    """Return stars and label of a photo: of its sidecar, or else near its beginning or end."""
+    """Return rating and label of a photo, from the sidecar or the start or end of the photo."""
     read = [_ends(photo)]
     sidecar = _sidecar(photo)
     if sidecar is not None:
@@ -68,9 +68,9 @@ def rating_of(photo: Path) -> Rated:
 
 
 def rate(photo: Path, stars: int | None = None, label: str | None = None) -> None:
-    """Write stars, a label, or both into a photo's sidecar; nothing else in it changes.
+    """Write a rating, a label or both to the photo's sidecar. Other sidecar data stay.
 
-    Raises OSError, and ValueError where a sidecar is there that isn't XMP.
+    Raises OSError; ValueError if the sidecar is not XMP.
     """
     new = {} if stars is None else {_RATING: str(stars)}
     new |= {} if label is None else {_LABEL: label}
@@ -78,20 +78,20 @@ def rate(photo: Path, stars: int | None = None, label: str | None = None) -> Non
     packet = xmp.EMPTY if sidecar is None else sidecar.read_bytes()
     file = sidecar or photo.with_name(f"{photo.name}.xmp")
     try:
-        put(_changed(packet, new), file)
+        atomic_write(_changed(packet, new), file)
     except xmp.BadXmp as error:
         name = printable(file.name)
         raise ValueError(Text("{name} isn't XMP ({reason})", name=name, reason=error)) from None
 
 
 def _sidecar(photo: Path) -> Path | None:
-    """Return the XMP file beside a photo, by its whole name or its stem, if there is one."""
+    """Return the existing XMP sidecar, NAME.EXT.xmp or NAME.xmp, or None."""
     places = (photo.with_name(f"{photo.name}.xmp"), photo.with_suffix(".xmp"))
     return next((one for one in places if one.is_file()), None)
 
 
 def _ends(path: Path) -> tuple[bytes, bytes]:
-    """Return a file's beginning and end; nothing of what is no file: a pipe would be waited for."""
+    """Return the first and last bytes of a file; empty for pipes, which would block."""
     if not path.is_file():
         return b"", b""
     with path.open("rb") as file:
@@ -102,7 +102,7 @@ def _ends(path: Path) -> tuple[bytes, bytes]:
 
 
 def _first(name: str, read: list[tuple[bytes, bytes]]) -> str | None:
-    """Return what is said first of a property; None where nothing is."""
+    """Return the first value of a property, or None."""
     for part in (part for ends in read for part in ends):
         if found := _FOUND[name].search(part):
             text = next((one for one in found.groups() if one is not None), b"")
@@ -111,7 +111,7 @@ def _first(name: str, read: list[tuple[bytes, bytes]]) -> str | None:
 
 
 def _changed(packet: bytes, new: Mapping[str, str]) -> bytes:
-    """Return a packet with other values of properties. Raises BadXmp."""
+    """Set properties of a packet. Return the packet. Raises BadXmp."""
     there = xmp.parts(packet)
     top = next((one.span for one in there if one.path == xmp.DESCRIPTION[:1]), None)
     if top is None:
@@ -129,7 +129,7 @@ def _changed(packet: bytes, new: Mapping[str, str]) -> bytes:
 
 
 def _written(packet: bytes, span: xmp.Span, value: str) -> bytes:
-    """Return an attribute or element with another value."""
+    """Return the bytes of an attribute or element with a new value."""
     start, end = span
     old = packet[start:end]
     if not old.startswith(b"<"):

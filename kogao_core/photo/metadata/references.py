@@ -1,7 +1,7 @@
-"""Properties of an XMP packet that describe parts of its file which a changed photo lacks.
+"""XMP properties that refer to other parts of the file, such as a gain map or a video.
 
-Only these go, and Google's directory of what follows a picture is made true; every other byte of
-the packet stays.
+A changed photo loses some parts. The properties of lost parts are removed, and Google's container
+directory is updated. All other bytes of the packet stay.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from kogao_core.photo.metadata.kinds import Kind
 _GOOGLE: Final = "http://ns.google.com/photos/"
 _CONTAINER: Final = f"{_GOOGLE}1.0/container/ "
 EXTENSION_LINK: Final = "http://ns.adobe.com/xmp/note/ HasExtendedXMP"
-# Properties by the start of their names, with what they speak of.
+# Kind of the described part, by prefix of the property name.
 _STALE: Final[dict[str, Kind]] = {
     "http://ns.adobe.com/hdr-gain-map/1.0/ ": kinds.GAIN_MAP,
     "http://ns.apple.com/HDRGainMap/1.0/ ": kinds.GAIN_MAP,
@@ -33,7 +33,7 @@ _STALE: Final[dict[str, Kind]] = {
     "http://purl.org/dc/terms/ provenance": kinds.CREDENTIALS_LINK,
 }
 _LIGHTROOM: Final = "http://ns.adobe.com/camera-raw-settings/1.0/ "
-# Places in the picture, where it is turned: of Lightroom's crops, masks and spots, and of others.
+# Positions in the picture, removed if the picture is rotated: Lightroom's crops, masks, spots.
 _PLACES: Final[dict[str, Kind]] = dict.fromkeys(
     (
         *(f"{_LIGHTROOM}{name}" for name in (
@@ -68,14 +68,14 @@ def _names(*, is_extended: bool, is_turned: bool, along: Collection[Kind] = ()) 
 
 
 def _spoken_of(packet: bytes, names: dict[str, Kind]) -> list[tuple[xmp.Span, Kind]]:
-    """Return where properties of top descriptions lie, and the parts of a file they speak of."""
+    """Return the spans of top-level properties and the kind of part that each describes."""
     own = (one for one in xmp.parts(packet) if one.path[:-1] == xmp.DESCRIPTION)
     known = ((one, name) for one in own for name in names if one.path[-1].startswith(name))
     return [(one.span, names[name]) for one, name in known]
 
 
 def found(packet: bytes, *, is_turned: bool = False) -> tuple[Kind, ...]:
-    """Return the kinds that an XMP packet describes; none if it can't be read."""
+    """Return the kinds described by an XMP packet; none if the packet is damaged."""
     try:
         spoken = _spoken_of(packet, _names(is_extended=True, is_turned=is_turned))
     except xmp.BadXmp:
@@ -90,9 +90,9 @@ def found(packet: bytes, *, is_turned: bool = False) -> tuple[Kind, ...]:
 def without(
     packet: bytes, *, is_extended: bool, is_turned: bool = False, along: Collection[Kind] = ()
 ) -> bytes:
-    """Return a packet without the properties of parts that a changed photo doesn't have.
+    """Remove the properties of parts that a changed photo lacks. Return the packet.
 
-    `along`: what accompanies it; its directory is put right by `container`.
+    `along`: kinds of companions. `adjusted` updates the directory of the companions.
     """
     names = _names(is_extended=is_extended, is_turned=is_turned, along=along)
     try:
@@ -103,12 +103,12 @@ def without(
 
 
 def is_picture_in(extension: bytes) -> bool:
-    """Tell whether the rest of a long packet holds pictures or depth maps."""
+    """Return True if the extended XMP holds pictures or depth maps."""
     return any(name in extension for name in _PICTURES)
 
 
 def _items(packet: bytes) -> tuple[dict[xmp.Span, dict[str, xmp.Span]], xmp.Span | None]:
-    """Return the items of the directory, each with its values, and a film's offset."""
+    """Return the values of each item in the directory, and the span of the video offset."""
     items: dict[xmp.Span, dict[str, xmp.Span]] = {}
     values: dict[str, xmp.Span] = {}
     offset = None
@@ -124,9 +124,9 @@ def _items(packet: bytes) -> tuple[dict[xmp.Span, dict[str, xmp.Span]], xmp.Span
 
 
 def adjusted(packet: bytes, lengths: Mapping[Kind, int]) -> bytes:
-    """Return a packet that tells of the companions of these lengths, in bytes, and of no others.
+    """Set the lengths of the companions, in bytes, in a packet; remove items of other parts.
 
-    They lie one behind the other, the film last.
+    The companions follow each other; the video comes last.
     """
     try:
         items, offset = _items(packet)
@@ -147,8 +147,8 @@ def adjusted(packet: bytes, lengths: Mapping[Kind, int]) -> bytes:
     return xmp.replaced(packet, new)
 
 
-def tells_film(packet: bytes) -> bool:
-    """Tell whether a packet says where a film lies, so that it can be found."""
+def locates_video(packet: bytes) -> bool:
+    """Return True if a packet gives the position of a video."""
     try:
         items, offset = _items(packet)
     except xmp.BadXmp:
