@@ -275,7 +275,7 @@ def test_the_canvas_holds_faces_and_the_selected_one_its_points(two):
     assert [canvas.indexOfChild(face) for face in parts(canvas)] == [0, 1]
     two.key(KEYS.Key_I)
     two.settle()
-    assert canvas.child(1).text(TEXT.Name) == "Face 2 of 2, selected, left as it is"
+    assert canvas.child(1).text(TEXT.Name) == "Face 2 of 2, selected, unchanged"
     assert canvas.child(1).childCount() == 0
 
 
