@@ -139,7 +139,7 @@ class Marks(Feature):
         )
         for switch in overlays.switches.values():
             switch.triggered.connect(lambda: self._explain(False))
-        self.document.changed.connect(self._show)
+        self.document.watch(self._show, "faces", "mode", "in_gesture")
 
     def show_all(self) -> None:
         """Show all marks permanently, for screenshots of overlays."""
