@@ -76,8 +76,8 @@ class PhotoCanvas(Viewport):
         self.setAccessibleName(tr("Photo"))
         self.setAccessibleDescription(
             tr(
-                "A list of the faces, and of the points of the selected face. “Next point” selects a "
-                "point; arrow keys move the point. With a tool, arrow keys move the tool; Enter "
+                "A list of the faces, and of the points of the selected face. “Next point” selects "
+                "a point; arrow keys move the point. With a tool, arrow keys move the tool; Enter "
                 "starts and ends a stroke"
             )
         )
