@@ -163,7 +163,7 @@ MENUS: Final = (
         None,
         "experiment-",
         "rate",
-        only=("inspect",),
+        only=("compare", "inspect"),
     ),
     Menu(
         "&Help",

@@ -90,7 +90,7 @@ class State(Sheet):
             brushwork=self.brushwork,
         )
 
-    @property
+    @cached_property
     def work(self) -> dict[Mode, object]:
         """The unsaved work of each mode, to compare states; the current mode isn't part of it."""
         found, marked = self.sheet("automatic"), self.sheet("manual")
@@ -177,6 +177,9 @@ class State(Sheet):
         return dataclasses.replace(self, faces=faces)
 
 
+_FIELDS: Final = tuple(field.name for field in dataclasses.fields(State))
+
+
 def _same_place(one: Face, other: Face) -> bool:
     apart = float(np.linalg.norm(one.eye_center - other.eye_center))
     return apart < min(one.interocular_px, other.interocular_px)
@@ -204,7 +207,6 @@ class Document(QObject):
 
     opened = Signal()
     recoloured = Signal()
-    changed = Signal()
     marked = Signal()
     aborted = Signal()
 
@@ -216,55 +218,56 @@ class Document(QObject):
         self.undo = QUndoStack(self)
         # The recipe of a newly opened photo.
         self.first_recipe = DEFAULT
-        self._state = self._committed = self._base = State()
+        # The current state, including the preview of a gesture.
+        self.state = State()
+        self.committed = self.state  # after the last complete gesture
+        # Before the first undo step: the detected faces, or the saved project.
+        self.base = self.state
         # The saved state when the photo was opened.
-        self._opened_as = self._base
-        self._saved = self._begun = self._base.work
+        self._opened_as = self.base
+        self._saved = self._begun = self.base.work
         self._savings: list[Saving] = []
         self._text = self._change = ""
-        self._watched: list[Callable[[], object]] = []
+        self._listeners: list[tuple[frozenset[str], Callable[[], object]]] = []
+        self._told: dict[str, object] = {}
 
-    def watch(self, value: Callable[[], object], show: Callable[[], object]) -> None:
-        """Call `show` now, and after each change of `value`.
+    def watch(
+        self,
+        show: Callable[[], object],
+        *names: str,
+        value: Callable[[], object] | None = None,
+    ) -> None:
+        """Call `show` now, and after each change of a named part; without names, of any part.
 
-        Listeners of `changed` are called first: they correct the selection if a face is gone.
+        A part is a field of `State`, ``"photo"`` or ``"in_gesture"``. With `value`, call `show`
+        only if the value differs, too. Listeners are called in the order of registration.
         """
-        last = [value()]
-
-        def follow() -> None:
-            now = value()
-            if now != last[0]:
-                last[0] = now
-                show()
-
-        self._watched.append(follow)
+        if value is not None:
+            show = _if_changed(value, show)
+        self._listeners.append((frozenset(names), show))
         show()
 
     def _tell(self) -> None:
-        self.changed.emit()
-        if not self.signalsBlocked():
-            for follow in self._watched:
-                follow()
-
-    @property
-    def state(self) -> State:
-        """The current state, including the preview of a gesture."""
-        return self._state
-
-    @property
-    def committed(self) -> State:
-        """The state after the last complete gesture."""
-        return self._committed
-
-    @property
-    def base(self) -> State:
-        """The state before the first undo step: the detected faces, or the saved project."""
-        return self._base
+        """Call the listeners of the parts that have changed since the last call."""
+        if self.signalsBlocked():
+            return
+        parts = {name: getattr(self.state, name) for name in _FIELDS}
+        parts |= {"photo": self.photo, "in_gesture": self.in_gesture}
+        changed = {name for name, part in parts.items() if part is not self._told.get(name)}
+        self._told = parts
+        for names, show in self._listeners:
+            if not names or names & changed:
+                show()
 
     @property
     def in_gesture(self) -> bool:
         """True between the first preview of a gesture and commit or abort."""
-        return self._state is not self._committed
+        return self.state is not self.committed
+
+    @property
+    def touched(self) -> bool:
+        """True if there are undo steps or a gesture."""
+        return bool(self.undo.count()) or self.in_gesture
 
     @property
     def saved(self) -> bool:
@@ -272,9 +275,11 @@ class Document(QObject):
 
         A save in progress may overwrite this file, so the save must contain the same work.
         """
-        work = self._committed.work
-        coming = (saving.work for saving in self._savings if saving.base is self._base)
-        return work == self._saved and all(it.items() <= work.items() for it in coming)
+        work = self.committed.work
+        for saving in self._savings:
+            if saving.base is self.base and not saving.work.items() <= work.items():
+                return False
+        return work == self._saved
 
     @property
     def dirty(self) -> bool:
@@ -305,7 +310,7 @@ class Document(QObject):
 
     def start_with(self, faces: Sequence[Face]) -> None:
         """Set the detected faces, before the first undo step."""
-        self.begin_with(self._committed.with_found(faces, self.image))
+        self.begin_with(self.committed.with_found(faces, self.image))
 
     def add_found(self, faces: Sequence[Face]) -> None:
         """Add late detected faces to the base state and to every undo step."""
@@ -317,21 +322,21 @@ class Document(QObject):
         self._opened_as = more(self._opened_as)
         if self._saved is self._begun:
             self._saved = self._begun = self._opened_as.work
-        self._base, self._committed = more(self._base), more(self._committed)
-        self._state = more(self._state)
+        self.base, self.committed = more(self.base), more(self.committed)
+        self.state = more(self.state)
         self._tell()
 
     def begin_with(self, state: State, steps: UndoSteps | None = None) -> None:
         """Set a state that counts as saved, and the undo steps that led to the state."""
         self._begin(state if steps is None else steps.states[0])
         if steps is not None:
-            states = [self._base, *map(self._of_photo, steps.states[1:])]
+            states = [self.base, *map(self._of_photo, steps.states[1:])]
             with QSignalBlocker(self), QSignalBlocker(self.undo):  # draw the last state only
                 for before, after, text in zip(states, states[1:], steps.texts, strict=False):
                     self.undo.push(ReplaceState(self, before, after, text))
                 self.undo.setIndex(steps.index)
-            self._state = self._committed = self._opened_as = states[steps.index]
-            self._saved = self._begun = self._committed.work
+            self.state = self.committed = self._opened_as = states[steps.index]
+            self._saved = self._begun = self.committed.work
             self.undo.indexChanged.emit(steps.index)
         self._tell()
 
@@ -340,12 +345,12 @@ class Document(QObject):
         """All states that undo and redo can reach."""
         steps = [self.undo.command(index) for index in range(self.undo.count())]
         states = [step.after for step in steps if isinstance(step, ReplaceState)]
-        return UndoSteps((self._base, *states), tuple(it.text() for it in steps), self.undo.index())
+        return UndoSteps((self.base, *states), tuple(it.text() for it in steps), self.undo.index())
 
     def begin_saving(self, state: State, modes: Collection[Mode]) -> Saving:
         """Register a save in progress that contains these modes of a state."""
         work = state.work
-        saving = Saving(self._base, {mode: work[mode] for mode in modes})
+        saving = Saving(self.base, {mode: work[mode] for mode in modes})
         self._savings.append(saving)
         self.marked.emit()
         return saving
@@ -353,7 +358,7 @@ class Document(QObject):
     def end_saving(self, saving: Saving, *, written: bool) -> None:
         """Finish a save; mark its work as saved unless another photo has been opened."""
         self._savings.remove(saving)
-        if written and saving.base is self._base:
+        if written and saving.base is self.base:
             self._saved = {**self._saved, **saving.work}
         self.marked.emit()
 
@@ -361,14 +366,14 @@ class Document(QObject):
         """Show a state while a gesture lasts."""
         if text != self._text:
             self.commit()
-        self._text, self._change, self._state = text, change, self._of_photo(state)
+        self._text, self._change, self.state = text, change, self._of_photo(state)
         self._tell()
 
     def commit(self) -> None:
         """End the gesture and make the preview one undo step."""
         if self.in_gesture:
             text = f"{self._text} {self._change}".rstrip()
-            self.undo.push(ReplaceState(self, self._committed, self._state, text))
+            self.undo.push(ReplaceState(self, self.committed, self.state, text))
 
     def step(self, state: State, text: str, change: str = "") -> None:
         """Add a state as the next undo step, see `preview`."""
@@ -379,7 +384,7 @@ class Document(QObject):
         """Cancel the gesture and restore the committed state."""
         self.aborted.emit()
         if self.in_gesture:
-            self.restore(self._committed)
+            self.restore(self.committed)
 
     def _of_photo(self, state: State) -> State:
         """Return the state with the open photo's lens data and size, which no file stores."""
@@ -389,7 +394,7 @@ class Document(QObject):
 
     def _begin(self, state: State) -> None:
         state = self._of_photo(state)
-        self._state = self._committed = self._base = self._opened_as = state
+        self.state = self.committed = self.base = self._opened_as = state
         self._saved = self._begun = state.work
         self.undo.clear()
 
@@ -400,8 +405,21 @@ class Document(QObject):
 
     def restore(self, state: State) -> None:
         """Set the committed state; undo and redo call this."""
-        self._state = self._committed = state
+        self.state = self.committed = state
         self._tell()
+
+
+def _if_changed(value: Callable[[], object], show: Callable[[], object]) -> Callable[[], None]:
+    """Return a function that calls `show` if `value` differs from the last call."""
+    last: list[object] = [object()]
+
+    def follow() -> None:
+        now = value()
+        if now != last[0]:
+            last[0] = now
+            show()
+
+    return follow
 
 
 class ReplaceState(QUndoCommand):

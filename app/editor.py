@@ -163,8 +163,8 @@ class Editor(QObject):
             *(self.manual, self.push, self.recipe, self.protect, self.overlays),
             *(self.faces, self.readings, self.both, self.history, self.strip),
         )
-        anew = self.document.changed, self.recipe.chosen, self.live.drawn, window.arranged
-        for changed in anew:
+        self.document.watch(window.bar.refresh)
+        for changed in (self.recipe.chosen, self.live.drawn, window.arranged):
             changed.connect(window.bar.refresh)
         self.faces.found.connect(lambda _: window.stage.place_bar())
         window.lay_out({it.name: (it.panel, it.dock) for it in shown if it.panel is not None})

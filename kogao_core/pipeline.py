@@ -16,7 +16,7 @@ import numpy as np
 
 from kogao_core.background.holding import NOTHING_HELD, Held, hold
 from kogao_core.base.display import preview
-from kogao_core.base.geometry import Box, Image, check_image
+from kogao_core.base.geometry import Box, Image, check_image, check_type
 from kogao_core.base.language import Text
 from kogao_core.base.threads import one_blas_thread
 from kogao_core.faces.face import Face
@@ -256,14 +256,12 @@ class Rendering:
         return preview(self.pixels)
 
 
-def _check_types(photo: object, faces: object, recipe: object, protection: object) -> None:
+def _check_types(photo: object, faces: object, *others: object) -> None:
     check_image(photo)
     if not isinstance(faces, Sequence) or not all(isinstance(face, Face) for face in faces):
         raise TypeError("faces must be a sequence of Face, such as [face]")
-    for value, kind in ((recipe, Recipe), (protection, Protection)):
-        if not isinstance(value, kind):
-            name, given = kind.__name__, type(value).__name__
-            raise TypeError(f"expected a {name} such as kogao.{name}(), got {given}")
+    for value, kind in zip(others, (Recipe, Protection, Brushwork), strict=True):
+        check_type(value, kind, f"such as kogao.{kind.__name__}()")
 
 
 def render(
@@ -336,7 +334,7 @@ def render(
     >>> kogao.render(grey, [face], kogao.Recipe(percent=0)).pixels.tobytes() == grey.tobytes()
     True
     """
-    _check_types(photo, faces, recipe, protection)
+    _check_types(photo, faces, recipe, protection, brushwork)
     if canvas is not None and canvas.source is not photo:
         raise ValueError("this canvas lies over another photo")
     check_corners(protection)

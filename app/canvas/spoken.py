@@ -105,7 +105,7 @@ class Parts(QObject):
         self._shape: object = None
         self._names: list[str] = []
         self._focused: tuple[Part | None, str] = (None, "")
-        self._view.document.changed.connect(self.follow)
+        self._view.document.watch(self.follow, "faces", "off", "mode", "in_gesture")
         canvas.redrawn.connect(self.follow)
         canvas.entered.connect(self._enter)
 

@@ -94,7 +94,7 @@ class BothModes(Feature):
         super().__init__(context)
         self._faces, self._clock = faces, manual.clock
         self._surface: Surface | None = None
-        self._revision, self._on = 0, False
+        self._revision, self._on, self._listens = 0, False, False
         self._followed: tuple[object, ...] = ()
         self._compared: tuple[FaceCompared, ...] = ()
         self._computing_s: dict[Mode, float] = {}
@@ -118,16 +118,25 @@ class BothModes(Feature):
         self.window.arranged.connect(self._arrange)
         self.document.opened.connect(self._open)
         self.document.recoloured.connect(self._open)
-        self.document.changed.connect(self._follow)
         self.live.measured.connect(self._measure)
         manual.changed.connect(self._follow)
         self._clock.ticked.connect(self._show_times)
         self._faces.found.connect(lambda _: self._show_times())
 
     def _arrange(self, workspace: Workspace) -> None:
-        self._on = self.name in workspace.panels
-        self._followed = ()
-        self._follow()
+        self._on, self._followed = self.name in workspace.panels, ()
+        self._show_views()
+        if self._on and not self._listens:
+            self._listens = True
+            self.document.watch(self._follow)
+        else:
+            self._follow()
+
+    def _show_views(self) -> None:
+        overlaid: list[QWidget | None] = [self.view_beside, self.here, self.guide]
+        for widget in overlaid:
+            if widget is not None:
+                widget.setVisible(self._on and self.document.photo is not None)
 
     def _open(self) -> None:
         self._lane.drop()
@@ -137,6 +146,7 @@ class BothModes(Feature):
             self._surface = Surface(pyramid, Holding(photo.pixels, self.live.finder))
             if self.view_beside is not None:
                 self.view_beside.open(pyramid)
+        self._show_views()
 
     def _beside(self) -> OtherModeView:
         """Return the view of the other mode; create the view on first use."""
@@ -149,12 +159,7 @@ class BothModes(Feature):
         return self.view_beside
 
     def _follow(self) -> None:
-        there = self._on and self.document.photo is not None
-        overlaid: list[QWidget | None] = [self.view_beside, self.here, self.guide]
-        for widget in overlaid:
-            if widget is not None:
-                widget.setVisible(there)
-        if not there or self._surface is None:
+        if not self._on or self._surface is None:
             return
         state, beside = self.document.state, self._beside()
         self.here.setText(title_of(state.mode))

@@ -58,7 +58,6 @@ class Faces(Feature):
         self._finding = self.lane(self._take, self._not_found)
         self._search = FaceSearch(source)
         self._came.connect(self._show_found)
-        self.document.changed.connect(self._make_way)
         self.bind("find", self.find)
         self.bind("place", self.place_template)
         self.panel: FacesPanel = FacesPanel()
@@ -68,7 +67,7 @@ class Faces(Feature):
         self.document.opened.connect(self._open)
         self.document.recoloured.connect(self._show_anew)
         recipe.chosen.connect(self._show)
-        self.watch(self._listed, self._show)
+        self.document.watch(self._show, "faces", "off", "optics", "recipe", value=self._listed)
 
     def _listed(self) -> tuple[object, ...]:
         state = self.document.state
@@ -97,7 +96,7 @@ class Faces(Feature):
             return
         self.stop()
         self._search = search = search or FaceSearch(self._source)
-        if not self._touched:
+        if not self.document.touched:
             self.live.wait()
         self.working.emit(tr("Looking for faces…"))
         search.came = lambda: self._came.emit(search)
@@ -115,28 +114,24 @@ class Faces(Feature):
         found = tuple(in_reading_order(search.found))
         if search is not self._search or found == search.shown:
             return
-        if not self._touched and self.document.state.sheet("automatic").faces == search.shown:
+        if (
+            not self.document.touched
+            and self.document.state.sheet("automatic").faces == search.shown
+        ):
             search.shown = found
             self.document.start_with(found)
         self.working.emit(tr("Looking for faces… {n} so far", n=len(found)))
 
-    def _make_way(self) -> None:
-        """Resume rendering after an edit during the search."""
-        if self._touched:
-            self.live.go_on()
-
-    @property
-    def _touched(self) -> bool:
-        return bool(self.document.undo.count()) or self.document.in_gesture
-
     def _take(self, faces: list[Face]) -> None:
         self.finding_s, self.finding_was_cold = self._search.took_s, self._search.cold
-        in_hand = self._touched or self.view.face is not None or self.view.selected is not None
+        in_hand = (
+            self.document.touched or self.view.face is not None or self.view.selected is not None
+        )
         if not faces:
             self._offer_placing(tr("No face was found in this photo."))
         elif self._search.first and in_hand:
             self.document.add_found([one for one in faces if one not in self._search.shown])
-        elif self._touched:
+        elif self.document.touched:
             state = self.document.state.with_found(faces, self.document.image)
             self.document.step(state, tr("Find faces"))
         else:

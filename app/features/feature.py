@@ -177,7 +177,3 @@ class Feature(QObject):
     ) -> None:
         """Show a message in the bar over the canvas, see `Message`."""
         self.message.emit(Message(text, steps, wrong, applies))
-
-    def watch(self, value: Callable[[], object], show: Callable[[], object]) -> None:
-        """Call `show` now, and after each change of the document that changes `value`."""
-        self.document.watch(value, show)

@@ -50,7 +50,7 @@ class Groups(Feature):
         )
         rows.itemDoubleClicked.connect(self.zoom)
         recipe.chosen.connect(self._enable)
-        self.watch(lambda: len(self.document.state.faces), self._enable)
+        self.document.watch(self._enable, "faces", value=lambda: len(self.document.state.faces))
 
     def zoom(self) -> None:
         """Look at the selected face, or at all of them when none is selected."""

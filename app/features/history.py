@@ -19,8 +19,10 @@ class History(Feature):
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        self.bind("undo", self.undo)
-        self.bind("redo", self.redo)
+        self._undo, self._redo = self.bind("undo", self.undo), self.bind("redo", self.redo)
+        self._undo.setIconText(tr("Undo"))
+        self._redo.setIconText(tr("Redo"))
+        self._texts = tuple[str, str]((" ", " "))
         self.panel: StepList = StepList(self.document.undo)
         self.panel.left.connect(self._tell)
         self.panel.setEmptyLabel(tr("As it was opened"))
@@ -31,8 +33,7 @@ class History(Feature):
             self.document.undo.indexChanged.connect(said.move_on)
         self.document.opened.connect(self.window.bar.move_on)
         self.document.marked.connect(self.show)
-        document = self.document
-        self.watch(lambda: (document.path, document.in_gesture, document.dirty), self.show)
+        self.document.watch(self.show, "photo", "in_gesture")
 
     def undo(self) -> None:
         """Undo the last step; during a gesture, only cancel the gesture."""
@@ -69,14 +70,15 @@ class History(Feature):
 
     def show(self) -> None:
         """Update the title and the actions."""
-        path, stack, named = self.document.path, self.document.undo, self.actions
-        self.window.show_title(path.name if path else "", dirty=self.document.dirty)
-        named["undo"].setEnabled(stack.canUndo() or self.document.in_gesture)
-        named["redo"].setEnabled(stack.canRedo())
-        named["undo"].setText(tr("&Undo {what}", what=stack.undoText()))
-        named["redo"].setText(tr("&Redo {what}", what=stack.redoText()))
-        named["undo"].setIconText(tr("Undo"))
-        named["redo"].setIconText(tr("Redo"))
+        document, stack = self.document, self.document.undo
+        path, before, self._texts = document.path, self._texts, (stack.undoText(), stack.redoText())
+        self.window.show_title(path.name if path else "", dirty=document.dirty)
+        self._undo.setEnabled(stack.canUndo() or document.in_gesture)
+        self._redo.setEnabled(stack.canRedo())
+        if self._texts[0] != before[0]:
+            self._undo.setText(tr("&Undo {what}", what=self._texts[0]))
+        if self._texts[1] != before[1]:
+            self._redo.setText(tr("&Redo {what}", what=self._texts[1]))
 
 
 class StepList(QUndoView):

@@ -70,7 +70,7 @@ class Exchange(Feature):
         super().__init__(context)
         self.bind("import-landmarks", self._ask_import)
         self.bind("export-landmarks", self.ask_export)
-        self.watch(lambda: bool(self.document.state.faces), self._show)
+        self.document.watch(self._show, "faces", value=lambda: bool(self.document.state.faces))
 
     def _ask_import(self) -> None:
         endings = " ".join(f"*{form.suffix}" for form in interchange.FORMATS.values())

@@ -10,7 +10,7 @@ from typing import Final
 
 import numpy as np
 from PySide6.QtCore import QSize, QTimer, Signal
-from PySide6.QtGui import QAction, QIcon
+from PySide6.QtGui import QAction, QActionGroup, QIcon
 from PySide6.QtWidgets import QCheckBox, QGridLayout, QLabel, QWidget
 
 from kogao_core.background.find import BackgroundFinder, Bends, measure
@@ -90,6 +90,10 @@ class Overlays(Feature):
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         self.switches = {overlay.name: self._add_switch(overlay) for overlay in LISTED}
+        # Two maps would mix their colours.
+        self.one_of("overlay-heat", "overlay-jacobian").setExclusionPolicy(
+            QActionGroup.ExclusionPolicy.ExclusiveOptional
+        )
         hide = self.bind("hide-overlays", toggled=lambda on: self.panel.hide_all(on))
         hide.setIconText(tr("Hide overlays"))
         self.panel: OverlaysPanel = OverlaysPanel([*self.switches.values()])
@@ -135,7 +139,7 @@ class Marks(Feature):
         )
         for switch in overlays.switches.values():
             switch.triggered.connect(lambda: self._explain(False))
-        self.document.changed.connect(self._show)
+        self.document.watch(self._show, "faces", "mode", "in_gesture")
 
     def show_all(self) -> None:
         """Show all marks permanently, for screenshots of overlays."""

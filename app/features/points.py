@@ -37,7 +37,7 @@ class Points(Feature):
         self._dragged: Handle | None = None
         self._offset: Array = np.zeros(2)
         self._to: Array | None = None
-        self.document.changed.connect(self._follow)
+        self.document.watch(self._follow, "faces", "off", "mode")
         self.document.opened.connect(self._forget)
         self.document.aborted.connect(self._drop)
         self.steps = (

@@ -99,7 +99,7 @@ class Protect(StrokeFeature):
         self.changed.connect(self._show_tool)
         self.document.opened.connect(self.fit_brush)
         self.live.drawn.connect(self._show_reduced)
-        self.watch(lambda: len(self.document.state.protection.strokes), self._show_count)
+        self.document.watch(self._show_count, "protection")
         # Each photo starts with a fitting brush size.
         self.enable_with_photo(self.panel.size_px.setEnabled)
 

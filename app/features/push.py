@@ -48,9 +48,12 @@ class Push(StrokeFeature):
         self.live.drawn.connect(self._show_held)
         self.document.opened.connect(self._drop)
         self._protect = protect
-        self.watch(lambda: (self.document.path, bool(self.document.state.faces)), self._fit_face)
-        self.watch(lambda: self.document.state.brushwork.strokes, self._show_count)
+        self.document.watch(self._fit_face, "photo", "faces", value=self._fitted)
+        self.document.watch(self._show_count, "brushwork")
         self.enable_with_photo(self.panel.size_px.setEnabled)
+
+    def _fitted(self) -> tuple[object, ...]:
+        return self.document.path, bool(self.document.state.faces)
 
     def _fit_face(self) -> None:
         """Size the brush by the first face, unless the photo was edited already."""

@@ -200,19 +200,23 @@ class Readings(Feature):
         self.plate.hide()
         self.window.canvas.hovered.connect(self._point)
         self.window.arranged.connect(self._arrange)
-        self.live.drawn.connect(lambda _: self._show_values())
-        self.watch(lambda: self.document.state.recipe, self._show_settings)
+        self.live.drawn.connect(lambda _: self._show_frame())
         self.dock = Dock(tr("Readings"))
         self.document.opened.connect(self._forget)
         self.live.measured.connect(self._show)
 
     def _arrange(self, workspace: Workspace) -> None:
         self._on = self.name in workspace.panels
-        self._show_values()
+        self._show_frame()
 
     def _point(self, _: Handle | None, x: float, y: float) -> None:
         self._cursor = x, y
         self._show_values()
+
+    def _show_frame(self) -> None:
+        self._show_values()
+        if self._on:
+            self._show_settings()
 
     def _show_values(self) -> None:
         frame, image, (x, y) = self.view.frame, self.document.image, self._cursor

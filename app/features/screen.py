@@ -116,7 +116,6 @@ class Hints(Feature):
         self._quiet = False
         self.window.arranged.connect(self._arrange)
         self.window.canvas.view_changed.connect(self._show)
-        self.watch(self._hint, self._show)
 
     def _arrange(self, workspace: Workspace) -> None:
         self._quiet = workspace.quiet

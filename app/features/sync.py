@@ -107,7 +107,7 @@ class Sync(Feature):
         strip.panel.offer_sync(self.action, self.menu)
         strip.film.itemSelectionChanged.connect(self._select)
         self.document.opened.connect(self._select)
-        self.watch(lambda: self.document.state.recipe, self._preview)
+        self.live.drawn.connect(lambda _: self._preview())
 
     def _group(self, name: str, title: str) -> QAction:
         action = self.menu.addAction(title)

@@ -169,7 +169,7 @@ class Live(QObject):
         self._count_lane.done.connect(self._show_counts)
         self._document.opened.connect(self._open)
         self._document.recoloured.connect(self._recolour)
-        self._document.changed.connect(self._follow)
+        self._document.watch(self._follow)
 
     @property
     def busy(self) -> bool:
@@ -246,6 +246,9 @@ class Live(QObject):
         # preview.
         surface, state = self._preview, self._document.state
         if surface is None:
+            return
+        if self._waits and self._document.touched:
+            self.go_on()  # an edit during the search for faces
             return
         if self._waits:
             self._canvas.redraw()

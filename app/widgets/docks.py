@@ -168,8 +168,11 @@ class ColumnArea(QScrollArea):
 
     def sizeHint(self) -> QSize:
         """Return the minimum width; users can drag the edge to widen the column."""
-        whole, some = self._content.sizeHint().height(), super().sizeHint().height()
-        return QSize(self.minimumWidth(), whole if self._whole else some)
+        if not self._whole:
+            return QSize(self.minimumWidth(), super().sizeHint().height())
+        layout = self._content.layout()
+        assert layout is not None
+        return QSize(self.minimumWidth(), layout.totalHeightForWidth(self.viewport().width()))
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Follow the content's minimum width, and the height of a `whole` column."""

@@ -1,4 +1,4 @@
-"""What every room may use: words and languages, files that appear whole, geometry, threads.
+"""Utilities for all packages: translation, atomic files, JSON, geometry, threads.
 
-It uses nothing of Kogao.
+Modules here import no other package of Kogao.
 """

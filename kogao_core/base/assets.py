@@ -1,4 +1,4 @@
-"""Where the files that travel with the program lie: network weights, models, sample pictures."""
+"""Paths of packed files: network weights, models, sample pictures, documentation."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ _SAMPLE: Final = "samples/average.jpg"
 
 
 class AssetMissing(RuntimeError):
-    """A file that this installation should carry isn't there; the message says how to get it."""
+    """A packed file is missing from this installation. The message tells how to get the file."""
 
 
 def path(name: str) -> Path:
-    """Return where a packed file lies. Raises AssetMissing."""
+    """Return the path of a packed file. Raises AssetMissing."""
     file = _folder() / name
     if not file.is_file():
         raise AssetMissing(_how_to_get(name))
@@ -25,13 +25,13 @@ def path(name: str) -> Path:
 
 
 def documentation() -> Path:
-    """Return the folder of the pages that describe this version, with ``editor.md`` in it.
+    """Return the folder of this version's documentation, which contains ``editor.md``.
 
     Raises AssetMissing.
     """
     name = "docs"
     inside = _folder()
-    # A wheel carries them; in a checkout they lie beside the resources.
+    # A wheel has the folder inside the resources, a checkout next to the resources.
     for folder in (inside / name, inside.parent / name):
         if (folder / "editor.md").is_file():
             return folder
@@ -52,7 +52,7 @@ def _folder() -> Path:
 
 
 def sample() -> Path:
-    """Return where the program's own portrait lies: the average of 81 faces, nobody's photo.
+    """Return the path of the built-in portrait, the average of 81 faces.
 
     Returns
     -------

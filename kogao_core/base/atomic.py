@@ -34,7 +34,7 @@ _mine: Final[set[Path]] = set()  # temporary folders of this process, from `temp
 _TRIES: Final = 100
 
 Chunks = Sequence[bytes | memoryview]
-"""What a file holds, one behind the other; not joined, for that would copy them."""
+"""Consecutive parts of a file; joining the parts would copy the data."""
 
 
 class NotAFile(OSError):

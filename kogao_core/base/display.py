@@ -85,7 +85,7 @@ def png(pixels: Image) -> bytes:
 
 
 def data_uri(pixels: Image, *, exact: bool) -> str:
-    """Return an 8-bit image as a data URI: PNG if `exact`, or else JPEG."""
+    """Return an 8-bit image as a data URI: PNG if `exact`, otherwise JPEG."""
     jpeg = cv2.IMWRITE_JPEG_QUALITY, _QUALITY
     data = png(pixels) if exact else _file(pixels, ".jpg", *jpeg)
     return f"data:image/{'png' if exact else 'jpeg'};base64,{base64.b64encode(data).decode()}"

@@ -1,4 +1,4 @@
-"""Pixel rectangles and plane transforms; pixel centres lie at whole numbers, y runs down."""
+"""Pixel rectangles and plane transforms; pixel centres are at whole numbers, y points down."""
 
 from __future__ import annotations
 
@@ -104,6 +104,12 @@ class Box:
     def of(image: Image) -> Box:
         """Return the box of a whole image of shape (H, W) or (H, W, C)."""
         return Box(0, 0, image.shape[1], image.shape[0])
+
+
+def check_type(value: object, kind: type, source: str) -> None:
+    """Raise TypeError if a value has another type; `source` tells where to get the right one."""
+    if not isinstance(value, kind):
+        raise TypeError(f"expected a {kind.__name__} {source}, got {type(value).__name__}")
 
 
 def check_image(image: object) -> None:

@@ -94,7 +94,7 @@ def data_folder() -> Path:
 def adding(extra: str) -> str:
     """Return instructions for installing an extra, as the end of a sentence."""
     if is_bundle():
-        return Text("not in this bundle, but where pip has installed Kogao")
+        return Text("not in this bundle; install Kogao with pip")
     what = _requirement(extra)
     return Text("install Kogao with [{extra}]", extra=extra) if what is None else _pip(*what)
 
@@ -103,7 +103,7 @@ def again(*options: str) -> str:
     """Return the command that reinstalls Kogao from the original source, or instructions."""
     what = _requirement()
     if what is None:  # never use an index: the name may belong to another package there
-        return Text("install Kogao again from where you have it")
+        return Text("install Kogao again from its original source")
     return _pip("--force-reinstall", *options, *what)
 
 

@@ -1,4 +1,4 @@
-"""Reading JSON that anybody may have written: every value is asked for by kind and range."""
+"""Read untrusted JSON: each value is checked for type and range."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from typing import Any, Final, NoReturn
 from kogao_core.base.language import Text
 from kogao_core.base.wording import shown, system_reason
 
-# Control characters, and halves of UTF-16 letters, which no file could be written with again.
+# Control characters, and surrogates, which can't be encoded.
 _UNPLAIN: Final = re.compile("[\x00-\x1f\ud800-\udfff]")
 
 
@@ -21,25 +21,25 @@ _FILE: Final = Text("the file")
 
 
 class BadFile(ValueError):
-    """What was read isn't what it should be; the message says where and why."""
+    """A file has invalid content; the message tells place and reason."""
 
 
 @dataclass(frozen=True, slots=True)
 class Node:
-    """A value inside a file and the way to it, for messages: its root, and the path from there."""
+    """A value inside a file, with its path for error messages."""
 
     value: Any
     path: str = ""
     root: Text = _FILE
 
     def field(self, name: str) -> Node:
-        """Return a field of an object; one that is absent is null."""
+        """Return a field of an object; null if the field is missing."""
         if not isinstance(self.value, dict):
             self.refuse(Text("must be an object"))
         return Node(self.value.get(name), f"{self.path}: {name}", self.root)
 
     def only(self, names: Collection[str]) -> Node:
-        """Return this object after checking that it has no fields but these."""
+        """Return this object. Raises BadFile if it has other fields than these."""
         if not isinstance(self.value, dict):
             self.refuse(Text("must be an object"))
         unknown = sorted(set(self.value) - set(names))
@@ -48,7 +48,7 @@ class Node:
         return self
 
     def items(self, most: int) -> list[Node]:
-        """Return the elements of a list."""
+        """Return the elements of a list with at most `most` elements."""
         if not isinstance(self.value, list):
             self.refuse(Text("must be a list"))
         if len(self.value) > most:
@@ -62,12 +62,12 @@ class Node:
         return [Node(value, f"{self.path}[{n}]", self.root) for n, value in enumerate(self.value)]
 
     def count(self, name: str) -> int:
-        """Return how many elements a field of an object has; 0 where it isn't a list."""
+        """Return the length of a list in a field; 0 for other values."""
         value = self.field(name).value
         return len(value) if isinstance(value, list) else 0
 
     def number(self, low: float, high: float) -> float:
-        """Return a finite number within a range."""
+        """Return a finite number from `low` to `high`."""
         value = self.value
         if isinstance(value, bool) or not isinstance(value, int | float):
             self.refuse(Text("must be a number"))
@@ -76,7 +76,7 @@ class Node:
         return float(value)
 
     def whole(self, low: int, high: int) -> int:
-        """Return a whole number within a range."""
+        """Return a whole number from `low` to `high`."""
         if isinstance(self.value, bool) or not isinstance(self.value, int):
             self.refuse(Text("must be a whole number"))
         return int(self.number(low, high))
@@ -88,17 +88,19 @@ class Node:
         return self.value
 
     def text(self, longest: int, among: Collection[str] = ()) -> str:
-        """Return a text without control characters or half letters, one of `among` if given."""
+        """Return a text without control characters or surrogates; one of `among` if given."""
         if not isinstance(self.value, str):
             self.refuse(Text("must be a text"))
         if len(self.value) > longest or _UNPLAIN.search(self.value):
-            self.refuse(Text("must be a plain text of at most {longest} letters", longest=longest))
+            self.refuse(
+                Text("must be a text of at most {longest} printable letters", longest=longest)
+            )
         if among and self.value not in among:
             self.refuse(Text("must be one of {allowed}", allowed=", ".join(among)))
         return self.value
 
     def refuse(self, reason: str) -> NoReturn:
-        """Refuse the file because of this value. Raises BadFile."""
+        """Raise BadFile for this value."""
         raise BadFile(Text("{root}{path} {reason}", root=self.root, path=self.path, reason=reason))
 
 
@@ -117,9 +119,9 @@ def read(path: Path, most_bytes: int) -> bytes:
 
 
 def parse(data: bytes, most_bytes: int) -> Node:
-    """Read JSON text, with or without a byte order mark.
+    """Parse JSON text, with or without a byte order mark.
 
-    NaN, infinities, deep nesting and twofold fields are refused. Raises BadFile.
+    Raises BadFile, also for NaN, infinities, deep nesting and repeated fields.
     """
     if len(data) > most_bytes:
         raise BadFile(
@@ -143,11 +145,11 @@ def parse(data: bytes, most_bytes: int) -> Node:
 
 
 def _no_constant(text: str) -> NoReturn:
-    raise BadFile(Text("the file holds {text}, which is no number", text=text))
+    raise BadFile(Text("the file contains {text}, which is not a number", text=text))
 
 
 def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     found = dict(pairs)
     if len(found) != len(pairs):
-        raise BadFile(Text("the file names a field twice"))
+        raise BadFile(Text("the file contains a field twice"))
     return found

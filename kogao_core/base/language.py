@@ -60,9 +60,9 @@ class Text(str):
         return Text._made, (self.template, self.many, self.values)
 
 
-def translated(what: object) -> str:
-    """Return ``str(what)`` as plain text in the current language."""
-    text = str(what)
+def translated(message: object) -> str:
+    """Return ``str(message)`` as plain text in the current language."""
+    text = str(message)
     if not isinstance(text, Text):
         return text
     if text.many:

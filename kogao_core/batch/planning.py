@@ -130,7 +130,7 @@ def _real(path: Path) -> Path:
 
 
 def _percent(photo: Path, recipe: Recipe, projects: bool, edits: Path | None) -> float:
-    """Return the Amount for the file name: from the photo's project, or else from the recipe."""
+    """Return the Amount for the file name: from the photo's project, or from the recipe."""
     project = kept(photo, edits) if projects else None
     try:
         return sheet_of(load(project)).recipe.percent if project else recipe.percent

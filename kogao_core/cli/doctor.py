@@ -1,4 +1,4 @@
-"""``kogao-cli doctor``: what this installation lacks, and the one command that mends it."""
+"""``kogao-cli doctor``: check the installation and print the commands that repair it."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ from kogao_core.cli import common, ending, words
 from kogao_core.cli.licences import DEPENDENCIES, manifest
 
 OK: Final = Text("ok")
-_IN_THE_WAY: Final = ("opencv-python", "opencv-contrib-python", "opencv-python-headless")
-# What is lacking here is nothing to mend: most photos need none of them.
+_CONFLICTING: Final = ("opencv-python", "opencv-contrib-python", "opencv-python-headless")
+# Missing extras are no fault: most photos need none.
 _EXTRAS: Final = {
     "heic": "pi-heif",
     "raw": "rawpy",
@@ -46,13 +46,13 @@ def command(context: click.Context, json_file: Path | None, force: bool) -> None
 
 
 def examine() -> dict[str, Any]:
-    """Return versions, the state of each asset, missing libraries and commands that mend."""
-    packages = {name: _package(name) for name in DEPENDENCIES} | _in_the_way()
+    """Return versions, the state of each asset, missing libraries and repair commands."""
+    packages = {name: _package(name) for name in DEPENDENCIES} | _conflicting()
     files = _assets()
     missing = installed.missing_libraries()
-    mend = list(_mend(packages, files, missing))
+    repairs = list(_repairs(packages, files, missing))
     return {
-        "ok": not mend,
+        "ok": not repairs,
         "kogao": kogao_core.__version__,
         "python": platform.python_version(),
         "platform": platform.platform(),
@@ -60,12 +60,12 @@ def examine() -> dict[str, Any]:
         "extras": {extra: _package(name)["version"] for extra, name in _EXTRAS.items()},
         "assets": files,
         "missing_libraries": missing,
-        "mend": mend,
+        "mend": repairs,
     }
 
 
 def incomplete() -> str:
-    """Return what this installation lacks and the command that mends it; empty if nothing."""
+    """Return a sentence with the faults and the repair command; "" for a complete installation."""
     findings = examine()
     states = {name: package["state"] for name, package in findings["packages"].items()}
     states |= dict.fromkeys(findings["missing_libraries"], Text("missing"))
@@ -73,8 +73,8 @@ def incomplete() -> str:
     if not wrong:
         return ""
     return tr(
-        "the installation is incomplete ({what}); to mend it: {command}",
-        what=", ".join(wrong),
+        "the installation is incomplete ({problems}); repair it: {command}",
+        problems=", ".join(wrong),
         command=" && ".join(map(translated, findings["mend"])),
     )
 
@@ -87,9 +87,9 @@ def _package(name: str) -> dict[str, str]:
     return {"version": version, "state": _import_state(name)}
 
 
-def _in_the_way() -> dict[str, dict[str, str]]:
-    state = Text("in the way: it shares its folder with opencv-contrib-python-headless")
-    found = {name: _package(name)["version"] for name in _IN_THE_WAY}
+def _conflicting() -> dict[str, dict[str, str]]:
+    state = Text("conflict: uses the same folder as opencv-contrib-python-headless")
+    found = {name: _package(name)["version"] for name in _CONFLICTING}
     return {
         name: {"version": version, "state": state} for name, version in found.items() if version
     }
@@ -99,7 +99,7 @@ def _import_state(name: str) -> str:
     try:
         if name in _IMPORTED:
             import_module(_IMPORTED[name])
-        elif name in _FOUND and find_spec(_FOUND[name]) is None:  # Qt is never loaded here
+        elif name in _FOUND and find_spec(_FOUND[name]) is None:  # don't load Qt
             return Text("not installed")
     except ImportError as error:  # such as a system library that OpenCV needs
         return Text("doesn't load: {error}", error=" ".join(str(error).split()))
@@ -120,19 +120,19 @@ def _asset(entry: dict[str, Any]) -> str:
     except assets.AssetMissing:
         return Text("missing")
     is_ours = hashlib.sha256(data).hexdigest() == entry["sha256"]
-    return OK if is_ours else Text("not the file it should be")
+    return OK if is_ours else Text("differs from the original file")
 
 
-def _mend(
+def _repairs(
     packages: dict[str, dict[str, str]], files: dict[str, str], missing: dict[str, str]
 ) -> Iterator[str]:
-    in_the_way = [name for name in _IN_THE_WAY if packages.get(name)]
-    if in_the_way:
-        yield installed.without(in_the_way)
-    wrong_package = in_the_way or any(package["state"] != OK for package in packages.values())
+    conflicting = [name for name in _CONFLICTING if packages.get(name)]
+    if conflicting:
+        yield installed.without(conflicting)
+    wrong_package = conflicting or any(package["state"] != OK for package in packages.values())
     wrong_file = any(state != OK for state in files.values())
     if installed.is_bundle() and (wrong_package or wrong_file):
-        yield Text("unpack the bundle anew")
+        yield Text("unpack the bundle again")
     elif wrong_package:
         yield installed.again()
     elif wrong_file:
@@ -144,7 +144,7 @@ def _mend(
 
 
 def text(findings: dict[str, Any]) -> str:
-    """Return what `examine` found, for people to read."""
+    """Return the findings of `examine` as text."""
     lines = [f"Kogao {findings['kogao']}, Python {findings['python']}, {findings['platform']}"]
     for name, package in findings["packages"].items():
         lines.append(f"  {name} {package['version']}: {translated(package['state'])}")
@@ -160,5 +160,5 @@ def text(findings: dict[str, Any]) -> str:
                 package=package,
             )
         )
-    lines += [tr("To mend it: {command}", command=command) for command in findings["mend"]]
-    return "\n".join(lines if findings["mend"] else [*lines, tr("All is well.")])
+    lines += [tr("Repair: {command}", command=command) for command in findings["mend"]]
+    return "\n".join(lines if findings["mend"] else [*lines, tr("No problems found.")])

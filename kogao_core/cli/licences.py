@@ -1,4 +1,4 @@
-"""``kogao-cli licenses``: the licences of the program and of what it uses."""
+"""``kogao-cli licenses``: the licences of the program, its dependencies and its assets."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from kogao_core.base.language import Text, tr, translated
 from kogao_core.cli import words
 
 OWN: Final = "Apache-2.0"
-# What pyproject.toml asks for, and what that brings along; a test compares the two.
+# The dependencies in pyproject.toml, and their own. A test compares both.
 DEPENDENCIES: Final = (
     "click",
     "jpeglib",
@@ -25,7 +25,7 @@ DEPENDENCIES: Final = (
     "PySide6-Essentials",
     "threadpoolctl",
 )
-_BROUGHT_ALONG: Final = ("shiboken6", "colorama")
+_INDIRECT: Final = ("shiboken6", "colorama")
 _UNNAMED: Final = Text("see its documentation")
 
 
@@ -36,9 +36,9 @@ def command() -> None:
 
 
 def text() -> str:
-    """Return the licences of the program, its dependencies and its assets, for people to read."""
+    """Return the licences of the program, its dependencies and its assets as text."""
     lines = [f"Kogao {kogao_core.__version__}: {OWN}", "", tr("Dependencies")]
-    lines += [f"  {_dependency(name)}" for name in (*DEPENDENCIES, *_BROUGHT_ALONG)]
+    lines += [f"  {_dependency(name)}" for name in (*DEPENDENCIES, *_INDIRECT)]
     lines += ["", tr("Assets")]
     for asset in manifest():
         wheel = asset["wheel"]
@@ -56,7 +56,7 @@ def text() -> str:
 
 
 def manifest() -> list[dict[str, Any]]:
-    """Return the entries of the asset manifest; none where it isn't installed."""
+    """Return the entries of the asset manifest; empty if the manifest isn't installed."""
     try:
         stored = assets.path("assets.json").read_text(encoding="utf-8")
     except assets.AssetMissing:
@@ -74,7 +74,10 @@ def _dependency(name: str) -> str:
 
 
 def _licence(about: metadata.PackageMetadata) -> str:
-    for field in ("License-Expression", "License"):  # the second is a whole licence in some
+    for field in (
+        "License-Expression",
+        "License",
+    ):
         for stated in about.get_all(field) or []:
             if stated.strip():
                 return str(stated).strip().splitlines()[0]

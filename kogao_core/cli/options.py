@@ -90,7 +90,7 @@ def _section(setting: Setting) -> str:
 
 
 def _name_or_number(value: str) -> str | float:
-    """Return the number, or else the text, which the recipe checks."""
+    """Return a number, or the text for the recipe to check."""
     try:
         return float(value)
     except ValueError:

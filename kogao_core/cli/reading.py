@@ -58,7 +58,7 @@ _SEARCHING: Final = (
 takes_photo = words.together(
     click.argument("source", metavar="[IN]", required=False, type=PHOTO), *_SEARCHING
 )
-_POINTS: Final = "kogao_core.points"  # of what `--points` gave, in the command's context
+_POINTS: Final = "kogao_core.points"  # prefix of the values of `--points` in click's context
 
 
 def _keep(kind: str) -> Callable[[click.Context, click.Parameter, Any], None]:

@@ -291,8 +291,10 @@ def _landmarks(points: npt.ArrayLike, name: str, count: int | None) -> Array:
 
 
 def _with_row(points: Array, index: int, position: npt.ArrayLike) -> Array:
-    changed = points.copy()
-    changed[index] = np.asarray(position, np.float64)
+    changed, place = points.copy(), np.asarray(position, np.float64)
+    if place.shape != points.shape[1:]:
+        raise ValueError(f"a position must be a point (x, y), got shape {place.shape}")
+    changed[index] = place
     return changed
 
 

@@ -23,7 +23,7 @@ import numpy.typing as npt
 from kogao_core.base.geometry import Array, smoothstep
 from kogao_core.faces.face import Face
 from kogao_core.faces.reshape import across
-from kogao_core.recipe.recipe import SHAPE, Recipe
+from kogao_core.recipe.recipe import Recipe
 
 # Direction of the middle of the jaw, in degrees from the chin; the chin ends here and the cheeks
 # begin. Larger values make the chin wider.
@@ -115,7 +115,7 @@ class Shape:
     @classmethod
     def of(cls, face: Face, recipe: Recipe) -> Shape | None:
         """Return the shape in a recipe; None if all shape settings are 0."""
-        if not any(getattr(recipe, name) for name in SHAPE):
+        if recipe.whole_face:
             return None
         asked = (
             *(recipe.chin_length, recipe.jaw_width, recipe.cheeks_width),

@@ -18,7 +18,7 @@ from PIL import Image as Pillow
 
 from kogao_core.base.atomic import Chunks, NotAFile, atomic_write, check_target
 from kogao_core.base.display import eight_bits
-from kogao_core.base.geometry import Box, Image, check_image
+from kogao_core.base.geometry import Box, Image, check_image, check_type
 from kogao_core.base.language import Text
 from kogao_core.base.wording import system_reason
 from kogao_core.photo import formats
@@ -107,8 +107,7 @@ def write(
     ...     print(problem)
     marked.png exists; choose another name, or force=True to replace it
     """
-    if not isinstance(photo, Photo):
-        raise TypeError(f"expected a Photo as kogao.read returns it, got {type(photo).__name__}")
+    check_type(photo, Photo, "from kogao.read")
     check_image(pixels)
     path = Path(path)
     name = check_output(path, force=force)

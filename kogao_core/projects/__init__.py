@@ -1,4 +1,4 @@
-"""What was done to a photo, as a file; `interchange/`: landmarks for other programs.
+"""Project files with the edits of a photo; `interchange/`: landmarks for other programs.
 
-It may use the rooms up to `warp`.
+Modules here may import the packages up to `warp`.
 """

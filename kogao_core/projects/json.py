@@ -83,7 +83,7 @@ def face(node: Node, unit: int) -> Face:
     except BadFile:
         raise
     except ValueError as error:  # Face rejects the values
-        node.refuse(Text("is no face: {error}", error=error))
+        node.refuse(Text("is not a face: {error}", error=error))
 
 
 def recipe(node: Node) -> Recipe:
@@ -91,7 +91,7 @@ def recipe(node: Node) -> Recipe:
     try:
         return Recipe.from_dict(node.value)
     except (ValueError, TypeError) as error:
-        node.refuse(Text("is no recipe: {error}", error=str(error)))
+        node.refuse(Text("is not a recipe: {error}", error=str(error)))
 
 
 def protection_dict(protection: Protection, unit: int) -> dict[str, Any]:
@@ -156,7 +156,7 @@ def lines(node: Node, unit: int) -> tuple[Line, ...]:
         return ()
     found = [_points(item, unit, 2) for item in node.items(MOST_CORNERS)]
     if any(len(line) != 2 for line in found):
-        node.refuse(Text("must hold lines of two points each"))
+        node.refuse(Text("must contain lines of two points each"))
     return tuple(as_line(line) for line in found)
 
 
@@ -190,7 +190,7 @@ def _brush_stroke(node: Node, unit: int) -> BrushStroke:
     except BadFile:
         raise
     except ValueError as error:  # BrushStroke rejects the values
-        node.refuse(Text("is no stroke: {error}", error=error))
+        node.refuse(Text("is not a stroke: {error}", error=error))
 
 
 def _in_units(points: Array, unit: int) -> list[list[float]]:

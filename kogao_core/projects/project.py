@@ -1,4 +1,4 @@
-"""Everything about one edited photo but its pixels, as a file that outlives the program."""
+"""Project files: all edits of one photo, without pixels."""
 
 from __future__ import annotations
 
@@ -34,16 +34,16 @@ _FIELDS: Final = (
 
 @dataclass(frozen=True, eq=False)
 class Sheet:
-    """The faces and choices of one mode.
+    """The faces and settings of one mode.
 
     Parameters
     ----------
     faces : tuple of Face
         Px of the upright photo.
     off : frozenset of int
-        Indices of the faces left as they are.
+        Indices of the faces that are not changed.
     recipe : Recipe
-        The photo's choices, for all faces but those with some of their own.
+        Settings of the photo, for all faces without settings of their own.
     """
 
     faces: tuple[Face, ...] = ()
@@ -57,7 +57,7 @@ class Sheet:
 
     @property
     def inactive(self) -> list[Face]:
-        """The faces left as they are."""
+        """The faces that are not changed."""
         return [face for index, face in enumerate(self.faces) if index in self.off]
 
     def mapped(self, transform: Affine) -> Sheet:
@@ -66,12 +66,12 @@ class Sheet:
         Parameters
         ----------
         transform : Affine
-            From px of this photo to px of the other.
+            From px of this photo to px of the resized photo.
 
         Returns
         -------
         Sheet
-            Its threshold is scaled, too.
+            With scaled faces and threshold.
         """
         faces = tuple(face.mapped(transform) for face in self.faces)
         return Sheet(faces, self.off, self.recipe.at_scale(transform.scale))
@@ -79,7 +79,7 @@ class Sheet:
 
 @dataclass(frozen=True, slots=True)
 class Original:
-    """The photo that a project is about: where it lies, its SHA-256 and its upright size, px."""
+    """The photo of a project: path, SHA-256 and upright size, px."""
 
     path: str
     sha256: str
@@ -89,24 +89,24 @@ class Original:
 
 @dataclass(frozen=True, eq=False)
 class Project:
-    """What was done to one photo.
+    """The edits of one photo, as saved in a project file.
 
     Parameters
     ----------
     original : Original
-        Which photo.
+        File name, hash and size of the photo.
     mode : {"automatic", "manual"}
-        Whose faces make the result.
+        The sheet used for the result.
     automatic : Sheet
-        Found by the machine, and what was corrected on it.
+        Faces found by the program, with corrections.
     manual : Sheet, optional
-        Marked by hand.
+        Faces marked by hand.
     protection : Protection
-        Places that must not move, px.
+        Areas that must not move, px.
     loose : tuple of Line
-        Straight lines that aren't held, px.
+        Straight lines that may bend, px.
     brushwork : Brushwork
-        Strokes of push and restore, px.
+        Push and restore strokes, px.
 
     Examples
     --------
@@ -133,26 +133,26 @@ class Project:
         Parameters
         ----------
         width, height : int
-            Of that photo, upright, px.
+            Size of the upright photo, px.
 
         Returns
         -------
         Project
-            Itself where the size is the same.
+            With all coordinates scaled; the same object for the same size.
 
         Raises
         ------
         BadFile
-            If the photo has another shape: it is cropped or another one.
+            If the photo has another aspect ratio.
         """
         old = self.original
         if (width, height) == (old.width, old.height):
             return self
-        # A resized photo's sides are rounded to whole px, each by up to one.
+        # Resizing rounds each side to whole px.
         if abs(width * old.height - height * old.width) > max(old.width, old.height):
             raise BadFile(
                 Text(
-                    "the project is about a photo of {width} x {height} px, and one "
+                    "the project belongs to a photo of {width} x {height} px; a photo "
                     "of {new_width} x {new_height} px has another shape",
                     width=old.width,
                     height=old.height,
@@ -173,18 +173,15 @@ class Project:
 
 
 def unit_px(width: int, height: int) -> int:
-    """Return what coordinates are divided by: the least power of two not below both sides.
+    """Return the unit of coordinates: the smallest power of two that is not below both sides.
 
-    Dividing by a power of two loses no bit, so reading brings back the very same points.
+    Dividing by a power of two is exact, so a saved project has exactly the same points.
     """
     return 1 << (max(width, height) - 1).bit_length()
 
 
 def to_dict(project: Project) -> dict[str, Any]:
-    """Return a project as plain JSON values; positions and lengths are in `unit_px`.
-
-    Result: what `from_node` reads.
-    """
+    """Convert a project to plain JSON values; positions and lengths are in `unit_px`."""
     original = project.original
     unit = unit_px(original.width, original.height)
     manual = project.manual
@@ -204,14 +201,14 @@ def to_dict(project: Project) -> dict[str, Any]:
 
 
 def from_node(top: Node) -> Project:
-    """Read what `to_dict` wrote. Raises BadFile."""
+    """Read a project written by `to_dict`. Raises BadFile."""
     top.field("format").text(40, (_FORMAT,))
     version = top.field("version").whole(1, 10**6)
     if version > VERSION:
         raise BadFile(
             Text(
-                "the file has version {version} and was written by a newer Kogao; "
-                "this one reads up to version {newest}: update it",
+                "the file has version {version}, from a newer Kogao; this Kogao reads "
+                "versions up to {newest}: update Kogao",
                 version=version,
                 newest=VERSION,
             )
@@ -248,12 +245,12 @@ def load(path: str | os.PathLike[str]) -> Project:
     Returns
     -------
     Project
-        Its photo isn't opened; `sidecar.apply` says what it makes of one.
+        Apply the project with `apply_project`. The photo is not opened.
 
     Raises
     ------
     BadFile
-        If it can't be read or isn't a project; one sentence.
+        If the file can't be read or isn't a project.
 
     Examples
     --------
@@ -265,23 +262,25 @@ def load(path: str | os.PathLike[str]) -> Project:
     no-such.kogao.json can't be read (No such file or directory)
     """
     if Path(path).exists() and not Path(path).is_file():
-        raise BadFile(Text("{path} is no ordinary file", path=path))  # a pipe would be waited for
+        raise BadFile(
+            Text("{path} is not an ordinary file", path=path)
+        )  # reading a pipe would block
     return from_node(parse(read(Path(path), _MOST_BYTES), _MOST_BYTES))
 
 
 def save(project: Project, path: str | os.PathLike[str], *, private: bool = False) -> None:
-    """Write a project file atomically; a private one is readable by its owner alone."""
+    """Write a project file atomically. Only the owner can read a private file."""
     atomic_write(to_bytes(project), path, private=private)
 
 
 def to_bytes(project: Project) -> bytes:
-    """Return what a project's file holds."""
+    """Return the content of a project file."""
     text = json.dumps(to_dict(project), ensure_ascii=False, allow_nan=False, indent=1)
     return text.encode("utf-8")
 
 
 def sha256_of(path: str | os.PathLike[str]) -> str:
-    """Return the SHA-256 of a file, in hexadecimal. Result: 64 digits."""
+    """Return the SHA-256 of a file as 64 hexadecimal digits."""
     with Path(path).open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
 

@@ -14,7 +14,7 @@ from typing import Final, NamedTuple
 
 from kogao_core.base import json_reader
 from kogao_core.base.atomic import atomic_write
-from kogao_core.base.geometry import Box, Image, Line
+from kogao_core.base.geometry import Box, Image, Line, check_image, check_type
 from kogao_core.base.installed import data_folder
 from kogao_core.base.json_reader import BadFile
 from kogao_core.base.language import Text
@@ -181,28 +181,27 @@ class Applied:
 
 
 def apply(project: Project, pixels: Image, sha256: str | None = None) -> Applied:
-    """Return what a project makes of a photo: its own, or the same one at another resolution.
+    """Return the edits of a project for a photo, scaled to the resolution of the photo.
 
     Parameters
     ----------
     project : Project
-        Its path is never opened: the photo at hand is the one to work on.
+        The path stored in the project is not opened.
     pixels : array of shape (H, W) or (H, W, C)
         The photo, upright.
     sha256 : str, optional
-        Hash of the photo's file, see `project.sha256_of`; without it, no note says whether this is
-        the very file.
+        Hash of the photo's file, see `project.sha256_of`. With the hash, the note tells whether the
+        file has changed.
 
     Returns
     -------
     Applied
-        What to hand to `render`.
+        Arguments for `render`: faces, recipe, protection, brushwork; and a note for the user.
 
     Raises
     ------
     BadFile
-        If the photo has another shape than the project's, or faces or protected places lie far
-        outside; one sentence.
+        If the photo has another aspect ratio, or faces or protected areas are far outside.
 
     Examples
     --------
@@ -216,6 +215,8 @@ def apply(project: Project, pixels: Image, sha256: str | None = None) -> Applied
     'the project was made at 1800 x 1800 px and has been scaled to this photo'
     >>> rendering = kogao.render(photo.pixels, done.faces, done.recipe, protection=done.protection)
     """
+    check_type(project, Project, "from kogao.load_project")
+    check_image(pixels)
     at_hand, note = match(project, pixels, sha256)
     sheet = sheet_of(at_hand)
     return Applied(
@@ -227,7 +228,7 @@ def apply(project: Project, pixels: Image, sha256: str | None = None) -> Applied
 def match(project: Project, pixels: Image, sha256: str | None = None) -> tuple[Project, str]:
     """Scale a project to the size of a photo. Return the project and a note for the user.
 
-    Result: the note is empty for the very photo. Raises BadFile.
+    The note is empty for the identical file. Raises BadFile.
     """
     height, width = pixels.shape[:2]
     at_hand = project.at_size(width, height)

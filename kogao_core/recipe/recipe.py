@@ -6,6 +6,7 @@ import dataclasses
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from numbers import Real
+from operator import attrgetter
 from typing import Any, Final, TypeVar
 
 from kogao_core.base.language import Text
@@ -356,7 +357,8 @@ class Recipe:
         for setting in SETTINGS.values():
             value = getattr(self, setting.name)
             setting.check(value)
-            object.__setattr__(self, setting.name, setting.plain(value))
+            if setting.is_whole or type(value) not in (bool, float, str):
+                object.__setattr__(self, setting.name, setting.plain(value))
 
     @property
     def amount(self) -> Text:
@@ -383,7 +385,7 @@ class Recipe:
     @property
     def whole_face(self) -> bool:
         """True if all of a face moves by the same share, as in the paper."""
-        return all(getattr(self, name) == 0.0 for name in SHAPE)
+        return not any(_shape_of(self))
 
     def of_face(self, own: Recipe | None) -> Recipe:
         """Return this recipe with a face's `own` settings (`FACE_FIELDS`), if any.
@@ -497,6 +499,7 @@ SHAPE: Final = (
     *("width", "length", "jaw_width", "chin_length", "cheeks_width", "forehead_height"),
     *("left_width", "right_width", "even_out"),
 )
+_shape_of: Final = attrgetter(*SHAPE)
 # Settings that each face may override.
 FACE_FIELDS: Final = tuple(name for name, setting in SETTINGS.items() if not setting.per_photo)
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from numbers import Real
+from operator import attrgetter
 from typing import Any, Final, Generic, Literal, TypeVar
 
 from kogao_core.base.language import Text
@@ -128,7 +129,7 @@ class Setting:
     @property
     def choices(self) -> tuple[str, ...]:
         """The names of the alternatives."""
-        return tuple(one.name for one in self.alternatives)
+        return tuple(map(attrgetter("name"), self.alternatives))
 
     def alternative(self, name: str) -> Alternative[Any]:
         """Return the alternative with this name."""

@@ -14,7 +14,7 @@ from collections import OrderedDict
 from collections.abc import Sequence
 from dataclasses import dataclass
 from threading import Lock
-from typing import Final, Literal
+from typing import Final, Literal, get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -57,6 +57,8 @@ class BrushStroke:
 
     def __post_init__(self) -> None:
         """Freeze the points and refuse broken strokes."""
+        if self.kind not in get_args(BrushKind):
+            raise ValueError(f"kind must be one of {', '.join(get_args(BrushKind))}")
         try:
             object.__setattr__(self, "points_px", frozen(self.points_px, (None, 2)))
             if self.pressure is not None:
@@ -115,12 +117,12 @@ class BrushStroke:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Brushwork:
-    """All strokes of push and restore over a photo's result.
+    """Brush strokes that push parts of the result or restore the original.
 
     Parameters
     ----------
     strokes : tuple of BrushStroke
-        In the order they were drawn; each works on what those before it left.
+        In drawing order; each stroke changes the result of the previous strokes.
 
     Examples
     --------
@@ -135,17 +137,17 @@ class Brushwork:
     strokes: tuple[BrushStroke, ...] = ()
 
     def mapped(self, transform: Affine) -> Brushwork:
-        """Return the strokes carried along by a transform of their image.
+        """Return the strokes in the coordinates of a transformed image.
 
         Parameters
         ----------
         transform : Affine
-            A similarity: turn, scale, mirror and shift.
+            From old to new px; a similarity: rotation, scale, mirroring and shift.
 
         Returns
         -------
         Brushwork
-            px of the new image.
+            Points and radii in px of the new image.
         """
         return Brushwork(tuple(stroke.mapped(transform) for stroke in self.strokes))
 
@@ -162,21 +164,21 @@ class Brushwork:
         Parameters
         ----------
         kind : {"push", "restore"}
-            What it does.
+            Push pixels along the stroke, or reduce the displacement under the stroke.
         points_px : array of shape (N, 2)
-            Corners of its way (x, y).
+            Points of the brush path (x, y), px.
         radius_px : float
             Half the brush's width, at least 1.
         strength : float
-            0 to 1: the share of its way that a push drags, or of all displacement that a restore
-            takes away.
+            0 to 1. Push: pixels move by this share of the path. Restore: this share of the
+            displacement is removed.
         falloff : float
-            0.4 to 1: the share of the radius over which the strength fades to nothing.
+            0.4 to 1: the strength fades to 0 over this share of the radius.
 
         Returns
         -------
         Brushwork
-            Of all strokes.
+            With the old strokes and the new one.
         """
         points = np.asarray(points_px, np.float64)
         stroke = BrushStroke(kind, points, radius_px, strength, falloff)

@@ -314,6 +314,10 @@ def shown_at(field: Displacing, source_px: Array, start_px: Array | None = None)
     >>> bool(abs(chin - rendering.pairs[0].target_px[10]).max() < 0.01)
     True
     """
+    if not hasattr(field, "at"):
+        given = type(field).__name__
+        raise TypeError(f"expected a Field such as rendering.field, got {given}")
+    source_px = points_of(source_px)
     x = np.array(source_px if start_px is None else start_px, np.float64)
     left, miss, move = np.arange(len(x)), np.zeros_like(x), np.zeros_like(x)
     for turn in range(_INVERSION_STEPS):

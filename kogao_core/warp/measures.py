@@ -14,7 +14,7 @@ from typing import Final
 
 import numpy as np
 
-from kogao_core.base.geometry import Array
+from kogao_core.base.geometry import Array, check_type
 from kogao_core.faces.face import Face
 from kogao_core.faces.reshape import across
 from kogao_core.faces.targets import Pairs
@@ -79,6 +79,7 @@ def measures(face: Face) -> FaceMeasures:
     >>> round(kogao.measures(face).interocular_px, 1)
     125.6
     """
+    check_type(face, Face, "from kogao.find")
     right = across(face)
     down = np.array([-right[1], right[0]])
     x, y = (face.outline - face.middle) @ right, (face.outline - face.middle) @ down

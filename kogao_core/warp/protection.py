@@ -114,12 +114,12 @@ def _part(line: Array, start: float, end: float) -> Array:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Protection:
-    """All strokes of a photo.
+    """Strokes over areas of a photo that must not move.
 
     Parameters
     ----------
     strokes : tuple of Stroke
-        In the order they were drawn.
+        In drawing order.
 
     Examples
     --------
@@ -133,17 +133,17 @@ class Protection:
     strokes: tuple[Stroke, ...] = ()
 
     def mapped(self, transform: Affine) -> Protection:
-        """Return the strokes in another image of the same scene.
+        """Return the strokes in the coordinates of a transformed image.
 
         Parameters
         ----------
         transform : Affine
-            A similarity: turn, scale, mirror and shift.
+            From old to new px; a similarity: rotation, scale, mirroring and shift.
 
         Returns
         -------
         Protection
-            px of the new image.
+            Points and radii in px of the new image.
         """
         scale = transform.scale
         strokes = (Stroke(transform(s.points_px), s.radius_px * scale) for s in self.strokes)
@@ -155,14 +155,14 @@ class Protection:
         Parameters
         ----------
         points_px : array of shape (N, 2)
-            Corners of its line (x, y).
+            Points of the stroke (x, y), px.
         radius_px : float
-            Half its width; 0 is the line alone.
+            Half the width of the stroke, px; 0 is a line without width.
 
         Returns
         -------
         Protection
-            Of all strokes.
+            With the old strokes and the new one.
         """
         stroke = Stroke(np.asarray(points_px, np.float64), radius_px)
         return dataclasses.replace(self, strokes=(*self.strokes, stroke))
@@ -170,15 +170,15 @@ class Protection:
     def erased(self, points_px: npt.ArrayLike, radius_px: float) -> Protection:
         """Return the protection without the parts that an eraser touches.
 
-        A stroke loses the part of its line whose width would meet the eraser. The remaining parts
-        on either side become separate strokes.
+        The part of a stroke touched by the eraser is removed. The remaining parts become separate
+        strokes.
 
         Parameters
         ----------
         points_px : array of shape (N, 2)
-            Corners of the eraser's line (x, y).
+            Points of the eraser's path (x, y), px.
         radius_px : float
-            Half its width.
+            Half the width of the eraser, px.
 
         Returns
         -------

@@ -1,1 +1,1 @@
-"""Programs for desktops without Python: made here, not part of the wheel."""
+"""Make bundles and release files; not part of the wheel."""

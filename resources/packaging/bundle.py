@@ -24,8 +24,8 @@ ROOT: Final = HERE.parents[1]
 _PYINSTALLER: Final = "pyinstaller>=6.16,<7"
 _EXTRAS: Final = "heic,raw"
 _MOST_MB: Final = 255
-# Of Qt's plug-ins: the window is one of Widgets, painted without OpenGL, and opens no connection.
-# They go before PyInstaller looks, for what it brings along is what they need: all of GTK, say.
+# Qt plug-ins that the window doesn't use: it has no OpenGL, no network and no virtual keyboard.
+# Delete these first: PyInstaller would collect their dependencies, such as GTK.
 _UNUSED_PLUGINS: Final = (
     "egldeviceintegrations", "generic", "networkinformation", "platforms/*egl*", "platforms/*fb*",
     "platforms/*minimal*", "platforms/*vk*", "platforms/*vnc*", "platformthemes/*gtk*",
@@ -35,7 +35,7 @@ _UNUSED_PLUGINS: Final = (
 
 
 def main() -> None:
-    """Make the folder that the command line names."""
+    """Make a bundle in the folder of the command line."""
     (folder,) = map(Path, sys.argv[1:])
     with tempfile.TemporaryDirectory(prefix="kogao-bundle-") as work:
         made = bundle(folder.resolve(), Path(work))
@@ -67,7 +67,7 @@ def bundle(folder: Path, work: Path) -> Path:
 
 
 def refuse(made: Path) -> None:
-    """End the program where a bundle lacks a library or is too heavy."""
+    """Exit with an error if a bundle lacks a library or is too large."""
     if lacks := missing(made):
         asks = (f"{name}, for {', '.join(files)}" for name, files in sorted(lacks.items()))
         raise SystemExit(f"{made} lacks libraries:\n" + "\n".join(asks))
@@ -92,7 +92,7 @@ def _drop_unused_plugins(pyside: Path) -> None:
 
 
 def _add_licences_of_the_system(made: Path, licences: Path) -> None:
-    """Copy what Debian's packages say of the libraries that were taken from them."""
+    """Copy the licences of the Debian packages that own the collected libraries."""
     inside = made / "_internal"
     names = [file.name for file in inside.glob("*.so*") if not file.is_symlink()]
     libraries = [f"*/{name}" for name in names if ".cpython-" not in name]

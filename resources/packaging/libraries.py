@@ -1,4 +1,4 @@
-"""What a bundle's libraries ask of each other and of the system, as binutils' readelf tells."""
+"""Dependencies of the libraries in a bundle, read with readelf of binutils."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Final
 
 _C: Final = r"(ld-linux-[\w-]+|lib(c|dl|gcc_s|m|pthread|rt|stdc\+\+|util))\.so\.\d+"
-# A system's own fit its drivers, fonts and services better than older ones from a bundle.
+# The system's versions of these libraries fit its drivers, fonts and services.
 _DESKTOP: Final = (
     r"lib(EGL|GL|X11|X11-xcb|dbus-1|fontconfig|freetype|glib-2\.0|gthread-2\.0|wayland-\w+|xcb)"
     r"\.so\.\d+"
@@ -18,7 +18,7 @@ _OF_THE_SYSTEM: Final = re.compile(f"{_C}|{_DESKTOP}")
 
 
 def libraries(folder: Path) -> Iterator[Path]:
-    """Yield every ELF file below a folder, but no links."""
+    """Yield every ELF file below a folder, without links."""
     for file in sorted(folder.rglob("*")):
         if file.is_file() and not file.is_symlink():
             with file.open("rb") as stream:
@@ -27,18 +27,18 @@ def libraries(folder: Path) -> Iterator[Path]:
 
 
 def needed(library: Path) -> set[str]:
-    """Return the names of the libraries that the loader brings along."""
+    """Return the names of the libraries that the loader loads for a library."""
     return set(re.findall(r"\(NEEDED\).*\[(.*)\]", _readelf("--dynamic", library)))
 
 
-def asked_for(library: Path) -> dict[str, str]:
-    """Return the symbols that a library takes from others, with their versions, some of them ""."""
+def undefined_symbols(library: Path) -> dict[str, str]:
+    """Return the undefined symbols of a library, with versions ("" for none)."""
     names = (row[7] for row in _symbols(library) if row[6] == "UND")
     return {name: version for name, _, version in (one.partition("@") for one in names)}
 
 
-def offered(library: Path) -> set[str]:
-    """Return the names of the functions and data that a library has for others."""
+def exported_symbols(library: Path) -> set[str]:
+    """Return the names of the exported functions and data of a library."""
     return {
         row[7].partition("@")[0]
         for row in _symbols(library)
@@ -47,13 +47,13 @@ def offered(library: Path) -> set[str]:
 
 
 def can_be_mapped(library: Path) -> bool:
-    """Tell whether each segment lies as far into a page of the file as into one of memory."""
+    """Return True if each segment has the same offset in its page in the file and in memory."""
     segments = re.findall(r"^ +LOAD +(\w+) +(\w+)", _readelf("--segments", library), re.MULTILINE)
     return all((int(offset, 16) - int(address, 16)) % 4096 == 0 for offset, address in segments)
 
 
 def leave_to_the_system(folder: Path) -> None:
-    """Delete a system's libraries from the top of a folder, and what nothing needs after that."""
+    """Delete the system's libraries from a folder, then libraries that are no longer needed."""
     brought = [file for file in folder.glob("lib*.so.*") if not file.is_symlink()]
     dropped = [file for file in brought if _OF_THE_SYSTEM.fullmatch(file.name)]
     while dropped:
@@ -61,16 +61,13 @@ def leave_to_the_system(folder: Path) -> None:
             file.unlink()
             brought.remove(file)
         asked = set[str]().union(*map(needed, libraries(folder)))
-        # PyInstaller's beginning opens Python's library by its name.
+        # PyInstaller's boot loader opens Python's library by name.
         keep = {file for file in brought if file.name in asked or "libpython" in file.name}
         dropped = [file for file in brought if file not in keep]
 
 
 def missing(folder: Path) -> dict[str, list[str]]:
-    """Return what libraries below a folder need and neither it nor a system has.
-
-    Result: for each name the files that need it, relative to the folder.
-    """
+    """Return missing libraries: for each name, the files below the folder that need it."""
     here = {file.name for file in folder.rglob("*")}
     lacks: dict[str, list[str]] = {}
     for file in libraries(folder):
@@ -90,6 +87,6 @@ def _readelf(what: str, library: Path) -> str:
 
 
 def run(*command: Path | str) -> str:
-    """Run a program and return what it prints."""
+    """Run a program and return its output."""
     done = subprocess.run(list(map(str, command)), stdout=subprocess.PIPE, text=True, check=True)
     return done.stdout

@@ -1,9 +1,11 @@
-"""Makes an environment on Linux lighter before PyInstaller looks at it.
+"""Reduce the size of an environment on Linux before PyInstaller collects files.
 
-Wheels bring more than is called here. In the place of libraries that others are linked to come
-small ones of the same names: OpenCV gets NumPy's BLAS instead of one more; its FFmpeg and AVIF go,
-for nothing here plays videos, and Pillow has an AVIF of its own; Pillow's X goes, for nothing here
-grabs screens. Of ICU's data stays what Qt sorts by. Debug symbols go.
+Stubs with the same names replace libraries that Kogao doesn't use:
+
+- OpenCV calls NumPy's BLAS. OpenCV has no FFmpeg (videos) and no AVIF (Pillow reads AVIF).
+- Pillow has no X11 (screenshots).
+- ICU keeps the data for sorting.
+- Debug symbols are removed.
 """
 
 from __future__ import annotations
@@ -15,13 +17,13 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
-from .libraries import asked_for, can_be_mapped, libraries, offered, run
+from .libraries import can_be_mapped, exported_symbols, libraries, run, undefined_symbols
 
 _BLAS: Final = Path(__file__).resolve().parent / "blas.c"
-# Of OpenCV: it asks AVIF of every file whether it is one; where it gets no decoder, it isn't.
+# Libraries of OpenCV. Without an AVIF decoder, OpenCV takes no file for AVIF.
 _UNUSED: Final = ("libavcodec-*", "libavformat-*", "libavif-*", "libavutil-*", "libswscale-*")
-# What sorting needs: the collations, how a locale leads to one, and normal forms. Names of
-# languages and zones, units, line breaks, encodings go: Qt has its own, or nothing here shows them.
+# Data for sorting: collations, locales and normal forms. Qt has its own names of languages, time
+# zones, units and encodings, or Kogao doesn't show these.
 _ICU_USED: Final = re.compile(
     r"coll/.*|.*\.nrm|cnvalias\.icu"
     r"|(icustd|icuver|keyTypeData|langInfo|likelySubtags|metadata|numberingSystems|pool|res_index"
@@ -30,7 +32,7 @@ _ICU_USED: Final = re.compile(
 
 
 def lighten(site: Path) -> None:
-    """Replace what is too heavy."""
+    """Replace the largest unused libraries by stubs."""
     opencv, pillow = _only(site, "cv2/cv2*.so"), _only(site, "PIL/_imaging.*.so")
     with tempfile.TemporaryDirectory(prefix="kogao-lighter-") as work:
         _link(
@@ -39,8 +41,8 @@ def lighten(site: Path) -> None:
             others=[_only(site, "numpy.libs/libscipy_openblas64_*")],
         )
         for pattern in _UNUSED:
-            _leave_out(_only(site, f"opencv_*.libs/{pattern}"), opencv, Path(work))
-        _leave_out(_only(site, "pillow.libs/libxcb-*"), pillow, Path(work))
+            _stub(_only(site, f"opencv_*.libs/{pattern}"), opencv, Path(work))
+        _stub(_only(site, "pillow.libs/libxcb-*"), pillow, Path(work))
         _lighten_icu(_only(site, "PySide6/Qt/lib/libicudata.so.*"), Path(work))
         _strip(site, Path(work) / "stripped")
 
@@ -54,21 +56,21 @@ def _only(site: Path, pattern: str) -> Path:
     return found[0]
 
 
-def _leave_out(library: Path, by: Path, work: Path) -> None:
-    """Put functions that return NULL in the place of those that `by` takes from a library."""
-    wanted = asked_for(by)
-    names = sorted(offered(library) & wanted.keys())
-    source, versions = work / "without.c", work / "without.map"
-    nothing = "static void *nothing(void) { return 0; }\n"
-    also = (f'void *{name}(void) __attribute__((alias("nothing")));\n' for name in names)
-    source.write_text(nothing + "".join(also))
+def _stub(library: Path, by: Path, work: Path) -> None:
+    """Replace a library by a stub with the functions that `by` uses; all return NULL."""
+    wanted = undefined_symbols(by)
+    names = sorted(exported_symbols(library) & wanted.keys())
+    source, versions = work / "stub.c", work / "stub.map"
+    null = "static void *null(void) { return 0; }\n"
+    also = (f'void *{name}(void) __attribute__((alias("null")));\n' for name in names)
+    source.write_text(null + "".join(also))
     (version,) = {wanted[name] for name in names}
     versions.write_text(f"{version} {{ global: *; }};\n")
     _link(library, source, f"-Wl,--version-script={versions}")
 
 
 def _lighten_icu(library: Path, work: Path) -> None:
-    (name,) = offered(library)  # icudt73_dat in version 73
+    (name,) = exported_symbols(library)  # icudt73_dat in version 73
     data, unused, source = work / f"{name[:-4]}l.dat", work / "unused.lst", work / "icudata.S"
     run("objcopy", "--output-target=binary", "--only-section=.rodata", library, data)
     items = run("icupkg", "--list", data).split()
@@ -84,12 +86,12 @@ def _lighten_icu(library: Path, work: Path) -> None:
 def _strip(site: Path, stripped: Path) -> None:
     for library in libraries(site):
         run("strip", "--strip-unneeded", "-o", stripped, library)
-        if can_be_mapped(stripped):  # strip tears apart some that patchelf has worked on
+        if can_be_mapped(stripped):  # strip damages some libraries that patchelf has changed
             shutil.copyfile(stripped, library)
 
 
 def _link(library: Path, *what: Path | str, others: Sequence[Path] = ()) -> None:
-    """Make a library anew, of sources and of others from folders beside its own."""
+    """Link a new library from sources and libraries in neighbouring folders."""
     places = [f"-Wl,-rpath,$ORIGIN/../{other.parent.name}" for other in others]
     library.unlink()
     run("gcc", "-shared", "-fPIC", "-O2", "-Wall", "-Werror", f"-Wl,-soname,{library.name}",

@@ -1,38 +1,38 @@
-"""Both programs of a bundle: which of them, the name of the file that was started says."""
+"""Start one of the two programs of a bundle, by the name of the executable."""
 
 import os
 import sys
 import types
 from pathlib import Path
 
-# Set for the bundle's own libraries, which other programs, a browser say, must not find.
+# Variables for the bundle's libraries. Other programs, such as a browser, must not get these.
 _OURS = ("LD_LIBRARY_PATH", "QT_PLUGIN_PATH", "QML2_IMPORT_PATH")
-# What a batch starts beside its workers, to clean up after them.
+# multiprocessing starts this command to clean up after workers.
 _TRACKER = "from multiprocessing.resource_tracker import main"
 
 
-def _forget_where_we_lie() -> None:
+def _restore_environment() -> None:
     for name in _OURS:
         os.environ.pop(name, None)
         before = os.environ.pop(f"{name}_ORIG", None)
         if before is not None:
             os.environ[name] = before
-    # The workers that a batch starts find them by themselves then, as if started by a user.
+    # Worker processes then set their own variables, as if a user had started them.
     os.environ["PYINSTALLER_RESET_ENVIRONMENT"] = "1"
 
 
 def _without_opengl() -> None:
-    """Say yes to pyqtgraph, which imports these at once, and uses them to paint by OpenGL only."""
+    """Add empty modules for pyqtgraph, which imports these but uses them for OpenGL only."""
     for name in ("QtOpenGL", "QtOpenGLWidgets"):
         module = types.ModuleType(f"PySide6.{name}")
         vars(module)["QOpenGLWidget"] = object
         sys.modules[module.__name__] = module
 
 
-def _be_a_worker() -> None:
-    """Do what multiprocessing has started this program for, if it has.
+def _run_worker() -> None:
+    """Run a worker process if multiprocessing has started this program.
 
-    PyInstaller's own code for it loads multiprocessing at every start.
+    PyInstaller's own function would import multiprocessing at every start.
     """
     if "--multiprocessing-fork" in sys.argv[1:2]:
         from multiprocessing import spawn
@@ -44,8 +44,8 @@ def _be_a_worker() -> None:
 
 
 if __name__ == "__main__":
-    _be_a_worker()
-    _forget_where_we_lie()
+    _run_worker()
+    _restore_environment()
     if Path(sys.executable).stem == "kogao-cli":
         from kogao_core.cli import main as command_line
 

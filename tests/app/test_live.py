@@ -146,7 +146,7 @@ def test_readings_are_marked_until_they_are_those_of_the_whole_photo(opened):
         )
 
     opened.editor.live.drawn.connect(look)
-    opened.editor.document.changed.connect(look)
+    opened.editor.document.watch(look)
     settled = [label.text() for label in labels]
     assert all(settled)
     for percent in (5.0, 6.0, 7.0):

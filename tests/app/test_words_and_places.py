@@ -150,6 +150,16 @@ def test_settings_stay_in_place_when_a_tool_shows_its_panel(start, photo, worksp
     assert place() == before, "a scroll bar takes no room of the settings"
 
 
+def test_lens_correction_moves_no_other_setting(start, photo):
+    driver = start(photo, workspace="retouch")
+    panel = driver.panel("recipe")
+    before = panel.shape.mapTo(panel, QPoint()), panel.more.mapTo(panel, QPoint())
+    for lens in (24.0, "off"):
+        driver.editor.recipe.set_field("lens", lens)
+        driver.settle()
+        assert (panel.shape.mapTo(panel, QPoint()), panel.more.mapTo(panel, QPoint())) == before
+
+
 def test_keys_of_menus_that_a_workspace_does_not_show_do_nothing(start, photo):
     driver = start(photo, workspace="retouch")
     driver.key(KEYS.Key_F3)
@@ -158,6 +168,7 @@ def test_keys_of_menus_that_a_workspace_does_not_show_do_nothing(start, photo):
     assert driver.state.mode == "automatic"
     assert not driver.window.findChildren(QDialog)
     driver.window.actions_by_name["workspace-compare"].trigger()
+    assert driver.window.actions_by_name["experiment-methods"].isEnabled(), "a button there"
     driver.key(KEYS.Key_F3)
     assert driver.state.mode == "manual"
     driver.window.actions_by_name["workspace-retouch"].trigger()

@@ -206,4 +206,4 @@ def test_menus_of_experiments_and_manual_mode_show_where_they_are_used(empty):
         assert shown == set(EXTRA[workspace]), workspace
 
 
-EXTRA = {"retouch": (), "compare": ("Manual",), "inspect": ("Manual", "Experiments")}
+EXTRA = {"retouch": (), "compare": ("Manual", "Experiments"), "inspect": ("Manual", "Experiments")}

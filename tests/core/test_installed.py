@@ -86,5 +86,5 @@ def test_an_environment_without_pip_is_served_by_uv(monkeypatch):
 def test_nobody_is_told_to_install_something_into_a_bundle():
     assert installed.adding("heic").startswith("not in this bundle")
     wrong = {"numpy": {"version": "1", "state": "doesn't load"}}
-    assert list(doctor._mend(wrong, {}, {})) == ["unpack the bundle anew"]
-    assert list(doctor._mend({}, {"a.tflite": "missing"}, {})) == ["unpack the bundle anew"]
+    assert list(doctor._repairs(wrong, {}, {})) == ["unpack the bundle again"]
+    assert list(doctor._repairs({}, {"a.tflite": "missing"}, {})) == ["unpack the bundle again"]

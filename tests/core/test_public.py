@@ -138,6 +138,32 @@ WRONG = {
         lambda: render(PHOTO, [FACE], PAPER, protection=[(1, 2)]),
         "expected a Protection",
     ),
+    "brushwork as a text": (
+        lambda: render(PHOTO, [FACE], PAPER, brushwork="x"),
+        "expected a Brushwork",
+    ),
+    "unknown brush": (
+        lambda: kogao.Brushwork().with_stroke("pull", [(1, 2)], 20),
+        "one of push, restore",
+    ),
+    "measures of a list": (
+        lambda: kogao.measures([FACE]),
+        "expected a Face from kogao.find, got list",
+    ),
+    "shown by a rendering": (
+        lambda: kogao.shown_at(render(PHOTO, [FACE], PAPER), [(1, 2)]),
+        "expected a Field such as rendering.field, got Rendering",
+    ),
+    "one shown point": (lambda: kogao.shown_at(FIELD, (3.0, 4.0)), r"shape \(N, 2\), got \(2,\)"),
+    "project as a text": (
+        lambda: kogao.apply_project("a.kogao.json", PHOTO),
+        "expected a Project from kogao.load_project, got str",
+    ),
+    "gain map of pixels": (
+        lambda: kogao.accompanied(PHOTO, lambda picture: picture),
+        "expected a Photo from kogao.read",
+    ),
+    "target of one number": (lambda: FACE.with_target(0, 5), r"must be a point \(x, y\)"),
     "one point": (lambda: FIELD.at((3.0, 4.0)), r"shape \(N, 2\), got \(2,\)"),
     "points of a volume": (lambda: FIELD.at(np.zeros((4, 3))), r"shape \(N, 2\), got \(4, 3\)"),
     "picture of Pillow": (

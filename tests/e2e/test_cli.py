@@ -760,7 +760,7 @@ def test_a_closed_output_is_no_error():
 def test_doctor_is_well_when_nothing_is_missing(works, monkeypatch):
     monkeypatch.setattr(installed, "_loads", lambda _: True)
     said = works("doctor")
-    assert said.rstrip().endswith("All is well.")
+    assert said.rstrip().endswith("No problems found.")
     for name in ("numpy", "opencv", "Pillow", "PySide6", "pyqtgraph", "Python 3"):
         assert name in said
 
@@ -796,7 +796,7 @@ def test_doctor_names_missing_libraries_and_the_one_command(cli, tmp_path, monke
     assert found["missing_libraries"] == missing
     assert found["mend"] == [f"{sudo}apt-get install libegl1 libglib2.0-0 libx11-6 libxcb-cursor0"]
     assert "libxcb-cursor.so.0: missing (Debian and Ubuntu: libxcb-cursor0)" in said
-    assert f"To mend it: {found['mend'][0]}" in said
+    assert f"Repair: {found['mend'][0]}" in said
 
 
 @pytest.mark.usefixtures("portrait")
@@ -816,7 +816,7 @@ def test_doctor_sees_wrong_and_missing_networks(cli, tmp_path, monkeypatch):
     code, said, _ = cli("doctor", "--json", "-")
     assert code == 1
     states = json.loads(said)["assets"]
-    assert states["face_detection_back.tflite"] == "not the file it should be"
+    assert states["face_detection_back.tflite"] == "differs from the original file"
     assert states["face_landmarks_detector.tflite"] == "missing"
     assert any("pip install" in command for command in json.loads(said)["mend"])
 

@@ -35,10 +35,7 @@ class EvidenceFiles(Feature):
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        self._rendering: Rendering | None = None
         self._writing = self.lane(self._show_written, self._fail)
-        self.live.measured.connect(self._take)
-        self.document.changed.connect(self._forget)
         self.bind(
             Item(
                 "experiment-evidence",
@@ -59,20 +56,20 @@ class EvidenceFiles(Feature):
             self._ask_files,
         )
 
-    def _take(self, rendering: Rendering) -> None:
-        self._rendering = rendering
-
-    def _forget(self) -> None:
-        self._rendering = None
+    @property
+    def _rendering(self) -> Rendering | None:
+        """The full result of the newest state, or None."""
+        frame = self.view.frame
+        return frame.rendering if frame is not None and self.live.is_final(frame) else None
 
     def _ask_where(self) -> None:
-        path = self.document.path
-        if self._rendering is None or path is None:
+        path, rendering = self.document.path, self._rendering
+        if rendering is None or path is None:
             text = tr("The result is not complete yet. Try again in a moment.")
             self.say(text, applies=lambda: self._rendering is None)
             return
         ask_path(
-            self.window, tr("Write evidence"), partial(self.write, self._rendering), "new",
+            self.window, tr("Write evidence"), partial(self.write, rendering), "new",
             filters=[tr("Evidence (*.npz)")], endings=[_SUFFIX],
             at=path.with_name(f"{path.stem}-evidence{_SUFFIX}"),
         )  # fmt: skip

@@ -47,7 +47,6 @@ class Manual(Feature):
         for name in _TOOLS:
             self.panel.add_button(self.actions[name])
         self.document.opened.connect(self._forget)
-        self.document.changed.connect(self._follow)
         self.document.aborted.connect(self._drop)
         self.changed.connect(self._show)
         self.changed.connect(self._put_brush_away)
@@ -64,10 +63,8 @@ class Manual(Feature):
             lambda workspace: self.panel.lead_back("mode-automatic" not in workspace.tools)
         )
         self.clock.focus(self.window.isActiveWindow())
-        clock, view = self.clock, self.view
-        self.watch(
-            lambda: (self.mode, view.marking, clock.running, clock.applied), self.changed.emit
-        )
+        self._told: tuple[object, ...] = ()
+        self.document.watch(self._follow, "faces", "off", "recipe", "mode", "kept", "draft")
 
     def _add_actions(self) -> None:
         self.bind("mode-automatic", lambda: self.switch("automatic"), checked=True)
@@ -167,6 +164,14 @@ class Manual(Feature):
         return handle if on_outline and self.mode == "manual" else None
 
     def _follow(self) -> None:
+        self._measure()
+        now = (self.mode, self.view.marking, self.clock.running, self.clock.applied)
+        if now != self._told:
+            self._told = now
+            self.changed.emit()
+
+    def _measure(self) -> None:
+        """Run the clock while the user sets points."""
         state = self.document.state
         if state.mode != "manual":
             self.view.marking = False

@@ -36,11 +36,6 @@ class RecipeEditing(Feature):
         self.panel.owner.button.clicked.connect(self.follow_photo)
         self.document.aborted.connect(self.panel.abort)
         self.document.opened.connect(self.panel.clear_readings)
-        self.document.changed.connect(self._follow)
-        document = self.document
-        self.watch(
-            lambda: (document.state.faces, document.state.off, document.state.recipe), self._show
-        )
         points.took.connect(self._take)
         points.center_taken.connect(self._take_center)
         points.escaped.connect(lambda: self.choose(None))
@@ -54,6 +49,8 @@ class RecipeEditing(Feature):
         self.bind("follow-photo", self.follow_photo)
         self.bind("more-settings", self.panel.toggle_more)
         self.enable_with_photo(self.panel.allow)
+        self._told: tuple[object, ...] = ()
+        self.document.watch(self._follow)
 
     def begin_with(self, recipe: Recipe) -> None:
         """Set the recipe for new photos and the default values of sliders."""
@@ -147,6 +144,10 @@ class RecipeEditing(Feature):
         if gone or any(face >= len(state.faces) for face in self.view.also):
             self.view.face, self.view.also = None, frozenset()
             self.chosen.emit()
+        now = state.faces, state.off, state.recipe
+        if now != self._told:
+            self._told = now
+            self._show()
         self._mark_readings()
 
     def _show(self) -> None:

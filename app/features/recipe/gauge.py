@@ -42,12 +42,13 @@ class NaturalnessGauge(QWidget):
             and (face.recipe is None if chosen is None else chosen == index)
         ]
         found = worst(faces)
-        for label, words in ((self.seen, _visibility(found)), (self.text, _survey(found))):
+        both = _visibility(found), _survey(found)
+        for label, words in zip((self.seen, self.text), both, strict=True):
             label.setText(words)
             label.setVisible(bool(words))
         self.text.warn(found is not None and found.warns)
-        self.setAccessibleDescription("\n".join(filter(None, [_visibility(found), _survey(found)])))
-        self.setVisible(bool(self.accessibleDescription()))
+        self.setAccessibleDescription("\n".join(filter(None, both)))
+        self.setVisible(any(both))
 
 
 def _visibility(found: Naturalness | None) -> str:

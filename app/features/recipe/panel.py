@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
 from functools import partial
-from typing import Final
+from typing import Any, Final
 
 from PySide6.QtCore import QSignalBlocker, Qt
 from PySide6.QtWidgets import QCheckBox, QLabel, QSizePolicy, QVBoxLayout, QWidget
@@ -26,6 +26,7 @@ from .gauge import NaturalnessGauge
 
 _NONE: Final = "–"  # noqa: RUF001
 # Fields with a fixed position; all other fields are in the last fold.
+_NEEDED: Final = frozenset(setting.needs for setting in SETTINGS.values())
 _PLACED: Final = frozenset({"percent", "scope", "center", "lattice", "lens", "lens_amount", *SHAPE})
 
 
@@ -49,6 +50,7 @@ class RecipePanel(QWidget):
         self.switches: dict[str, QCheckBox] = {}
         self.controls: dict[str, QWidget] = {}  # by field; enabled while the field has an effect
         self._allowed, self._recipe = False, DEFAULT
+        self._is_new = True  # True: show every field at the next state
         self.percent, self.lattice = self._slider("percent", 1), self._slider("lattice", 2)
         self.scope = self._choice("scope")
         self.lens = LensChoice()
@@ -85,11 +87,12 @@ class RecipePanel(QWidget):
             self.percent,
             readings,
             self.scope,
+            self.shape,
+            self.more,
+            # Last: these come and go from photo to photo.
             self.lens,
             self.lens_amount,
             self.edge_note,
-            self.shape,
-            self.more,
             spacing=3 * GRID_PX,
         )
         fine = self.centre, self.lattice, self.fold
@@ -114,7 +117,7 @@ class RecipePanel(QWidget):
 
     def show_words(self, *, plain: bool) -> None:
         """Label the controls in everyday words, or in the paper's terms and units."""
-        self.plain = plain
+        self.plain, self._is_new = plain, True
         exact = fields.label("percent"), fields.tip("percent"), fields.scale("percent")
         self.percent.rename(*(fields.amount() if plain else exact))
         exact = fields.label("lattice"), fields.tip("lattice"), fields.scale("lattice")
@@ -143,21 +146,32 @@ class RecipePanel(QWidget):
         self._on = [index for index in range(len(state.faces)) if index not in state.off]
         self.owner.show_state(state, chosen, also)
         self.gauge.show_state(state, chosen)
-        for field, slider in self.sliders.items():
-            slider.show_value(getattr(recipe, field))
+        before, self._recipe = self._recipe, recipe
+        values = {field: getattr(recipe, field) for field in SETTINGS}
+        changed = [n for n, v in values.items() if self._is_new or v != getattr(before, n)]
+        for field in changed:
+            self._show_field(field, values[field])
         self._lens_counts = self.lens.show_state(state, chosen)
-        self.lens_amount.setHidden(recipe.lens == "off")
         self._show_lens()
-        self.centre.show_number(int(recipe.center))
-        for field, box in self.choices.items():
-            with QSignalBlocker(box):
-                box.setCurrentIndex(box.findData(getattr(recipe, field)))
-        for field, switch in self.switches.items():
-            with QSignalBlocker(switch):
-                switch.setChecked(getattr(recipe, field))
-        self._recipe = recipe
-        self._enable()
+        if self._is_new or not _NEEDED.isdisjoint(changed):
+            self._enable()
+        self._is_new = False
         self._show_distances(state, chosen)
+
+    def _show_field(self, field: str, value: Any) -> None:
+        if field in self.sliders:
+            self.sliders[field].show_value(value)
+        elif field in self.choices:
+            box = self.choices[field]
+            with QSignalBlocker(box):
+                box.setCurrentIndex(box.findData(value))
+        elif field in self.switches:
+            with QSignalBlocker(self.switches[field]):
+                self.switches[field].setChecked(value)
+        elif field == "center":
+            self.centre.show_number(int(value))
+        else:
+            self.lens_amount.setHidden(value == "off")
 
     def show_frame(self, frame: RenderedFrame) -> None:
         """Read folds, shares and residuals from a frame."""
@@ -203,6 +217,8 @@ class RecipePanel(QWidget):
             slider.slider.abort()
 
     def _show_distances(self, state: State, chosen: int | None) -> None:
+        if self.plain:
+            return  # the notes are hidden
         active = (index for index in range(len(state.faces)) if index not in state.off)
         index = next(active, None) if chosen is None else chosen
         if index is None:

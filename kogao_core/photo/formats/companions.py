@@ -16,7 +16,7 @@ from typing import Final
 import numpy as np
 from PIL import Image as Pillow
 
-from kogao_core.base.geometry import Box, Image
+from kogao_core.base.geometry import Box, Image, check_type
 from kogao_core.base.stderr import hushed
 from kogao_core.photo.formats import common
 from kogao_core.photo.jpeg import decoding, segments
@@ -64,6 +64,7 @@ def accompanied(photo: Photo, move: Move, *, film: bool = False) -> Photo:
     >>> along.companions  # the sample is no HDR photo
     ()
     """
+    check_type(photo, Photo, "from kogao.read")
     found: list[Companion] = []
     for extra in photo.extras:
         if (

@@ -1,12 +1,11 @@
-"""Name the wheels of a Flatpak: ``python3 -m resources.packaging.flatpak.wheels``.
+"""List the wheels of a Flatpak: ``python3 -m resources.packaging.flatpak.wheels``.
 
-A Flatpak is built without a network. `wheels.txt` locks the wheels that its build asks pip for:
-what the program needs, and what building it needs; `resources/assets.json` locks those that carry
-the networks, in which the build hook looks for them (`docs/decisions/12`). This writes
-`wheels.json`, which names them for flatpak-builder, each with the address that the package index
-has for it.
+A Flatpak is built without a network. `wheels.txt` locks the dependencies of the program and of its
+build. `resources/assets.json` locks the wheels with the networks, for the build hook
+(`docs/decisions/12`). This command writes `wheels.json` for flatpak-builder, with the addresses of
+the package index. ``--renew`` first locks the newest wheels.
 
-All are for x86-64: jpeglib has no wheel for other processors with Linux.
+The wheels are for x86-64: jpeglib has no wheel for Linux on other processors.
 """
 
 from __future__ import annotations
@@ -29,7 +28,7 @@ _GLIBC: Final = (5, 17, 26, 27, 28, 34)  # 2.34 or older: the runtime's is newer
 
 
 class Wheel(NamedTuple):
-    """A wheel of the index."""
+    """A wheel of the package index."""
 
     pin: str
     address: str
@@ -41,9 +40,11 @@ def main() -> None:
     platform = [f"--platform=manylinux_2_{minor}_x86_64" for minor in _GLIBC]
     options = [f"--python-version={_PYTHON}", *platform]
     if "--renew" in sys.argv[1:]:
-        lines = [f"{one.pin} --hash=sha256:{one.sha256}" for one in _asked([*options, *wanted()])]
+        lines = [
+            f"{one.pin} --hash=sha256:{one.sha256}" for one in _resolved([*options, *wanted()])
+        ]
         LOCK.write_text("\n".join(sorted(lines, key=str.lower)) + "\n", encoding="utf-8")
-    found = _asked([*options, "--no-deps", "--require-hashes", "--requirement", str(LOCK)])
+    found = _resolved([*options, "--no-deps", "--require-hashes", "--requirement", str(LOCK)])
     sources = [
         {"type": "file", "url": one.address, "sha256": one.sha256, "dest": "wheels"}
         for one in (*found, *_with_networks())
@@ -52,7 +53,7 @@ def main() -> None:
 
 
 def wanted() -> list[str]:
-    """Return what the program and its build ask for."""
+    """Return the requirements of the program and of its build."""
     whole = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     extras = whole["project"]["optional-dependencies"]
     asked = [*whole["project"]["dependencies"], *whole["build-system"]["requires"]]
@@ -65,14 +66,14 @@ def _with_networks() -> Iterable[Wheel]:
         wheel = asset["wheel"]
         tags = [f"--{tag}={value}" for tag, value in wheel.get("tags", {}).items()]
         pin = f"{wheel['project']}=={wheel['version']}"
-        (found,) = _asked(["--no-deps", "--ignore-requires-python", *tags, pin])
+        (found,) = _resolved(["--no-deps", "--ignore-requires-python", *tags, pin])
         if found.sha256 != wheel["sha256"]:
             raise SystemExit(f"{pin} is not the wheel that resources/assets.json locks")
         yield found
 
 
-def _asked(options: Iterable[str]) -> list[Wheel]:
-    """Return the wheels that pip would install, whatever else this machine makes it look at."""
+def _resolved(options: Iterable[str]) -> list[Wheel]:
+    """Return the wheels that pip would install, independent of this machine's settings."""
     with tempfile.TemporaryDirectory() as folder:
         report = Path(folder, "report.json")
         command = [sys.executable, "-m", "pip", "--isolated", "install", "--quiet", "--dry-run",

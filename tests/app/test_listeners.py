@@ -1,0 +1,71 @@
+"""A change calls few functions: only listeners of the changed fields, only their controls."""
+
+from __future__ import annotations
+
+import sys
+
+import pytest
+from kogao_app.document import Document
+from kogao_app.widgets.sliders import ValueSlider
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+
+MOST_CALLS, MOST_RECEIVERS = 400, 8
+
+
+@pytest.fixture(params=["retouch", "inspect"])
+def notch(request, start, photo):
+    """Move the slider of the amount by one key press; return all calls: (caller, function)."""
+    driver = start(photo, workspace=request.param)
+    driver.settle()
+    slider, calls = driver.editor.recipe.panel.percent.slider, []
+    slider.setFocus()
+    QTest.keyClick(slider, Qt.Key.Key_Right)
+    driver.settle()
+
+    def note(frame, event, _):
+        file = frame.f_code.co_filename
+        if event == "call" and ("/app/" in file or "/kogao_" in file) and "/tests/" not in file:
+            calls.append((frame.f_back.f_code, frame.f_code))
+
+    before = sys.getprofile()
+    sys.setprofile(note)
+    try:
+        QTest.keyClick(slider, Qt.Key.Key_Right)
+    finally:
+        sys.setprofile(before)
+    driver.settle()
+    return calls
+
+
+def test_a_notch_calls_few_functions_and_shows_only_the_moved_slider(notch):
+    assert len(notch) <= MOST_CALLS
+    assert sum(function is ValueSlider.show_value.__code__ for _, function in notch) == 1
+
+
+def test_a_change_has_few_receivers(notch):
+    tell = Document._tell.__code__
+    rounds, own = [], {Document.in_gesture.fget.__code__}
+    for caller, function in notch:
+        if function is tell:
+            rounds.append([])
+        elif caller is tell and function not in own and "<" not in function.co_name:
+            rounds[-1].append(function.co_qualname)
+    assert len(rounds) == 2, "the preview, and the end of the gesture"
+    for receivers in rounds:
+        assert 0 < len(receivers) <= MOST_RECEIVERS, receivers
+
+
+def test_a_listener_is_called_for_its_fields_and_only_if_its_value_differs(opened):
+    document, shown = opened.editor.document, []
+    document.watch(lambda: shown.append("recipe"), "recipe")
+    document.watch(lambda: shown.append("loose"), "loose")
+    document.watch(lambda: shown.append("count"), "faces", value=lambda: len(document.state.faces))
+    assert shown == ["recipe", "loose", "count"], "each shows the present state"
+    shown.clear()
+    document.step(document.state.with_choices(None, percent=9.0), "Amount")
+    face = document.state.faces[0]
+    document.step(document.state.with_face(0, face.with_target(10, (240.0, 300.0))), "Point")
+    assert shown == ["recipe"]
+    document.step(document.state.without_face(0), "Remove")
+    assert shown == ["recipe", "count"]
