@@ -58,14 +58,14 @@ def main(argv: Sequence[str] | None = None, source: LandmarkSource | None = None
 
 
 def _incomplete() -> str:
-    """Return what this installation lacks; empty if it is whole."""
+    """Return a message about missing files; empty if the installation is complete."""
     from kogao_core.cli.doctor import incomplete  # takes as long to load as most commands
 
     return incomplete()
 
 
 def _lacking(options: SimpleNamespace) -> str:
-    """Return why Qt would abort here, which nobody can catch; empty if it wouldn't."""
+    """Return why Qt would abort the process; empty if Qt can start."""
     if sys.platform != "linux":
         return ""
     if options.screenshot is not None:  # the same picture with a display and without

@@ -77,16 +77,10 @@ class State(Sheet):
     @property
     def done(self) -> Applied:
         """The edits of the current mode, as arguments of `render`."""
-        return self.done_by(self.mode)
-
-    def done_by(self, mode: Mode) -> Applied:
-        """Return the edits of a mode, as arguments of `render`."""
-        sheet = self.sheet(mode)
-        recipe = self.optics.settled(sheet.recipe)
         return Applied(
-            *(sheet.active, recipe, self.protection),
+            *(self.active, self.optics.settled(self.recipe), self.protection),
             loose=self.loose,
-            others=sheet.inactive,
+            others=self.inactive,
             brushwork=self.brushwork,
         )
 

@@ -178,8 +178,8 @@ class Window(QMainWindow):
         button = self._before
         button.setText(tr("Hold: before"))
         button.setIconSize(self._bar.iconSize())
-        button.setToolTip(tr("Show the photo as it was while the button is held (\\)"))
-        button.setAccessibleName(tr("Show the photo as it was"))
+        button.setToolTip(tr("Show the original while the button is held (\\)"))
+        button.setAccessibleName(tr("Show the original"))
         button.pressed.connect(lambda: self.original_wanted.emit(True))
         button.released.connect(lambda: self.original_wanted.emit(False))
         return button

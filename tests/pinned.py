@@ -6,6 +6,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -16,15 +17,18 @@ import numpy as np
 
 from kogao_core.background.find import BackgroundFinder, held_of, measure
 from kogao_core.base.assets import sample
-from kogao_core.base.geometry import Box, Image
-from kogao_core.faces.doubt import AllDoubted, choose
+from kogao_core.base.geometry import Affine, Box, Image
+from kogao_core.faces.doubt import AllDoubted, choose, verdicts
+from kogao_core.faces.face import Face
 from kogao_core.faces.landmarks import MeshSource
 from kogao_core.faces.landmarks.aam.source import AamSource
+from kogao_core.faces.landmarks.sources import template_face
 from kogao_core.photo import read
 from kogao_core.pipeline import render
 from kogao_core.projects.sidecar import Applied
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.warp.brush import UNTOUCHED, Brushwork
+from kogao_core.warp.lens import distance_m, distance_note, stretch_percent
 from kogao_core.warp.protection import NOTHING, Protection
 
 FILE: Final = Path(__file__).parent / "labels" / "pinned.json"
@@ -90,6 +94,8 @@ SCENES: Final[dict[str, tuple[Callable[[], Image], dict[str, Any]]]] = {
     "cut": (lambda: _portrait("men")[180:900, 330:900], {"percent": 8.0, "width": -5.0}),
     "edge": (lambda: _portrait("men")[200:745, 200:700], {"percent": 9.0, "scope": "face"}),
     "pair": (lambda: _pair(70), {"percent": 8.0}),
+    "loose": (lambda: _with_lines(_portrait()), {"percent": 8.0}),
+    "beside": (lambda: _pair(40), {"percent": 8.0, "lattice": 0.5}),
     "hand": (_portrait, {"percent": 6.0}),
     "squeezed": (_portrait, {"percent": 12.0, "jaw_width": -10.0, "cheeks_width": -10.0,
                              "length": -10.0}),
@@ -106,6 +112,7 @@ _AGAIN: Final = (
     .with_stroke("push", [(310, 610), (330, 608)], radius_px=120, strength=0.6)
     .with_stroke("push", [(300, 600), (420, 600)], radius_px=70, strength=1.0)
 )
+_RELEASED: Final = {"loose": (((118.0, 0.0), (106.0, 899.0)),)}
 _BY_HAND: Final = {"hand": (_STROKE, _BRUSH), "squeezed": (NOTHING, _AGAIN)}
 
 
@@ -119,14 +126,16 @@ def result(name: str) -> dict[str, Any]:
         "confidence": [_rounded(face.confidence, 2) for face in found],
         "score": [round(face.score, 2) for face in found],
     }
+    which = "1" if name == "beside" else "all"
     try:
-        chosen = choose(found, "all", Box.of(photo), doubtful=name == "cut")
+        chosen = choose(found, which, Box.of(photo), doubtful=name == "cut")
     except AllDoubted as doubts:
         return told | {"note": str(doubts)}
     protection, brushwork = _BY_HAND.get(name, (NOTHING, UNTOUCHED))
     applied = Applied(
-        chosen.faces, Recipe(**settings), protection, others=chosen.others, brushwork=brushwork
-    )
+        chosen.faces, Recipe(**settings), protection, others=chosen.others, brushwork=brushwork,
+        loose=_RELEASED.get(name, ()),
+    )  # fmt: skip
     finder = BackgroundFinder()
     rendering = render(
         photo, applied.faces, applied.recipe, protection=protection,
@@ -144,6 +153,54 @@ def result(name: str) -> dict[str, Any]:
     }
 
 
+def _seen(*given: Any) -> Face:
+    """Return a template face as a detector gives one."""
+    return dataclasses.replace(template_face(*given), source="mesh")
+
+
+def statements() -> dict[str, Any]:
+    """Return what is said of template faces on ladders of score, pose, place and distance."""
+    face, photo = _seen((450.0, 450.0), 300.0), Box(0, 0, 900, 900)
+    steps = np.linspace(0.05, 1.0, 20)
+    alone = [dataclasses.replace(face, score=step) for step in steps]
+    beside = _seen((150.0, 150.0), 240.0)
+    crowded = [
+        [dataclasses.replace(face, score=0.6), *[dataclasses.replace(beside, score=sure)] * count]
+        for count in (1, 2, 4, 8, 16) for sure in (0.78, 0.85, 0.95)
+    ]  # fmt: skip
+    seen = [dataclasses.replace(face, confidence=np.full(len(face.points), step)) for step in steps]
+    hidden = [
+        dataclasses.replace(face, confidence=np.where(np.arange(len(face.points)) < count, 0.3, 1))
+        for count in range(len(face.points))
+    ]
+    posed = [_seen((450.0, 450.0), 300.0, degrees) for degrees in range(0, 181, 10)]
+    for matrix in (np.diag([step, 1.0]) for step in steps):
+        posed.append(
+            face.mapped(Affine(matrix, np.array([450.0, 450.0]) * (1.0 - np.diag(matrix))))
+        )
+    outside = [_seen((150.0 - x, 450.0), 300.0, 20.0) for x in range(0, 120, 4)]
+    groups = [[one] for one in (*alone, *seen, *hidden, *outside)] + crowded
+    groups += [[one, face] for one in posed] + [[posed[18], one] for one in posed[:18]]
+    told = [str(verdicts(group, photo)[0].told(1)) for group in groups]
+    notes = [str(distance_note(distance)) for distance in np.geomspace(0.15, 4.0, 24)]
+    lens = [
+        (distance_m(beside, focal, photo), stretch_percent(beside, focal, photo))
+        for focal in (18.0, 26.0, 50.0, 85.0)
+    ]
+    blank, xs = np.zeros((600, 600), np.uint8), np.linspace(0.0, 599.0, _GRID)
+    at_edges = [
+        render(blank, [_seen((float(x), 300.0), 240.0)], Recipe(percent=8.0, scope=scope))
+        for x in range(60, 200, 12) for scope in ("face", "head")
+    ]  # fmt: skip
+    return {
+        "told": "; ".join(told),
+        "notes": "; ".join(notes),
+        "lens": _rounded(lens, _DIGITS),
+        "edges": "; ".join(str(one.note) for one in at_edges),
+        "displacement": _rounded([one.field.on_grid(xs, xs) for one in at_edges[::5]], _DIGITS),
+    }
+
+
 def aam_points() -> Any:
     """Return the landmarks of the AAM on the sample."""
     return [_rounded(face.points, 1) for face in AamSource().find(_portrait())]
@@ -153,6 +210,7 @@ def all_results() -> Iterator[tuple[str, Any]]:
     """Yield the name and the result of each scene."""
     yield from ((name, result(name)) for name in SCENES)
     yield "aam", aam_points()
+    yield "statements", statements()
 
 
 def difference(name: str, now: Any, then: Any) -> str:

@@ -76,9 +76,9 @@ class PhotoCanvas(Viewport):
         self.setAccessibleName(tr("Photo"))
         self.setAccessibleDescription(
             tr(
-                "Its faces are listed here, and the points of the selected one. “Next point” takes "
-                "one, arrow keys move it. "
-                "With a tool in hand they move its place, and Enter sets it down and lifts it"
+                "A list of the faces, and of the points of the selected face. “Next point” selects "
+                "a point; arrow keys move the point. With a tool, arrow keys move the tool; Enter "
+                "starts and ends a stroke"
             )
         )
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)

@@ -199,7 +199,7 @@ def face_name(view: ViewState, face: int) -> str:
     if face == view.face:
         words.append(tr("selected"))
     percent = tr("{percent:.4g} %", percent=state.recipe_of(face).percent)
-    words.append(tr("left as it is") if face in state.off else percent)
+    words.append(tr("unchanged") if face in state.off else percent)
     return ", ".join(words)
 
 
@@ -220,7 +220,7 @@ def whereabouts(document: Document, handle: Handle) -> str:
         index = handles.index_of(face, handle)
         moved = ways(at - begun.faces[known].points[index])
         if moved:
-            words.append(tr("{ways} of where it was at first", ways=", ".join(moved)))
+            words.append(tr("{ways} of the first position", ways=", ".join(moved)))
     return ", ".join(words)
 
 

@@ -265,7 +265,7 @@ class OriginalView(SecondView):
 
     def __init__(self, main: Viewport) -> None:
         shown = ViewState(main.shown.document, original=True)
-        super().__init__(main, shown, tr("Photo as it was"))
+        super().__init__(main, shown, tr("Original photo"))
         self.plate.setText(tr("before"))
 
 

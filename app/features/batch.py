@@ -120,7 +120,7 @@ def carry_out(
         edits=storage.edits,
         results=storage.results,
     )
-    if not report.exists():  # files that no export of Kogao has written are not replaced
+    if not report.exists():  # never replace files that Kogao has not exported
         batch.check_free(tasks)
     planned(len(tasks))
     try:
@@ -156,14 +156,14 @@ class Batch(Feature):
         self._order: Order | None = None
         self._stopping = threading.Event()
         self._then: Callable[[], object] | None = None
-        # A pool of its own: its thread is busy for the whole export.
+        # A separate pool: the thread is busy for the whole export.
         self._own_pool = QThreadPool(self)
         self._running = self.lane(self._end, self._refuse, self._own_pool)
         self._planned.connect(self._begin)
         self._finished.connect(self._take)
 
     def stop(self) -> None:
-        """Stop after the photos that are in work."""
+        """Stop after the photos in progress."""
         self._stopping.set()
         super().stop()
         self._own_pool.waitForDone()

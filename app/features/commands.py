@@ -80,7 +80,7 @@ class Palette(Dialog):
                 item = QListWidgetItem(_title(action), self.list)
                 also = translated(_ALSO_CALLED.get(name, ""))
                 item.setData(_SEARCHED, f"{item.text()} {action.statusTip()} {also}".casefold())
-        self.nothing = muted_label(tr("No command is called so; try another word."), wraps=True)
+        self.nothing = muted_label(tr("No command found; try another word."), wraps=True)
         column_of(self, self.words, self.nothing, self.list, margin=8)
         self.words.textChanged.connect(self._narrow)
         self.words.returnPressed.connect(self._run)

@@ -1,4 +1,4 @@
-"""What saved files tell about the retouching: options, their form, and their storage."""
+"""Options for the edit record and the label of saved files: form and storage."""
 
 from __future__ import annotations
 
@@ -83,12 +83,12 @@ class SaveOptions(Feature):
                 then()
 
         box.finished.connect(take)
-        # The save that waits is about the open photo only.
+        # The pending save belongs to the open photo.
         self.document.opened.connect(box.reject)
         box.open()
 
     def page(self) -> QWidget:
-        """Return a form that stores each change at once and shows what cannot work."""
+        """Return a form that stores each change at once and names invalid options."""
         page, note = QWidget(), muted_label(wraps=True)
         form = Form(FIELDS, dataclasses.asdict(Told.remembered(self.settings)))
         column_of(page, form, note, spacing=2 * GRID_PX)

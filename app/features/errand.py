@@ -1,4 +1,4 @@
-"""Another program asks for photos: they are written over, and its answer is the exit code."""
+"""``kogao --edit``: edit photos in place for another program, with an exit code."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ CANCELLED: Final = 6
 
 
 class Errand(Feature):
-    """What ``kogao --edit`` does: saves in place, tells who asked, and goes back there."""
+    """Saves photos in place and returns to the calling program."""
 
     def __init__(self, context: Context, files: Files, strip: Strip, faces: Faces) -> None:
         super().__init__(context)
@@ -37,7 +37,7 @@ class Errand(Feature):
 
     @property
     def code(self) -> int:
-        """The exit code: 0 where a photo was saved, else `CANCELLED`."""
+        """Exit code: 0 if a photo was saved, otherwise `CANCELLED`."""
         return 0 if self._saved else CANCELLED
 
     def begin(
@@ -46,11 +46,11 @@ class Errand(Feature):
         ahead: Ahead | None = None,
         originals: Originals | None = None,
     ) -> None:
-        """Open the photos that another program asks for; several make a film strip."""
+        """Open the photos of another program; several photos open as a film strip."""
         self._asked, self._strip.keeps = True, False
         for name in ("done", "cancel-edit"):
             self.actions[name].setVisible(True)
-        # A project would be a second file in that program's folder, about a photo that is gone.
+        # The other program does not expect a project file in its folder.
         self.actions["save-project"].setVisible(False)
         self._files.save_over(originals or Originals(self.storage.originals))
         if ahead is not None:
@@ -59,13 +59,13 @@ class Errand(Feature):
             self._strip.show_places(list(photos))
 
     def finish_photo(self) -> None:
-        """Save and close; faces that are still sought belong to it."""
+        """Save and close, after the face detection has finished."""
         self._waits = self._faces.busy
         if not self._waits:
             self._files.keep(self.window.close)
 
     def cancel(self) -> None:
-        """Close, and leave the photo as it was."""
+        """Close and leave the photo unchanged."""
         self.document.begin_with(self.document.base)
         self.window.close()
 
@@ -78,7 +78,7 @@ class Errand(Feature):
         self._saved = True
 
     def _check(self) -> None:
-        """Say who asked, and at once whether the photo that was opened can be written over."""
+        """Show that saving overwrites the photo, or why the photo can't be overwritten."""
         photo, self._waits = self.document.photo, False
         if not self._asked or photo is None:
             return
@@ -87,7 +87,7 @@ class Errand(Feature):
         except CannotWrite as problem:
             self.say(sentence(problem), applies=lambda: self.document.photo is photo)
             return
-        text = tr("Another program asked for this photo: saving writes over it.")
+        text = tr("Opened by another program: saving overwrites the photo.")
         done = BarAction(tr("Done"), self.actions["done"].trigger)
         cancel = BarAction(tr("Cancel"), self.actions["cancel-edit"].trigger)
         self.say(text, done, cancel, wrong=False, applies=lambda: self.document.photo is photo)

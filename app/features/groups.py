@@ -1,4 +1,4 @@
-"""Many faces at once: who is made smaller, and a close look at one, by key and by right click."""
+"""Groups: switch faces on and off, zoom to faces, and the menu of a face."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from .faces import Faces
 from .feature import Context, Feature
 from .recipe import RecipeEditing
 
-# Round a face that is looked at, of its larger side: hair and neck are seen, too.
+# Margin around a face for zooming, as a fraction of the longer side: shows hair and neck.
 _MARGIN = 0.75
 _OF_ONE = ("only-face", "switch-face")
 _OF_ALL = ("all-faces", "no-face", "invert-faces")
 
 
 class Groups(Feature):
-    """Switches faces on and off together and zooms to one; a menu on each face offers it all."""
+    """Switches faces on and off, zooms to faces, and shows the menu of a face."""
 
     def __init__(self, context: Context, recipe: RecipeEditing, faces: Faces) -> None:
         super().__init__(context)
@@ -44,7 +44,7 @@ class Groups(Feature):
         self.window.canvas.menu_wanted.connect(self._offer)
         rows = faces.panel.list
         rows.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
-        # A right click has selected its row before.
+        # The right click has already selected the row.
         rows.customContextMenuRequested.connect(
             lambda at: self.menu.popup(rows.viewport().mapToGlobal(at))
         )
@@ -53,19 +53,19 @@ class Groups(Feature):
         self.document.watch(self._enable, "faces", value=lambda: len(self.document.state.faces))
 
     def zoom(self) -> None:
-        """Look at the selected face, or at all of them when none is selected."""
+        """Zoom to the selected face, or to all faces without a selection."""
         faces, chosen = self.document.state.faces, self._face
         if faces:
             self.window.canvas.look_at(_round(faces if chosen is None else [faces[chosen]]))
 
     def _offer(self, face: int, at: QPoint) -> None:
-        """Open the menu of a face, which is selected with it, at a place of the screen."""
+        """Select a face and open the menu at a position on the screen."""
         self._recipe.choose(face)
         self.menu.popup(at)
 
     @property
     def _face(self) -> int | None:
-        """The selected face, or the only one."""
+        """The selected face, or the only face."""
         alone = len(self.document.state.faces) == 1
         return 0 if alone else self.view.face
 
@@ -78,7 +78,7 @@ class Groups(Feature):
         return self._every - self.document.state.off
 
     def _keep(self, on: Iterable[int | None]) -> None:
-        """Make these faces smaller and leave all others; what is so already is no step."""
+        """Switch these faces on and all other faces off, as one undo step if anything changes."""
         state = self.document.state
         off = self._every - frozenset(on)
         if off != state.off:
@@ -93,7 +93,7 @@ class Groups(Feature):
 
 
 def _round(faces: Iterable[Face]) -> QRectF:
-    """Return what is seen of the photo when these faces fill the view, px."""
+    """Return the rectangle of the photo that contains these faces with a margin, px."""
     area = QRectF()
     for face in faces:
         left, top, width, height = face.box

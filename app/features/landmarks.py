@@ -25,7 +25,7 @@ from ..widgets.dialogs import ask_path
 from .faces import Faces
 from .feature import Context, Feature
 
-_KEYS: Final = ("F5", "F6", "F7", "Shift+F7")  # of the landmark sources, in turn
+_KEYS: Final = ("F5", "F6", "F7", "Shift+F7")  # keys of the landmark sources
 
 
 class LandmarkSources(Feature):
@@ -64,7 +64,7 @@ class LandmarkSources(Feature):
 
 
 class Exchange(Feature):
-    """Asks for files and passes points between them and the document."""
+    """Imports and exports landmark files."""
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
@@ -78,7 +78,7 @@ class Exchange(Feature):
         ask_path(self.window, tr("Import landmarks"), self.import_file, filters=filters)
 
     def import_file(self, path: Path) -> None:
-        """Take a file's faces in place of the present ones, as one undo step."""
+        """Replace all faces by the faces of a file, as one undo step."""
         self.window.bar.clear()
         try:
             faces = interchange.read(path)
@@ -86,13 +86,13 @@ class Exchange(Feature):
         except BadFile as problem:
             self.say(sentence(problem))
             return
-        # Into the mode at work: points by hand may come from a file as well.
+        # Import into the current mode: manual points may come from a file, too.
         state = dataclasses.replace(self.document.state, faces=tuple(faces), off=frozenset())
         self.document.step(state, tr("Import landmarks"))
         self.did.emit(tr("Landmarks from {name}", name=path.name))
 
     def ask_export(self) -> None:
-        """Ask where to write the points; the chosen kind tells the format."""
+        """Request a file; the chosen file type selects the format."""
         forms = interchange.FORMATS.values()
         path = self.document.path
         ask_path(
@@ -106,11 +106,11 @@ class Exchange(Feature):
         )
 
     def export_file(self, path: Path) -> None:
-        """Write the faces' points; several faces take a file each where the format holds one."""
+        """Export the points; formats for one face get a file for each face."""
         self.window.bar.clear()
         faces = self.document.state.faces
         try:
-            # The dialog has asked about the first file only.
+            # The dialog has confirmed overwriting only the first file.
             there = [file for file in interchange.files(path, faces)[1:] if file.exists()]
             if there:
                 raise BadFile(Text("{name} is there already", name=there[0].name))
@@ -130,7 +130,7 @@ class Exchange(Feature):
 
 def _figures(measured: Measured | None) -> str:
     if measured is None:
-        return tr("How exact it is wasn't measured")
+        return tr("Accuracy not measured")
     return tr(
         "Outline within {studio:g} % of the eyes' distance on studio portraits, "
         "{wild:g} % elsewhere; about {ms:.0f} ms",

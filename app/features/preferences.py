@@ -75,7 +75,7 @@ EDITS: Final = FormField(
         "own": tr("In Kogao's own folder"),
     },
 )
-# In the order of the dialog, which is made of them.
+# In the order of the dialog.
 PREFERENCES: Final = (LANGUAGE, THEME, SCALE, RECIPE, EDITS, OPEN_FOLDER, SAVE_FOLDER)
 
 

@@ -204,7 +204,7 @@ class Protect(StrokeFeature):
         message = ""
         if reduced:
             message = tr(
-                "{n} of {count} outline points move less, the least {percent:.0f} % of its way",
+                "{n} of {count} outline points move less, one only {percent:.0f} %",
                 n=len(reduced),
                 count=len(every),
                 percent=100 * min(reduced),
@@ -270,8 +270,8 @@ class ProtectPanel(BrushPanel):
         self.reduced.hide()
         remove = QPushButton(tr("Remove all"))
         remove.setAccessibleName(tr("Remove all protection"))
-        remove.setToolTip(tr("Let everything that was painted or drawn move again"))
-        nothing = tr("Nothing is protected")
+        remove.setToolTip(tr("Remove all painted and drawn protection"))
+        nothing = tr("No protection")
         super().__init__(tr("Protect"), tools, size_px, [self.reduced], (remove, clear), nothing)
 
     def show_reduced(self, message: str) -> None:

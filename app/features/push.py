@@ -144,13 +144,12 @@ class PushPanel(BrushPanel):
         self.strength = ValueSlider(
             tr("Strength"),
             _percents(_STEP_PERCENT),
-            tr("How much of its way a push drags, and how much a restore takes back; a pen's "
-               "pressure lessens it"),
+            tr("Strength of push and restore at full pen pressure"),
         )  # fmt: skip
         self.falloff = ValueSlider(
             tr("Softness"),
             _percents(round(100 * LEAST_FALLOFF)),
-            tr("Over which share of the brush, from its rim inwards, it gets weaker"),
+            tr("Width of the soft rim, as a share of the brush"),
         )
         self.held = WarningLabel(wraps=True)
         remove = QPushButton(tr("Clear strokes"))

@@ -142,7 +142,7 @@ class Hints(Feature):
             key = self.actions["zoom-face"].shortcut().toString()
             return tr("Zoom to the face ({key}) to correct its points", key=key)
         if view.following.soft:
-            return tr("Drag a point: its neighbours follow, and the wheel says how far")
+            return tr("Drag a point: neighbours follow; the wheel sets the range")
         if self._quiet and view.state.mode == "automatic":
             return tr("Hover over the face to show its points; drag one to correct it")
         return tr("Drag a point to correct it")

@@ -1,1 +1,1 @@
-"""Parts of windows that know no feature."""
+"""Reusable widgets, independent of features."""

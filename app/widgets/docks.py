@@ -129,7 +129,7 @@ class Docks(QObject):
             _follow_place(tabs)
             tabs.installEventFilter(self)
             tabs.setAccessibleName(tr("Panels"))
-            tabs.setToolTip(tr("Which of the panels that share this place is shown"))
+            tabs.setToolTip(tr("Select the panel to show here"))
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Disable widgets outside the window, so that the focus skips them."""

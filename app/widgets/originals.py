@@ -1,4 +1,4 @@
-"""The stored originals of photos that were changed in place, as a page of the preferences."""
+"""Preferences page with the stored originals of overwritten photos."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _LIST_PX = 120
 
 
 class OriginalsPage(QWidget):
-    """Lists the stored originals with their sizes and deletes chosen ones."""
+    """Lists the stored originals with sizes, and deletes the selected originals."""
 
     def __init__(self, store: Originals) -> None:
         super().__init__()

@@ -94,7 +94,7 @@ class ValueField(QLineEdit):
         self.setAlignment(Qt.AlignmentFlag.AlignRight)
         # A dropped photo is for the window; the URL is no value.
         self.setAcceptDrops(False)
-        self.setToolTip(tr("Type a value; Enter takes it, Escape gives it up"))
+        self.setToolTip(tr("Type a value; Enter applies, Escape cancels"))
         self.editingFinished.connect(self._take)
 
     def rename(self, name: str, scale: SliderScale) -> None:

@@ -61,7 +61,9 @@ SHOWN_PERCENT: Final = 8.0  # of the pictures that readers see first
 GAP_PX: Final = 12
 FRONT_PX: Final = 300
 LANDING_PX: Final = 384
-GALLERY_PX: Final = 420
+GALLERY_PX: Final = (420, 420)
+GROUP: Final = (1, 3, 5)  # faces side by side in one picture, counted from 1
+GROUP_PX: Final = 300
 GALLERY_MS: Final = 1300
 TRIED_PX: Final = 420  # the faces that visitors of the landing page warp
 TRIED_PERCENTS: Final = (2, 4, 6, 8, 10)
@@ -115,16 +117,20 @@ def gallery(sheets: Path) -> dict[str, bytes]:
     made = {}
     for number, picture in enumerate(pictures, 1):
         made[f"gallery-{number}.webp"] = _flip(picture, _warped(picture))
+    group = np.hstack([_square(pictures[n - 1], GROUP_PX) for n in GROUP])
+    made["gallery-group.webp"] = _flip(group, _warped(group), (len(GROUP) * GROUP_PX, GROUP_PX))
     for number in (2, 3, 5):
         made[f"lens-{number}.jpg"] = _jpeg(_at_the_edge(pictures[number - 1]))
     return made
 
 
-def _flip(before: Image, after: Image) -> bytes:
+def _flip(before: Image, after: Image, size: tuple[int, int] = GALLERY_PX) -> bytes:
     """Return two pictures that alternate, as an animated WebP."""
     words = ("Before", "After")
     frames = [
-        PIL.Image.fromarray(_labelled(_square(picture, GALLERY_PX), word))
+        PIL.Image.fromarray(
+            _labelled(cv2.resize(picture, size, interpolation=cv2.INTER_AREA), word)
+        )
         for picture, word in zip((before, after), words, strict=True)
     ]
     file = io.BytesIO()

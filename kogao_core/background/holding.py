@@ -37,11 +37,9 @@ _ALL: Final = 0.6
 _INNERMOST: Final = 0.9
 # A neighbour nearer to a landmark than this touches the face, and moves with it.
 _TOUCHING: Final = 1.0
-_STEP: Final = 0.5  # between points of neighbours
 # The face goes on above the ends of its outline, by this share of their distance: brows, glasses.
 _ABOVE: Final = 0.25
 # Weights; 1 is that of a difference of neighbouring control points.
-_LEAST: Final = 1e-2  # rows of less weight are left out
 _NEIGHBOUR: Final = 3e4  # of a neighbour close to the face
 _PERSON: Final = 10.0  # of a place on the person's hair and clothes, where the change is to be zero
 _WITHIN: Final = 60.0  # the same of a place within the face
@@ -182,7 +180,7 @@ class _Steady:
         )
         triples, normals, weights = _near_rows(edges, self._room, swept, h)
         near = near[self._room.reaches(near)]
-        near = _thinned(near[_away(near, swept, h) > _TOUCHING], _STEP * h)
+        near = _thinned(near[_away(near, swept, h) > _TOUCHING], 0.5 * h)
         # Nearly exact where a neighbour is clear of the face, soft where both meet.
         clear = _away(near, swept, h) / _TOUCHING - np.array([[1.0], [2.0]])
         soft, exact = np.clip(clear, 0.0, 1.0) ** 2
@@ -344,7 +342,7 @@ def _near_rows(
     places, normals, weights = places[on], normals[on], weights[on]
     apart = _away(places.reshape(-1, 2), landmarks, h).reshape(-1, 3).min(axis=1, initial=np.inf)
     weights = weights * np.clip((apart - _FREE) / (_ALL - _FREE), 0.0, 1.0) ** 2
-    on = weights > _LEAST
+    on = weights > 0.0
     return places[on], normals[on], weights[on]
 
 

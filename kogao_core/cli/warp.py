@@ -222,6 +222,8 @@ def command(
 
         def look(rendering: Rendering) -> None:
             nonlocal bends
+            if verbose or json_file is not None:
+                _ = rendering.pixel_counts  # slow: not for one line
             bends = _measured(photo, rendering, edits, finder)
 
         originals = None if temporary else Originals.of_user(evicts=anyway)
@@ -327,8 +329,7 @@ def _measured(
     photo: Photo, rendering: Rendering, edits: Applied, finder: BackgroundFinder
 ) -> Bends:
     """Measure everything the report contains, before any file is written."""
-    _ = rendering.pixel_counts, rendering.residual, rendering.one_to_one, rendering.achieved
-    _ = rendering.protected_shares
+    _ = rendering.residual, rendering.one_to_one, rendering.achieved, rendering.protected_shares
     try:
         return measure(photo.pixels, rendering, edits, finder)
     except Exception as error:  # a failed measurement must not prevent saving

@@ -120,11 +120,10 @@ def _read(before: Pyramid, after: Pyramid, to_after: Affine, face: Face) -> Read
     if 100.0 / _FACE_PX * np.median(apart[inside > 0]) > _MOST_DOUBT:
         raise NotRead(Text("a face was not warped smoothly: its displacement is too uncertain"))
     _check((pictures[0], shown), inside > 0, _mouth(view.inverse, face))
-    near, wide = (
-        at(_mean((there - returned) / 2.0, weights, around), here) for around in _AROUND_PX
-    )
-    doubt = at(_mean(apart, weights, _AROUND_PX[1]), here) * 100.0 / _FACE_PX
-    moved = here + near + (wide - near) * doubt**2 / (doubt**2 + _DOUBTED**2)
+    flows = np.dstack([(there - returned) / 2.0, apart])
+    near, wide = (at(_mean(flows, weights, around), here) for around in _AROUND_PX)
+    doubt = wide[:, 2:] * 100.0 / _FACE_PX
+    moved = here + near[:, :2] + (wide - near)[:, :2] * doubt**2 / (doubt**2 + _DOUBTED**2)
     return Reading(face, points, view(moved), doubt[:, 0], to_after)
 
 
@@ -141,11 +140,10 @@ def _texture(picture: Image) -> Array:
 
 
 def _mean(values: Array, weights: Array, around_px: float) -> Array:
-    """Return the weighted means of values (H, W[, C]) round each pixel."""
-    weighted = values * (weights if values.ndim == 2 else weights[..., None])
+    """Return the weighted means of values (H, W, C) round each pixel."""
     total = cv2.GaussianBlur(weights, (0, 0), around_px) + 1e-6
-    mean = cv2.GaussianBlur(weighted, (0, 0), around_px)
-    return np.asarray(mean / (total if values.ndim == 2 else total[..., None]), np.float32)
+    mean = cv2.GaussianBlur(values * weights[..., None], (0, 0), around_px)
+    return np.asarray(mean / total[..., None], np.float32)
 
 
 def _mouth(to_square: Affine, face: Face) -> tuple[slice, slice]:

@@ -20,6 +20,7 @@ _NOISE: Final = 3.0
 # Side of the square in which whole pictures are aligned, and its margin, px.
 _SIDE_PX: Final = 800
 _MARGIN_PX: Final = 6
+_ENDS: Final = np.array([(0, 0), (_SIDE_PX, 0), (0, _SIDE_PX), (_SIDE_PX, _SIDE_PX)])
 # A point aligns the pictures if both directions of the flow agree and it has some contrast.
 _AGREE_PX: Final = 0.5
 _TEXTURE: Final = 3e-4
@@ -104,21 +105,11 @@ def _settled(
         if most is None or share > most + (_CLEARLY if found is start else 0.0):
             found, most = here, share
         step, _ = _similarity(points, moved, _NEAR_PX)
-        if step is None:
+        if step is None or np.abs(step(_ENDS) - _ENDS).max() < _SAME_FRAME_PX:
             break
         view = _square(before)
-        last, here = here, here.after(view).after(step).after(view.inverse)
-        if _apart(before, last, here) < _SAME_FRAME_PX:
-            break
+        here = here.after(view).after(step).after(view.inverse)
     return found, most
-
-
-def _apart(before: Pyramid, one: Affine, other: Affine) -> float:
-    """Return how far two maps of a picture differ at a corner, px of the square."""
-    corners = np.array([(0, 0), (_SIDE_PX, 0), (0, _SIDE_PX), (_SIDE_PX, _SIDE_PX)], np.float64)
-    view = _square(before)
-    away = np.linalg.norm(one(view(corners)) - other(view(corners)), axis=1).max()
-    return float(away / one.after(view).scale)
 
 
 def _square(picture: Pyramid) -> Affine:

@@ -275,7 +275,7 @@ def test_the_canvas_holds_faces_and_the_selected_one_its_points(two):
     assert [canvas.indexOfChild(face) for face in parts(canvas)] == [0, 1]
     two.key(KEYS.Key_I)
     two.settle()
-    assert canvas.child(1).text(TEXT.Name) == "Face 2 of 2, selected, left as it is"
+    assert canvas.child(1).text(TEXT.Name) == "Face 2 of 2, selected, unchanged"
     assert canvas.child(1).childCount() == 0
 
 
@@ -289,7 +289,7 @@ def test_a_point_tells_where_it_is_and_where_it_was_at_first(opened):
     opened.press_key(opened.canvas, KEYS.Key_Down)
     opened.settle()
     assert chin.text(TEXT.Description) == (
-        f"x {x - 3:.0f}, y {y + 1:.0f}, 3 px left, 1 px down of where it was at first"
+        f"x {x - 3:.0f}, y {y + 1:.0f}, 3 px left, 1 px down of the first position"
     )
     assert chin.state().selected
     target = of(opened.canvas).child(0).child(37)

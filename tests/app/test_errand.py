@@ -81,7 +81,7 @@ def test_done_waits_for_the_faces_that_are_sought(empty, source, photo):
 
 
 def test_the_bar_says_who_asked_and_offers_to_be_done(asked):
-    assert asked.say().startswith("Another program asked for this photo")
+    assert asked.say().startswith("Opened by another program")
     asked.take_step("Done")
     asked.qtbot.waitUntil(lambda: not asked.window.isVisible())
     assert asked.editor.errand.code == 0

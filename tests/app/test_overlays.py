@@ -184,3 +184,13 @@ def test_each_domain_has_its_pixels_and_its_share(opened):
     for name, count in counts.items():
         share = 100 * count / counts["image"]
         assert [cell.text() for cell in rows[name]] == [f"{count:,} px", f"{share:.1f} %"]
+
+
+def test_only_one_map_is_on_at_a_time(opened):
+    """Two maps would mix their colours."""
+    maps = [opened.window.actions_by_name[f"overlay-{name}"] for name in ("heat", "jacobian")]
+    for one, other in (maps, maps[::-1]):
+        one.setChecked(True)
+        assert (one.isChecked(), other.isChecked()) == (True, False)
+    maps[1].setChecked(False)
+    assert opened.editor.view.switched.isdisjoint({"heat", "jacobian"})

@@ -313,7 +313,9 @@ def test_inspect_says_which_settings_differ_from_the_papers_and_sets_those(opene
     assert settings.text().startswith("Not the paper's: Fit, Interpolation, Guard")
     opened.editor.document.step(opened.state.with_choices(None, percent=6.0, center=3), "Amount")
     opened.window.actions_by_name["paper-settings"].trigger()
+    opened.settle()
     assert settings.text() == "Settings: the paper's"
     assert opened.state.recipe == dataclasses.replace(PAPER, percent=6.0, center=3)
     opened.editor.history.undo()
+    opened.settle()
     assert settings.text().startswith("Not the paper's")

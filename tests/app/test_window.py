@@ -401,7 +401,7 @@ def test_a_folder_without_photos_is_said(empty, tmp_path):
     place = tmp_path / "none"
     place.mkdir()
     drop(empty, place)
-    assert "No photos in that folder" in empty.say()
+    assert "No photos in this folder" in empty.say()
 
 
 @in_one_window

@@ -66,7 +66,7 @@ def seen(
     made = kogao.render(photo, faces, recipe, held=held)
     free = kogao.render(photo, faces, kogao.Recipe(percent=percent, hold_background=False))
     both = (free, made)
-    found = bends(made.field, held.lines, unheld=made.unheld)
+    found = bends(made.field, finder.find(photo, faces).lines, unheld=made.unheld)
     unit = min(face.interocular_px for face in faces)
     beside = np.vstack([np.zeros((0, 2)), *held.neighbours])
     return Seen(

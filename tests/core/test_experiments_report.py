@@ -142,19 +142,22 @@ def test_intervals_are_error_bars_round_their_values():
 
 
 def bars(**changed):
-    """Widths of the bars of 1, 10 and 100, and what is written beside them; one is missing."""
+    """The elements of a bar chart of 1, 10, 100 and a missing value, and the printed values."""
     series = [Series("here", [1.0, 10.0, 100.0, float("nan")])]
     chart = Chart("t", ["a", "b", "c", "d"], "ms", series, bars=True, **changed)
     drawn = list(svg(chart).iter())
     values = [node.text for node in drawn if node.get("class") == "value"]
-    return [float(node.get("width")) for node in drawn if node.tag == "rect"][:3], values
+    return drawn, values
 
 
-def test_bars_are_as_long_as_their_values_or_their_powers_of_ten():
-    (one, ten, hundred), values = bars()
+def test_bars_have_the_length_of_values_and_a_logarithmic_axis_has_markers():
+    drawn, values = bars()
+    one, ten, hundred = [float(node.get("width")) for node in drawn if node.tag == "rect"][:3]
     assert values == ["1.00", "10.0", "100"]
     assert (ten / hundred, one / hundred) == (pytest.approx(0.1, 0.02), pytest.approx(0.01, 0.1))
-    (one, ten, hundred), _ = bars(logarithmic=True)
+    drawn, _ = bars(logarithmic=True)
+    assert not [node for node in drawn if node.tag == "rect"]
+    one, ten, hundred = [float(node.get("cx")) for node in drawn if node.tag == "circle"][:3]
     assert hundred - ten == pytest.approx(ten - one, abs=0.2)
 
 

@@ -21,3 +21,7 @@ def test_a_scene_gives_the_stored_result(name):
 
 def test_the_aam_finds_the_stored_points():
     assert pinned.difference("aam", pinned.aam_points(), STORED["aam"]) == ""
+
+
+def test_template_faces_are_judged_as_stored():
+    assert pinned.difference("statements", pinned.statements(), STORED["statements"]) == ""

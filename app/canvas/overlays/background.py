@@ -1,4 +1,4 @@
-"""What the background holds: straight lines that the warp may bend, and people before it."""
+"""Overlays of the background: straight lines with their bend, and people."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ _OPACITY: Final = 0.45
 
 
 class BentLines(Overlay):
-    """Thin lines with ticks at their ends; bent ones thick, in another colour, with their px.
+    """Straight lines of the background; bent lines are thick and labelled with the bend in px.
 
-    Lines that would bend but for being held are thick, too; those that are let go are dashed.
+    Lines that only the constraint keeps straight are thick, too. Released lines are dashed.
     """
 
     name = "straight"
@@ -37,12 +37,12 @@ class BentLines(Overlay):
 
     @classmethod
     def swatch(cls, painter: QPainter, box: QRectF) -> None:
-        """Draw the symbol of this overlay, for lists."""
+        """Draw a slanted line."""
         slant = (box.left() + 3, box.bottom() - 4), (box.right() - 3, box.top() + 4)
         glyphs.lines(painter, [slant], glyphs.BENT, 2.4)
 
     def draw(self, painter: QPainter, place: Place) -> None:
-        """Draw the most bent ones last, over the others."""
+        """Draw the lines, the most bent lines on top."""
         for line in reversed(self.shown.lines):
             chord = place.to_screen([line.start_px, line.end_px])
             drawn = [chord, *glyphs.ticks(chord, chord, _TICK_PX)]
@@ -59,14 +59,14 @@ class BentLines(Overlay):
 
 
 def _words(line: BentLine) -> str:
-    """Return how far a line bends, and what it would be if none were held."""
+    """Return the bend of a line, and the bend without constraints if the line gave way."""
     if line.holding == "gave way":
         return tr("gives way: {px:.1f} of {all:.1f} px", px=line.bend_px, all=line.unheld_px)
     return tr("{px:.1f} px", px=line.bend_px)
 
 
 class People(Overlay):
-    """A tint over people, with an edge where they end."""
+    """A tint over people, with an outline."""
 
     name = "people"
     title = Text("People")
@@ -75,7 +75,7 @@ class People(Overlay):
 
     @classmethod
     def swatch(cls, painter: QPainter, box: QRectF) -> None:
-        """Draw its mark: head and shoulders."""
+        """Draw head and shoulders."""
         middle = box.center()
         person = QPainterPath()
         person.addEllipse(middle - QPointF(0.0, 3.0), 3.5, 3.5)
@@ -87,7 +87,7 @@ class People(Overlay):
     _image = QImage()
 
     def draw(self, painter: QPainter, place: Place) -> None:
-        """Draw the tint from the last paint again, as long as it holds, once anyone has looked."""
+        """Draw the tint, from the cache if the mask is the same; draw nothing before detection."""
         people = self.shown.people
         if people is None:
             return
@@ -98,13 +98,12 @@ class People(Overlay):
 
 
 def tinted(people: Rgb8) -> QImage:
-    """Return the tint of a mask, shape (H, W), 0 to 255, with an edge where it is half sure."""
+    """Return the tint of a mask, shape (H, W), 0 to 255, with an outline at 50 % confidence."""
     shades = np.empty((*people.shape, 4), np.uint8)
     colour = glyphs.PERSON
     shades[...] = (colour.red(), colour.green(), colour.blue(), 0)
     shades[..., 3] = _OPACITY * people
-    # The edge is firm where the mask is half sure, light inside and dark outside: it shows also to
-    # those who see no colours, on any ground.
+    # The outline is light inside and dark outside: visible on any ground and without colours.
     here = (people > 127).astype(np.uint8)
     round_it = np.ones((3, 3), np.uint8)
     edge = glyphs.light(colour)

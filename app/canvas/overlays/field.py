@@ -1,4 +1,4 @@
-"""Overlays that show the method from inside: displacement, its maps, lattice, domains, folds."""
+"""Overlays of the displacement field: arrows, maps, lattice, domains, folds."""
 
 from __future__ import annotations
 
@@ -26,22 +26,22 @@ from .overlay import FrameOverlay, Place
 _ARROWS_EVERY_PX: Final = 32.0
 _ARROW_GAIN: Final = 3.0
 _LEAST_ARROW_PX: Final = 4.0
-# A control point reaches the two cells on either side of it.
+# A control point affects two cells to either side.
 _REACH: Final = 2
-# Regions are outlined on every third px of the screen: a ninth of the work, nothing to see.
+# Sample domains on every third px of the screen: a ninth of the work, no visible difference.
 _SAMPLE_PX: Final = 3
-# The field is smooth: every fourth px of the screen is enough, Qt draws the ones between.
+# The field is smooth: sample every fourth px of the screen; Qt interpolates between samples.
 _SMOOTH_PX: Final = 4.0
-_STRONGEST: Final = 0.8  # opacity where the map has most to say
+_STRONGEST: Final = 0.8  # greatest opacity of a map
 _LEGEND_PX: Final = (160.0, 10.0)
 _MARGIN_PX: Final = 16.0
 _NICE: Final = (1.0, 1.5, 2.0, 3.0, 5.0, 7.5, 10.0)
-# The darkest colours of a scale look like shade on a photo.
+# Leave out the darkest colours of a scale: these look like shadows on a photo.
 _DARKEST: Final = 0.2
 
 
 class Displacement(FrameOverlay):
-    """Arrows along the way that the picture moves, on a grid that stays with the photo."""
+    """Arrows of the displacement, on a grid fixed to the photo."""
 
     name = "displacement"
     title = Text("Displacement, 3 × as long")  # noqa: RUF001
@@ -56,7 +56,7 @@ class Displacement(FrameOverlay):
         glyphs.arrow(painter, [shaft], glyphs.DISPLACEMENT)
 
     def draw_frame(self, painter: QPainter, place: Place, frame: RenderedFrame) -> None:
-        """Draw the arrows that are long enough to see."""
+        """Draw all arrows above a minimum length."""
         step = _ARROWS_EVERY_PX / place.zoom
         (left, top), (right, bottom) = place.seen
         xs = np.arange(np.floor(left / step), np.ceil(right / step) + 1) * step
@@ -70,7 +70,7 @@ class Displacement(FrameOverlay):
 
 
 class LatticeLines(FrameOverlay):
-    """The control lattice, bent the way it bends the photo."""
+    """The control lattice, displaced like the photo."""
 
     name = "lattice"
     title = Text("Lattice")
@@ -86,7 +86,7 @@ class LatticeLines(FrameOverlay):
         glyphs.fine_lines(painter, [*rungs, *rails], glyphs.LATTICE)
 
     def draw_frame(self, painter: QPainter, place: Place, frame: RenderedFrame) -> None:
-        """Draw lines through the control points, and a mark at each that moves."""
+        """Draw lines through the control points, and mark displaced control points."""
         for lattice in frame.rendering.field.lattices:
             rows, columns = lattice.shape
             rows, columns = rows + 2 * _REACH, columns + 2 * _REACH
@@ -109,7 +109,7 @@ class LatticeLines(FrameOverlay):
 
 
 class DomainRegions(FrameOverlay):
-    """Figures 12 to 15: whole image, cells of the control points, and what moves beyond T."""
+    """The domains of figures 12 to 15: whole image, cells of control points, threshold T."""
 
     name = "domains"
     title = Text("Domains")
@@ -123,7 +123,7 @@ class DomainRegions(FrameOverlay):
             glyphs.hatched(painter, box.adjusted(inset, inset, -inset, -inset), name)
 
     def draw_frame(self, painter: QPainter, place: Place, frame: RenderedFrame) -> None:
-        """Fill each domain up to the next smaller one, each with its own tint and hatch."""
+        """Fill each domain outside the next smaller domain with a tint and a hatch."""
         photo = place.box(self.shown.image)
         screen = photo.intersected(place.viewport)
         masks, to_screen = _masks(place, frame, screen, self.shown.state.recipe.threshold_px)
@@ -146,7 +146,7 @@ class DomainRegions(FrameOverlay):
 
 
 class Folds(FrameOverlay):
-    """Lattice cells in which the warp folds over."""
+    """Lattice cells in which the warp folds."""
 
     name = "folds"
     title = Text("Folded cells")
@@ -160,7 +160,7 @@ class Folds(FrameOverlay):
 
     @classmethod
     def is_there(cls, view: ViewState) -> bool:
-        """Return whether anything folds."""
+        """Return whether there are folded cells."""
         return view.frame is not None and bool(len(view.frame.rendering.one_to_one.folded_cells))
 
     def draw_frame(self, painter: QPainter, place: Place, frame: RenderedFrame) -> None:
@@ -176,7 +176,7 @@ class Folds(FrameOverlay):
 def _masks(
     place: Place, frame: RenderedFrame, screen: QRectF, threshold_px: float
 ) -> tuple[dict[str, npt.NDArray[np.bool_]], Affine]:
-    """Return samples of the two smaller domains inside `screen`, and where on it they lie."""
+    """Return masks of the two smaller domains, and the transform from samples to the screen."""
     corner = np.array([screen.left(), screen.top()])
     shrink = Affine(np.eye(2) / _SAMPLE_PX, -corner / _SAMPLE_PX)
     to_sample = shrink.after(place.to_screen)
@@ -188,7 +188,7 @@ def _masks(
 
 
 def _carried(field: Field, transform: Affine) -> Field:
-    """Return the spline of a field as seen through a scaling and shift of its image."""
+    """Return a field in the coordinates of a scaled and shifted image."""
     scale = transform.scale
     lattices = []
     for lattice in field.lattices:
@@ -202,12 +202,12 @@ _FOLD: Final = (glyphs.FOLD.red(), glyphs.FOLD.green(), glyphs.FOLD.blue(), 255)
 
 
 class _Map(FrameOverlay):
-    """A colour for every place, see-through where nothing happens, with a legend on the canvas."""
+    """A colour map of a value, transparent at 0, with a legend on the canvas."""
 
-    colours: ClassVar[str]  # of pyqtgraph's maps
-    # With which share of the strongest value the legend's strip begins; how many colours it has.
+    colours: ClassVar[str]  # name of a pyqtgraph colour map
+    # First value of the legend as a fraction of the greatest, and number of colours.
     ramp: ClassVar[tuple[float, int]]
-    row = 0  # of the legends, counted from below
+    row = 0  # row of the legend, from below
     _key: tuple[object, ...] = ()
     _image = QImage()
     _top = 1.0
@@ -221,7 +221,7 @@ class _Map(FrameOverlay):
         painter.drawRoundedRect(box.adjusted(2, 4, -2, -4), 2, 2)
 
     def draw_frame(self, painter: QPainter, place: Place, frame: RenderedFrame) -> None:
-        """Draw the colours from the last paint again, as long as they hold."""
+        """Draw the map, from the cache if frame and view are the same."""
         area = place.box(self.shown.image).intersected(place.viewport)
         if area.isEmpty():
             return
@@ -246,7 +246,7 @@ class _Map(FrameOverlay):
     def _draw_legend(self, painter: QPainter, place: Place) -> None:
         width, height = _LEGEND_PX
         line = painter.fontMetrics().height()
-        # Low in the left corner, clear of the bar for messages.
+        # In the lower left corner, where no message covers the legend.
         top = place.viewport.bottom() - _MARGIN_PX - (self.row + 1) * (height + 2.5 * line + 12.0)
         box = QRectF(place.viewport.left() + _MARGIN_PX, top + line + 8.0, width, height)
         plate = box.adjusted(-8.0, -line - 8.0, 8.0, line + 8.0)
@@ -266,20 +266,20 @@ class _Map(FrameOverlay):
             painter.drawText(below, side | bottom, text)
 
     def measure(self, frame: RenderedFrame, xs: Array, ys: Array) -> Array:
-        """Return the value at places in px of the rendering, shape (len(ys), len(xs))."""
+        """Return values at px of the rendering, shape (len(ys), len(xs))."""
         raise NotImplementedError
 
     def shades(self, values: Array, top: float) -> Rgb8:
-        """Return colours with their opacity for values up to `top`, shape (..., 4)."""
+        """Return RGBA colours for values up to `top`, shape (..., 4)."""
         raise NotImplementedError
 
     def captions(self, top: float) -> tuple[str, str, str, str]:
-        """Return what stands over the legend and below its left end, middle and right end."""
+        """Return the title of the legend and the labels at the left, middle and right."""
         raise NotImplementedError
 
 
 class HeatMap(_Map):
-    """How far the picture moves, px of the photo."""
+    """Length of the displacement, px of the photo."""
 
     name = "heat"
     title = Text("Heat map of the move")
@@ -294,7 +294,7 @@ class HeatMap(_Map):
         return np.asarray(np.hypot(displacement[0], displacement[1]) * frame.scale)
 
     def shades(self, values: Array, top: float) -> Rgb8:
-        """Return inferno's colours, stronger where more moves."""
+        """Return inferno's colours; opacity increases with the displacement."""
         share = np.clip(values / top, 0.0, 1.0)
         return _coloured(self.colours, _DARKEST + (1.0 - _DARKEST) * share, np.cbrt(share))
 
@@ -304,22 +304,22 @@ class HeatMap(_Map):
 
 
 class JacobianMap(_Map):
-    """det J of the map: below 1 the picture is stretched, above 1 pressed, at 0 it folds."""
+    """det J of the inverse map: the photo is stretched below 1, compressed above 1, folded at 0."""
 
     name = "jacobian"
     title = Text("Jacobian map")
     height = 20
     key = "K"
     colours = "CET-D1"
-    ramp = (-1.0, 65)  # which may reach below a determinant of 0, a fold
+    ramp = (-1.0, 65)  # down to a determinant below 0, a fold
     row = 1
 
     def measure(self, frame: RenderedFrame, xs: Array, ys: Array) -> Array:
-        """Return how far det J is from 1, where nothing changes its size."""
+        """Return det J - 1: 0 without a change of area."""
         return frame.rendering.field.det_jacobian(xs, ys) - 1.0
 
     def shades(self, values: Array, top: float) -> Rgb8:
-        """Return blue for stretched, red for pressed; folds in the colour of their cells."""
+        """Return blue for stretched, red for compressed, and the fold colour for folds."""
         share = np.clip(values / top, -1.0, 1.0)
         shades = _coloured(self.colours, (share + 1.0) / 2.0, np.sqrt(np.abs(share)))
         shades[values <= -1.0] = _FOLD
@@ -339,13 +339,13 @@ def _coloured(name: str, share: Array, strength: Array) -> Rgb8:
 
 
 def _middles(start: float, length: float) -> Array:
-    """Return the middles of the samples that the picture's pixels stand for."""
+    """Return sample centres: one sample for `_SMOOTH_PX` of the length."""
     count = max(1, round(length / _SMOOTH_PX))
     return np.asarray(start + (np.arange(count) + 0.5) * length / count)
 
 
 def _nice(value: float) -> float:
-    """Return the next round number from `value` up: a scale that rarely jumps."""
+    """Return the smallest round number at or above `value`, so that the scale rarely changes."""
     if value < 1e-3:
         return 1e-3
     power = 10.0 ** np.floor(np.log10(value))

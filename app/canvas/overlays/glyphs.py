@@ -27,7 +27,7 @@ from kogao_core.base.geometry import Affine, Array
 
 from ...theme import OKABE_ITO
 
-_HATCH_PX: Final = 48  # a multiple of what hatches repeat after
+_HATCH_PX: Final = 48  # a multiple of all hatch periods
 _BESIDE_PX: Final = 14.0
 SWATCH_PX: Final = 18
 # Dark enough that a mark with something light in it differs from any grey by 3 : 1 at least.
@@ -67,7 +67,7 @@ def luminance(colour: QColor) -> float:
 
 
 def light(colour: QColor) -> QColor:
-    """Return the colour itself, or the nearest on its way to white that lines can have."""
+    """Return the colour, lightened towards white until lines have enough contrast."""
     for share in range(101):
         parts = (colour.red(), colour.green(), colour.blue())
         mixed = QColor(*(round(part + (255 - part) * share / 100) for part in parts))

@@ -1,4 +1,4 @@
-"""The overlays that can be switched on and off, in the order of panel and menu; their legend."""
+"""Overlays with a switch, in the order of panel and menu, and the legend."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _GAP_PX: Final = 4.0
 
 
 class Legend(Overlay):
-    """A plate low in the right corner: a swatch and a name for everything that is shown."""
+    """A plate in the lower right corner with a symbol and a name for each visible overlay."""
 
     name = "legend"
     title = Text("Legend")
@@ -44,7 +44,7 @@ class Legend(Overlay):
             painter.drawLine(QPointF(box.left() + 5, y), QPointF(box.right() - 5, y))
 
     def draw(self, painter: QPainter, place: Place) -> None:
-        """List what is shown, from the top as panel and menu do."""
+        """Draw a row for each visible overlay."""
         rows = list(self.rows())
         if not rows:
             return
@@ -67,7 +67,7 @@ class Legend(Overlay):
             painter.drawText(area, Qt.AlignmentFlag.AlignVCenter, text)
 
     def rows(self) -> Iterator[tuple[Swatch, str]]:
-        """Yield the swatch and the name of each overlay that is shown, domains one by one."""
+        """Yield symbol and name of each visible overlay, and of each domain."""
         for one in LISTED:
             on = one.name in self.shown.visible and one.is_there(self.shown)
             if one is Legend or not on:

@@ -88,7 +88,7 @@ class FaceNumbers(Overlay):
 
 
 class PointsToLookAt(Overlay):
-    """A wide ring round each landmark that may be wrong, until it is placed by hand."""
+    """A wide ring around each doubtful landmark that no user has placed."""
 
     height = 125
 
@@ -111,7 +111,7 @@ class Draft(Overlay):
     height = 130
 
     def draw(self, painter: QPainter, place: Place) -> None:
-        """Draw what has been marked so far, and where the next mark would be set."""
+        """Draw all marked points, and the position of the next point."""
         if self.shown.state.mode != "manual":
             return
         for number, (source, target) in enumerate(self.shown.state.draft):
@@ -167,7 +167,7 @@ class Placement(Overlay):
 
 
 class Names(Overlay):
-    """The point under the cursor by its name, and a ring round the selected one, where shown."""
+    """The name of the point under the cursor, and a ring around the selected point."""
 
     height = 150
 
@@ -184,7 +184,7 @@ class Names(Overlay):
             count, confidence = len(face.outline), handles.confidence(face, view.hovered)
             sure = "" if confidence is None else tr(" · {n:.0f} % sure", n=100 * confidence)
             text = handles.name(view.hovered, count) + sure
-            # Where it hides no neighbour.
+            # Away from the face, so that the name hides no neighbouring point.
             (middle,) = place.points(face.points.mean(axis=0))
             glyphs.on_plate(
                 painter,
@@ -194,16 +194,16 @@ class Names(Overlay):
 
 
 class FollowingBand(Overlay):
-    """A band along landmarks or targets, as wide as they follow; a ring where one is mirrored."""
+    """A band along points that follow a drag, and a ring around the mirrored point."""
 
-    height = 105
+    height = 106
 
     def draw(self, painter: QPainter, place: Place) -> None:
-        """Draw the line between each two points that can be seen as wide as they follow."""
+        """Draw a line between neighbouring points; the width shows how much the points follow."""
         led, view = self._led(), self.shown
         if led is None or led.kind not in kinds(view.visible):
             return
-        # What follows is settled where the drag begins.
+        # The start of the drag decides which points follow.
         face = view.document.committed.faces[led.face]
         if not handles.apart(face, place.zoom):
             return
@@ -229,7 +229,7 @@ class FollowingBand(Overlay):
                     painter.drawLine(QLineF(start, end))
 
     def _led(self) -> Handle | None:
-        """Return the landmark or target in hand, under the cursor, or selected."""
+        """Return the dragged, hovered or selected landmark or target."""
         view = self.shown
         first = view.selected if view.document.in_gesture else view.hovered
         led = first or view.selected
@@ -239,12 +239,12 @@ class FollowingBand(Overlay):
 
 
 class Divider(Overlay):
-    """The line between before and after, with a knob to drag, or what else is compared."""
+    """The divider between before and after with a knob, or the name of another comparison."""
 
     height = 160
 
     def draw(self, painter: QPainter, place: Place) -> None:
-        """Name what is seen, at the top, while comparing; the photo as it was needs no name."""
+        """Draw the divider and the names while comparing, not while the original is shown."""
         if self.shown.compare == "off" or self.shown.original:
             return
         area = place.viewport
@@ -275,7 +275,7 @@ class Divider(Overlay):
 
 
 class Loupe(Overlay):
-    """What lies under the cursor, magnified: before in the left half, after in the right one."""
+    """A magnifier at the cursor: original in the left half, result in the right half."""
 
     height = 180
 
@@ -284,7 +284,7 @@ class Loupe(Overlay):
         self._photo = photo
 
     def draw(self, painter: QPainter, place: Place) -> None:
-        """Paint both halves, then the rim over their edges, where the cursor is over the photo."""
+        """Draw both halves and a rim while the cursor is over the photo."""
         if not self.shown.loupe or self.shown.cursor is None or self.shown.original:
             return
         x, y = self.shown.cursor.tolist()

@@ -27,11 +27,11 @@ from .dialog import ExperimentDialog, Findings
 from .measure import measured
 
 TRIALS: Final = "trials.jsonl"
-_NUMBERS: Final = (1, 2, 3, 4, 6, 7, 9, 0)  # digits of their keys: 5 and 8 are taken
+_NUMBERS: Final = (1, 2, 3, 4, 6, 7, 9, 0)  # digits of the shortcuts: 5 and 8 are taken
 
 
 class _Stopped(Exception):
-    """The user has seen enough."""
+    """The user cancelled the experiment."""
 
 
 class Experiments(Feature):
@@ -55,7 +55,7 @@ class Experiments(Feature):
             self.starts[one.name] = self.bind(command, slot)
 
     def start(self, experiment: Experiment) -> None:
-        """Run an experiment on the photo's faces that are on."""
+        """Run an experiment on the active faces of the photo."""
         subject = self._subject()
         if subject is None:
             self._say_what_it_takes()
@@ -71,7 +71,7 @@ class Experiments(Feature):
         self.start(experiment)
 
     def _say_what_it_takes(self) -> None:
-        text = tr("An experiment needs a photo with a face that is on.")
+        text = tr("An experiment needs a photo with an active face.")
         self.say(text, applies=lambda: self._subject() is None)
 
     def _subject(self) -> Subject | None:
@@ -149,7 +149,7 @@ class Experiments(Feature):
 
 
 def _saved(dialog: ExperimentDialog, findings: Findings, file: Path) -> bool:
-    """Write the report, or say in the dialog why it can't be; return whether it was."""
+    """Write the report; show the reason in the dialog and return False on failure."""
     kind = file.suffix.lower().lstrip(".")
     try:
         atomic.atomic_write(findings.texts.get(kind, findings.texts["html"]).encode(), file)

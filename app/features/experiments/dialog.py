@@ -1,4 +1,4 @@
-"""One experiment in a window: how far it is, then its tables, its pictures and its report."""
+"""Window of an experiment: progress, then tables, pictures and report."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Findings:
     """Results of an experiment."""
 
     name: str  # which one
-    lead: str  # the question in one sentence
+    lead: str  # the question, as one sentence
     tables: list[Table]  # its figures
     # By kind: captions and RGB pictures of one size, to look at in one place.
     pictures: Mapping[str, Sequence[tuple[str, Image]]] = field(default_factory=dict)
@@ -74,12 +74,12 @@ class ExperimentDialog(Dialog):
         column.setStretchFactor(page, 1)
 
     def show_progress(self, done: int, of: int) -> None:
-        """Show that so many runs are done, of so many."""
+        """Show the number of finished runs."""
         self.progress.setRange(0, of)
         self.progress.setValue(done)
 
     def show_findings(self, findings: Findings) -> None:
-        """Replace the progress by the results."""
+        """Show the results in place of the progress."""
         self.progress.hide()
         self.state.setText("\n".join([findings.lead, *findings.left_out]))
         self._show_pictures(findings.pictures)

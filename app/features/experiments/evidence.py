@@ -135,7 +135,7 @@ class EvidenceDialog(Dialog):
         ):  # fmt: skip
             self.layers.addItem(title, name)
         self.layers.currentIndexChanged.connect(self._show)
-        # One line for each file, so that the dialog keeps its size.
+        # One line for each file, so that the dialog keeps the size.
         self.values = muted_label("\n" * len(numbers), wraps=True)
         self.images: list[pg.ImageItem] = []
         self._cursors: list[tuple[pg.InfiniteLine, pg.InfiniteLine]] = []

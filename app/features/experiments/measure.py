@@ -26,8 +26,7 @@ def measured(
 ) -> Findings:
     """Return the results of an experiment; an exception in `progress` cancels the experiment.
 
-    `new_source` makes what finds the faces, and is called off the GUI thread; `data` is the folder
-    of what the editor keeps.
+    `new_source` creates a landmark source, on a worker thread. `data` is the editor's data folder.
     """
     left_out: list[str] = []
     work = Work(
@@ -54,7 +53,7 @@ def measured(
 
 
 def chosen(option: ExperimentOption, data: Path) -> object:
-    """Return the value of an option in the window, where the user isn't asked."""
+    """Return the value of an option in the window, which shows no form for options."""
     if option.read is None:
         return option.default if option.in_window is None else option.in_window
     kept = data / f"{option.name}.jsonl"

@@ -1,4 +1,4 @@
-"""A study's pictures to rate, from the menu to the page in the browser."""
+"""Rating studies: start the local server and open the page in the browser."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from ..feature import Context, Feature
 
 
 class Rating(Feature):
-    """Asks for a study's folder, serves its page and opens it."""
+    """Requests the folder of a study, serves the page and opens a browser."""
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
@@ -38,7 +38,7 @@ class Rating(Feature):
         ask_path(self.window, tr("The folder of a study"), self.open, "folder")
 
     def open(self, folder: Path) -> None:
-        """Open a study's page in the browser; say why a folder has none."""
+        """Open the page of a study, or show why the folder has no page."""
         self.window.bar.clear()
         try:
             server = Server(folder)
@@ -56,7 +56,7 @@ class Rating(Feature):
         self._browse(server.address)
 
     def stop(self) -> None:
-        """Serve no more; every answer is on the disk already."""
+        """Stop the server; all answers are already saved."""
         if self._server is not None:
             self._server.stop()
             self._server = None

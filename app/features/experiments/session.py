@@ -1,4 +1,4 @@
-"""Trials for table 2: each photo set by hand is kept, alone or in a guided session of many."""
+"""Timed trials for table 2: single photos, or guided sessions of many photos."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ _DIALOG_PX: Final = (520, 320)
 
 @dataclass(frozen=True)
 class SessionPhoto:
-    """Where in a session a photo stands."""
+    """A photo of a session and its position."""
 
     path: Path
     order: int  # from 1
@@ -46,7 +46,7 @@ class SessionPhoto:
 
 
 class TimingSession(Feature):
-    """Leads one person through photos in random order, practice first, and keeps every trial."""
+    """Guides a person through photos in random order, practice first, and stores each trial."""
 
     def __init__(
         self,
@@ -85,9 +85,9 @@ class TimingSession(Feature):
             self._tell(self._at)
 
     def begin(self, person: str, folder: Path, practice: int) -> str:
-        """Begin with the photos of a folder, once unsaved changes are dealt with.
+        """Ask about unsaved changes, then start with the photos of a folder.
 
-        Result: why not, in a sentence; empty where it begins.
+        Return an error message; empty if the session can start.
         """
         photos = sorted(p for p in folder.glob("*") if p.suffix.lower() in READABLE and p.is_file())
         if len(photos) <= practice:
@@ -103,7 +103,7 @@ class TimingSession(Feature):
         return ""
 
     def go_on(self) -> None:
-        """Open the next photo, in manual mode; behind the last one the session is over."""
+        """Open the next photo in manual mode; end the session after the last photo."""
         order = self._at.order if self._at is not None else 0
         if order == len(self.places):
             self.end()
@@ -197,7 +197,7 @@ class TimingSession(Feature):
 
 
 class SessionDialog(Dialog):
-    """Asks who sets, which photos, and how many are for practice."""
+    """Dialog for the person, the folder, and the number of practice photos."""
 
     def __init__(self, session: TimingSession) -> None:
         title = tr("Timing session")

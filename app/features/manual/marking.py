@@ -151,9 +151,9 @@ def next_hint(state: State) -> str:
     """Return a hint for the next point to mark."""
     done = len(state.draft)
     if state.faces and not done:
-        return tr("Press on the outline and drag to where it goes; drag any point to correct it")
+        return tr("Press on the outline and drag to the target; drag any point to correct it")
     if done < CORNERS:
         kind, index = ("eye", done) if done < _EYES else ("mouth", done - _EYES)
         what = name(Handle(kind, 0, index), 0)  # type: ignore[arg-type]
         return tr("Click the {what} ({n} of {all})", what=what, n=done + 1, all=CORNERS)
-    return tr("Press on the outline, beginning beside the left eye, and drag to where it goes")
+    return tr("Press on the outline, first beside the left eye, and drag to the target")

@@ -206,7 +206,7 @@ class Strip(Feature):
         places, paths, first = listed
         if places is not self._places:
             if self._paths and not paths:
-                self.say(tr("No photos in that folder."))
+                self.say(tr("No photos in this folder."))
                 return
             self._take(places)
         elif paths == self._paths:
@@ -233,7 +233,7 @@ class Strip(Feature):
         self.window.docks.offer("strip", bool(paths))
         self._enable(bool(paths))
         if not paths:
-            self.say(tr("No photos in that folder."))
+            self.say(tr("No photos in this folder."))
             return
         self._name_left_out(paths)
         self.window.docks.show("strip")

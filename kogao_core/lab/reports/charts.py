@@ -48,7 +48,7 @@ class Chart:
     series: Sequence[Series]  # at most a handful
     along: str = ""  # label of the x axis with its unit; for curves only
     bars: bool = False  # draw bars
-    logarithmic: bool = False  # bars begin at a power of ten instead of 0
+    logarithmic: bool = False  # markers on an axis of powers of ten instead of bars
     caption: str = ""  # text below the chart
     # Minimum end of the value axis, to compare charts side by side.
     most: float = 0.0
@@ -130,7 +130,7 @@ def _bars(chart: Chart) -> tuple[list[Element], int]:
             value, y = series.values[place], beginning + _BAR_PX * number
             if not math.isfinite(value):
                 continue
-            drawn.append(_bar(x(value), y, number))
+            drawn.append(_bar(chart, x(value), y, number))
             ends = [x(end) for end in series.intervals[place]] if series.intervals else []
             if ends:
                 middle = y + _BAR_PX / 2
@@ -140,7 +140,9 @@ def _bars(chart: Chart) -> tuple[list[Element], int]:
     return drawn, floor + 30
 
 
-def _bar(end: float, y: float, number: int) -> Element:
+def _bar(chart: Chart, end: float, y: float, number: int) -> Element:
+    if chart.logarithmic:  # the length of a bar would mean nothing
+        return _mark(end, y + _BAR_PX / 2, number, f"mark c{number % _COLOURS}")
     return element(
         "rect", class_=f"bar c{number % _COLOURS} b{number % 2}",
         x=_LABELS, y=y + 1, width=max(1.0, end - _LABELS), height=_BAR_PX - 2.0,
@@ -152,7 +154,7 @@ def _key(chart: Chart, top: int) -> Iterator[Element]:
         y = top + 6 + _KEY_PX * number
         if chart.bars:
             place = f"translate({_LEFT + 4 - _LABELS} {y - _BAR_PX / 2:g})"
-            yield element("g", _bar(_LABELS + 30, 0, number), transform=place)
+            yield element("g", _bar(chart, _LABELS + 30, 0, number), transform=place)
         else:
             yield from _curve([(_LEFT + 4, y), (_LEFT + 34, y)], number)
         yield _text(_LEFT + 46, y + 4, series.name)

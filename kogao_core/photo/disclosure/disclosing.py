@@ -8,7 +8,7 @@ import re
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import reduce
-from typing import Final, NoReturn
+from typing import Final
 
 import kogao_core
 from kogao_core.base.geometry import Image
@@ -100,15 +100,21 @@ def added(packet: bytes | None, what: str, when: datetime) -> bytes:
     The IPTC digital source type becomes "human edits" if the type is missing or a capture.
     Histories of nested pictures stay. Raises CannotDisclose.
     """
-    packet = (packet or xmp.EMPTY).rstrip(b"\0")
     try:
-        parts = xmp.parts(packet)
+        return _added((packet or xmp.EMPTY).rstrip(b"\0"), what, when)
     except xmp.BadXmp as error:
-        _refuse(str(error))
+        raise CannotDisclose(
+            Text(
+                "the photo's XMP can't take an edit record ({reason}); save without one, or repair "
+                "it",
+                reason=error,
+            )
+        ) from None
+
+
+def _added(packet: bytes, what: str, when: datetime) -> bytes:
+    parts = xmp.parts(packet)
     spans = {part.path: part.span for part in parts}
-    top = spans.get(xmp.DESCRIPTION[:1])
-    if top is None:
-        _refuse(Text("it holds no rdf:RDF"))
     edits, new = {}, ""
     if (span := spans.get(_SOURCE_TYPE)) is None:
         new += f"<Iptc4xmpExt:DigitalSourceType>{_EDITED}</Iptc4xmpExt:DigitalSourceType>"
@@ -119,27 +125,18 @@ def added(packet: bytes | None, what: str, when: datetime) -> bytes:
         start, end, content = xmp.appended(packet, span, event)
         edits[start, end] = content
     elif _HISTORY in spans:
-        _refuse(Text("its history is of an unknown form"))
+        raise xmp.BadXmp(Text("its history is of an unknown form"))
     else:
         new += f"<xmpMM:History><rdf:Seq>{event}</rdf:Seq></xmpMM:History>"
     if new:
         values = (part.value(packet) for part in parts if part.path == _ABOUT)
-        about = next(
-            (packet[slice(*value)] for value in values if value and value[0] < value[1]), b""
-        )
-        start, end, content = xmp.appended(
-            packet, top, _description(html.unescape(about.decode()), new)
-        )
+        abouts = (packet[slice(*value)] for value in values if value and value[0] < value[1])
+        about = _quoted(html.unescape(next(abouts, b"").decode()))
+        attributes = f'xmlns:xmpMM="{_MEDIA}" xmlns:Iptc4xmpExt="{_IPTC}" rdf:about={about}'
+        rest = f"{attributes}>{new}</rdf:Description>"
+        start, end, content = xmp.described(packet, parts, rest)
         edits[start, end] = content
     return xmp.replaced(packet, edits)
-
-
-def _description(about: str, content: str) -> str:
-    return (
-        f'<rdf:Description xmlns:rdf="{xmp.RDF}" xmlns:xmpMM="{_MEDIA}" '
-        f'xmlns:Iptc4xmpExt="{_IPTC}" '
-        f"rdf:about={_quoted(about)}>{content}</rdf:Description>\n"
-    )
 
 
 def _event(what: str, when: datetime) -> str:
@@ -158,12 +155,3 @@ def _event(what: str, when: datetime) -> str:
 def _quoted(value: str) -> str:
     text = html.escape(value, quote=False).replace('"', "&quot;")
     return '"' + re.sub(r"[\t\n\r]", lambda one: f"&#{ord(one[0])};", text) + '"'
-
-
-def _refuse(reason: str) -> NoReturn:
-    raise CannotDisclose(
-        Text(
-            "the photo's XMP can't take an edit record ({reason}); save without one, or repair it",
-            reason=reason,
-        )
-    )

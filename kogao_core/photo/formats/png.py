@@ -42,7 +42,7 @@ _SIZES: Final = {b"sBIT": {1: 1, 2: 2, 3: 3, 4: 4}, _BACKGROUND: {1: 2, 2: 2, 3:
 _SRGB_COLOURS: Final = (31270, 32900, 64000, 33000, 30000, 60000, 15000, 6000)
 _KEPT: Final = (kinds.TEXTS, kinds.COLOURS, kinds.CHUNKS)
 _MOST_BYTES: Final = 1 << 24
-# Compression level. Pillow's default takes eight times as long and saves 10 % (docs/fidelity.md).
+# Compression level. Pillow's default takes eight times as long and saves 10 %.
 _LEVEL: Final = 1
 _UP: Final = 2  # each line as its difference from the one above
 _STRIP_BYTES: Final = 1 << 20

@@ -113,17 +113,14 @@ def _first(name: str, read: list[tuple[bytes, bytes]]) -> str | None:
 def _changed(packet: bytes, new: Mapping[str, str]) -> bytes:
     """Set properties of a packet. Return the packet. Raises BadXmp."""
     there = xmp.parts(packet)
-    top = next((one.span for one in there if one.path == xmp.DESCRIPTION[:1]), None)
-    if top is None:
-        raise xmp.BadXmp(Text("it holds no rdf:RDF"))
     paths = {(*xmp.DESCRIPTION, f"{_NAMESPACE} {name}"): name for name in new}
     known = {one.span: paths[one.path] for one in there if one.path in paths}
     edits = {span: _written(packet, span, new[name]) for span, name in known.items()}
     added = {name: value for name, value in new.items() if name not in known.values()}
     if added:
         values = " ".join(f'xmp:{name}="{html.escape(value)}"' for name, value in added.items())
-        attributes = f'xmlns:rdf="{xmp.RDF}" rdf:about="" xmlns:xmp="{_NAMESPACE}" {values}'
-        start, end, content = xmp.appended(packet, top, f"<rdf:Description {attributes}/>\n")
+        attributes = f'rdf:about="" xmlns:xmp="{_NAMESPACE}" {values}/>'
+        start, end, content = xmp.described(packet, there, attributes)
         edits[start, end] = content
     return xmp.replaced(packet, edits)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Final
 from xml.parsers import expat
@@ -144,3 +144,14 @@ def appended(packet: bytes, span: Span, content: str) -> tuple[int, int, bytes]:
         return at, at, content.encode()
     name = tag_name(packet, start)
     return end - 2, end, b">" + content.encode() + b"</" + name + b">"
+
+
+def described(packet: bytes, parts: Iterable[XmpPart], rest: str) -> tuple[int, int, bytes]:
+    """Return the span and the bytes that append an rdf:Description. Raises BadXmp.
+
+    `rest`: attributes, the end of the start tag, and the content.
+    """
+    top = next((one.span for one in parts if one.path == DESCRIPTION[:1]), None)
+    if top is None:
+        raise BadXmp(Text("it holds no rdf:RDF"))
+    return appended(packet, top, f'<rdf:Description xmlns:rdf="{RDF}" {rest}\n')
