@@ -94,6 +94,7 @@ SCENES: Final[dict[str, tuple[Callable[[], Image], dict[str, Any]]]] = {
     "cut": (lambda: _portrait("men")[180:900, 330:900], {"percent": 8.0, "width": -5.0}),
     "edge": (lambda: _portrait("men")[200:745, 200:700], {"percent": 9.0, "scope": "face"}),
     "pair": (lambda: _pair(70), {"percent": 8.0}),
+    "loose": (lambda: _with_lines(_portrait()), {"percent": 8.0}),
     "beside": (lambda: _pair(40), {"percent": 8.0, "lattice": 0.5}),
     "hand": (_portrait, {"percent": 6.0}),
     "squeezed": (_portrait, {"percent": 12.0, "jaw_width": -10.0, "cheeks_width": -10.0,
@@ -111,6 +112,7 @@ _AGAIN: Final = (
     .with_stroke("push", [(310, 610), (330, 608)], radius_px=120, strength=0.6)
     .with_stroke("push", [(300, 600), (420, 600)], radius_px=70, strength=1.0)
 )
+_RELEASED: Final = {"loose": (((118.0, 0.0), (106.0, 899.0)),)}
 _BY_HAND: Final = {"hand": (_STROKE, _BRUSH), "squeezed": (NOTHING, _AGAIN)}
 
 
@@ -131,8 +133,9 @@ def result(name: str) -> dict[str, Any]:
         return told | {"note": str(doubts)}
     protection, brushwork = _BY_HAND.get(name, (NOTHING, UNTOUCHED))
     applied = Applied(
-        chosen.faces, Recipe(**settings), protection, others=chosen.others, brushwork=brushwork
-    )
+        chosen.faces, Recipe(**settings), protection, others=chosen.others, brushwork=brushwork,
+        loose=_RELEASED.get(name, ()),
+    )  # fmt: skip
     finder = BackgroundFinder()
     rendering = render(
         photo, applied.faces, applied.recipe, protection=protection,
@@ -184,7 +187,18 @@ def statements() -> dict[str, Any]:
         (distance_m(beside, focal, photo), stretch_percent(beside, focal, photo))
         for focal in (18.0, 26.0, 50.0, 85.0)
     ]
-    return {"told": "; ".join(told), "notes": "; ".join(notes), "lens": _rounded(lens, _DIGITS)}
+    blank, xs = np.zeros((600, 600), np.uint8), np.linspace(0.0, 599.0, _GRID)
+    at_edges = [
+        render(blank, [_seen((float(x), 300.0), 240.0)], Recipe(percent=8.0, scope=scope))
+        for x in range(60, 200, 12) for scope in ("face", "head")
+    ]  # fmt: skip
+    return {
+        "told": "; ".join(told),
+        "notes": "; ".join(notes),
+        "lens": _rounded(lens, _DIGITS),
+        "edges": "; ".join(str(one.note) for one in at_edges),
+        "displacement": _rounded([one.field.on_grid(xs, xs) for one in at_edges[::5]], _DIGITS),
+    }
 
 
 def aam_points() -> Any:

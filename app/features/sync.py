@@ -64,12 +64,7 @@ class Settings:
 
     def of_project(self, project: Project) -> Project:
         """Return a project whose two modes have the copied fields."""
-        manual, found = project.manual, project.automatic
-        return replace(
-            project,
-            automatic=replace(found, recipe=self.onto(found.recipe)),
-            manual=manual and replace(manual, recipe=self.onto(manual.recipe)),
-        )
+        return project_of(self.of_state(state_of(project)), project.original)
 
     def of_state(self, state: State) -> State:
         """Return a state whose two modes have the copied fields."""

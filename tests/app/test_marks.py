@@ -108,9 +108,9 @@ def test_only_the_face_that_is_pointed_at_shows_its_marks(start, source, photo):
 
 
 def test_elsewhere_and_by_hand_marks_stay(retouch):
-    retouch.key(KEYS.Key_F3)
+    retouch.editor.manual.switch("manual")
     assert marks(retouch)
-    retouch.key(KEYS.Key_F2)
+    retouch.editor.manual.switch("automatic")
     assert not marks(retouch)
     for key in (KEYS.Key_2, KEYS.Key_3):
         retouch.key(key, ALT)
