@@ -134,9 +134,9 @@ def _parse(arguments: Sequence[str] | None) -> SimpleNamespace:
 
 def _check(options: SimpleNamespace) -> None:
     """Raise UsageError for options that can't be combined."""
-    if sum((bool(options.photos), options.sample, options.rate is not None)) > 1:
-        raise click.UsageError(Text("PHOTO, --sample and --rate can't be combined"))
-    if options.screenshot is not None and (len(options.photos) > 1 or options.rate is not None):
+    if options.photos and options.sample:
+        raise click.UsageError(Text("PHOTO and --sample can't be combined"))
+    if options.screenshot is not None and len(options.photos) > 1:
         raise click.UsageError(Text("--screenshot shows one photo; name one"))
     if options.edit and (options.screenshot is not None or not options.photos):
         raise click.UsageError(Text("--edit needs photos and can't be combined with --screenshot"))
@@ -180,11 +180,9 @@ def _command() -> words.Command:
             help="With --edit: PHOTO is a temporary copy of another program; store no original",
         ),
     )  # fmt: skip
-    rate = words.option("--rate", type=_PATH, metavar="FOLDER", help="Rate the pictures of a study")
     options = words.together(
         click.argument("photos", nargs=-1, type=_PATH, metavar="[PHOTO]..."),
         words.option("--sample", is_flag=True, help="Open the built-in portrait"),
-        *([rate] if installed.has_laboratory() else []),
         words.option(
             "--workspace", type=click.Choice(tuple(WORKSPACES)), help="Workspace [last used]"
         ),
@@ -209,7 +207,7 @@ def _command() -> words.Command:
 
         PHOTO is a photo, a project or a folder. Several photos open as a film strip.
         """
-        found = SimpleNamespace(**{"rate": None, **given})
+        found = SimpleNamespace(**given)
         _check(found)
         return found
 

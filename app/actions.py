@@ -162,7 +162,6 @@ MENUS: Final = (
         Item("export-figure", "Export figure…", "Shift+F12", "Save canvas and figures", True),
         None,
         "experiment-",
-        "rate",
         only=("compare", "inspect"),
     ),
     Menu(

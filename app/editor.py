@@ -142,14 +142,13 @@ class Editor(QObject):
     def _add_experiments(self, context: Context) -> QAction:
         """Add the lab's features; return the action that compares methods."""
         # Import the lab package here: the folder may be missing.
-        from .features.experiments import Experiments, evidence, rating, session
+        from .features.experiments import Experiments, evidence, session
 
         self.experiments = Experiments(context, self.landmarks)
         self.session = session.TimingSession(
             context, self.files, self.saver, self.faces, self.manual, self.experiments
         )
         self.evidence = evidence.EvidenceFiles(context)
-        self.rating = rating.Rating(context)
         return self.experiments.starts["methods"]
 
     def _mount(self) -> None:

@@ -115,8 +115,6 @@ def _edit(
         editor.strip.show_places(options.photos)
     elif options.sample:
         editor.files.open_sample()
-    elif options.rate is not None:
-        editor.rating.open(options.rate)
     else:
         editor.recent.begin()
         editor.strip.resume()

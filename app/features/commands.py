@@ -50,7 +50,6 @@ _ALSO_CALLED: Final = {
     "redo": Text("history forward again"),
     "save": Text("export write JPEG"),
     "export": Text("save resize web size quality"),
-    "batch": Text("many folder sync"),
     "tool-push": Text("forward warp liquify smudge"),
     "tool-restore": Text("reconstruct liquify original"),
     "tool-brush": Text("freeze mask lock"),

@@ -1,23 +1,17 @@
-"""A study rated from the editor: it serves the page, opens the browser, and stops with itself."""
+"""The script of the rating page: order of the pictures, answers, and undo."""
 
 from __future__ import annotations
 
 import itertools
 import json
 import re
-import urllib.error
-import urllib.request
 from collections import Counter
 
 import pytest
-from kogao_app.features.experiments import rating
-from PySide6.QtCore import Qt
-from PySide6.QtGui import QGuiApplication
 from PySide6.QtQml import QJSEngine
 from ratings import judged, taken_back
-from timeouts import LONGEST_S
 
-from kogao_core.lab.study import page, plan, results
+from kogao_core.lab.study import page, results
 from kogao_core.lab.study.design import Conduct
 from kogao_core.lab.study.plan import Study
 from kogao_core.lab.study.results import Session
@@ -25,61 +19,6 @@ from kogao_core.lab.study.results import Session
 NAMES = tuple(f"{number:016x}.jpg" for number in range(30))
 STUDY = Study("a-study", NAMES[:25], NAMES[25:])
 SINGLE = Study("single", NAMES[:25], (), (), (NAMES[:25],), (NAMES[:2],))
-
-
-@pytest.fixture
-def study(tmp_path):
-    folder = tmp_path / "faces"
-    folder.mkdir()
-    plan.save(STUDY, folder / plan.STUDY_FILE)
-    return folder
-
-
-@pytest.fixture
-def opened(monkeypatch):
-    """The addresses that a browser was asked to open."""
-    asked = []
-    monkeypatch.setattr(
-        rating.QDesktopServices, "openUrl", lambda url: asked.append(url.toString()) or True
-    )
-    return asked
-
-
-def got(address):
-    with urllib.request.urlopen(address, timeout=LONGEST_S) as reply:
-        return reply.read().decode()
-
-
-def test_the_menu_serves_a_study_until_the_editor_closes(empty, study, opened):
-    empty.key(Qt.Key.Key_R, Qt.KeyboardModifier.ControlModifier)
-    empty.choose_path(study)
-    (address,) = opened
-    assert "Natural or unnatural?" in got(address)
-    assert "open in your browser" in empty.say()
-    empty.editor.close()
-    with pytest.raises(urllib.error.URLError):
-        got(address)
-
-
-def test_another_study_takes_the_place_of_the_first_and_none_of_it(empty, study, opened, tmp_path):
-    empty.editor.rating.open(study)
-    empty.editor.rating.open(tmp_path)
-    assert "contains no study" in empty.say()
-    assert "Natural or unnatural?" in got(opened[0])
-    empty.editor.rating.open(study)
-    with pytest.raises(urllib.error.URLError):
-        got(opened[0])
-    assert "Natural or unnatural?" in got(opened[1])
-
-
-def test_without_a_browser_the_address_can_be_copied(empty, study, monkeypatch):
-    monkeypatch.setattr(rating.QDesktopServices, "openUrl", lambda _: False)
-    empty.editor.rating.open(study)
-    said = empty.say()
-    empty.take_step("Copy the address")
-    address = QGuiApplication.clipboard().text()
-    assert address in said
-    assert "Natural or unnatural?" in got(address)
 
 
 @pytest.fixture

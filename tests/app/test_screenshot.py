@@ -198,7 +198,6 @@ def fail(*_, **__):
         ["--sample", "--show", "lattice"],
         ["--sample", "--protect", "80,40 80,600"],
         ["--sample", "--amount", "4"],
-        ["--rate", "folder", "--screenshot", "a.png"],
     ],
 )
 def test_a_wrong_call_ends_with_2(source, wrong, capsys):

@@ -62,7 +62,6 @@ def test_the_window_opens_without_it(without, small_png, tmp_path):
     window = ("-c", "import sys; from kogao_app.__main__ import main; sys.exit(main())")
     without(*window, small_png, "--screenshot", tmp_path / "window.png")
     assert cv2.imread(str(tmp_path / "window.png")) is not None
-    assert "--rate" not in without(*window, "--help")
 
 
 def test_nothing_but_the_door_knows_it():
