@@ -219,7 +219,7 @@ class Document(QObject):
         self.base = self.state
         # The saved state when the photo was opened.
         self._opened_as = self.base
-        self._saved = self._begun = self.base.work
+        self._saved = self.base.work
         self._savings: list[Saving] = []
         self._text = self._change = ""
         self._listeners: list[tuple[frozenset[str], Callable[[], object]]] = []
@@ -313,9 +313,9 @@ class Document(QObject):
             step = self.undo.command(index)
             assert isinstance(step, ReplaceState)
             step.before, step.after = more(step.before), more(step.after)
-        self._opened_as = more(self._opened_as)
-        if self._saved is self._begun:
-            self._saved = self._begun = self._opened_as.work
+        opened_work, self._opened_as = self._opened_as.work, more(self._opened_as)
+        if self._saved is opened_work:
+            self._saved = self._opened_as.work
         self.base, self.committed = more(self.base), more(self.committed)
         self.state = more(self.state)
         self._tell()
@@ -330,7 +330,7 @@ class Document(QObject):
                     self.undo.push(ReplaceState(self, before, after, text))
                 self.undo.setIndex(steps.index)
             self.state = self.committed = self._opened_as = states[steps.index]
-            self._saved = self._begun = self.committed.work
+            self._saved = self.committed.work
             self.undo.indexChanged.emit(steps.index)
         self._tell()
 
@@ -389,7 +389,7 @@ class Document(QObject):
     def _begin(self, state: State) -> None:
         state = self._of_photo(state)
         self.state = self.committed = self.base = self._opened_as = state
-        self._saved = self._begun = state.work
+        self._saved = state.work
         self.undo.clear()
 
     def close(self) -> None:

@@ -80,7 +80,7 @@ class Projects(Feature):
     ) -> None:
         """Save the edits; skip the call if a save is in progress, unless a caller waits.
 
-        During face detection the state is incomplete, so nothing is saved.
+        During face detection the state is incomplete, so no edits are saved.
         """
         path, held_up = self.document.path, self._keeping or self._faces.busy
         if path is None or not self._saver.keeps:

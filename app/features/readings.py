@@ -228,13 +228,13 @@ class Readings(Feature):
             self.plate.adjustSize()
 
     def _show_settings(self) -> None:
-        differing = _not_the_papers(self.document.state.recipe)
+        differing = differing_from_paper(self.document.state.recipe)
         self.panel.settings.setText(settings_text(self.document.state.recipe))
         self.actions["paper-settings"].setEnabled(bool(differing) and bool(self.document.photo))
 
     def _use_paper(self) -> None:
         state = self.document.state
-        changes = {name: getattr(PAPER, name) for name in _not_the_papers(state.recipe)}
+        changes = {name: getattr(PAPER, name) for name in differing_from_paper(state.recipe)}
         self.document.step(state.with_choices(None, **changes), tr("Use the paper's settings"))
 
     def _forget(self) -> None:
@@ -251,13 +251,13 @@ class Readings(Feature):
 
 def settings_text(recipe: Recipe) -> str:
     """Return whether the settings are the paper's, or which fields differ."""
-    if differing := _not_the_papers(recipe):
+    if differing := differing_from_paper(recipe):
         names = ", ".join(translated(SETTINGS[name].title) for name in differing)
         return tr("Not the paper's: {names}", names=names)
     return tr("Settings: the paper's")
 
 
-def _not_the_papers(recipe: Recipe) -> list[str]:
+def differing_from_paper(recipe: Recipe) -> list[str]:
     """Return the fields that differ from the paper's settings, without amount and centre."""
     names = (name for name in SETTINGS if name not in ("percent", "center"))
     return [name for name in names if getattr(recipe, name) != getattr(PAPER, name)]

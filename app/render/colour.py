@@ -64,7 +64,7 @@ def use_screen(icc: bytes | None) -> bool:
 def told_screen() -> str:
     """Return a line about the screen's colours."""
     if _screen.icc is None:
-        return tr("The screen is taken to be sRGB: nobody tells its profile")
+        return tr("The screen is taken to be sRGB: the system reports no profile")
     return tr("The screen's colours: {profile}", profile=_name(_profile(_screen.icc)))
 
 

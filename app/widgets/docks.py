@@ -190,7 +190,10 @@ class ColumnArea(QScrollArea):
 
     def _keep_width(self) -> None:
         """Reserve the place of the scroll bar, so that content stays where it is."""
-        self.setViewportMargins(0, 0, 0 if self.verticalScrollBar().maximum() else self._bar_px, 0)
+        right = 0 if self.verticalScrollBar().maximum() else self._bar_px
+        # Margins that are set again request a layout again, without end.
+        if self.viewportMargins().right() != right:
+            self.setViewportMargins(0, 0, right, 0)
 
 
 class RowArea(QScrollArea):

@@ -95,7 +95,7 @@ def test_what_x_shows_is_the_photo_in_the_screens_colours(screen, tmp_path, spac
     shown = np.array([pixels[y, x] for x, y in (map(int, place.split()) for place in places)])
     if space is None:
         np.testing.assert_array_equal(shown, PATCHES)
-        assert told == "The screen is taken to be sRGB: nobody tells its profile"
+        assert told == "The screen is taken to be sRGB: the system reports no profile"
         return
     assert told == f"The screen's colours: {space}"
     seen = delta_e_2000(lab_of_srgb(expected_srgb(shown / 255, space)), lab_of_srgb(PATCHES / 255))

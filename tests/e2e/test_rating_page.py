@@ -374,7 +374,7 @@ def test_a_screen_that_is_too_small_is_refused_with_the_reason(held):
     page.until("!document.getElementById('trouble').hidden")
     said = page.ask("document.getElementById('problem').textContent")
     assert said.startswith(
-        "This screen is too small for this study: its pictures need 640 \N{MULTIPLICATION SIGN} 480"
+        "This screen is too small for this study: the pictures need 640 \N{MULTIPLICATION SIGN} 480"
     )
     assert "390 \N{MULTIPLICATION SIGN} 844" in said
     page.press("f")

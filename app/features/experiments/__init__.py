@@ -22,7 +22,7 @@ from ...i18n import sentence, tr, translated, unwritten
 from ...widgets.dialogs import ask_path
 from ..feature import Context, Feature
 from ..landmarks import LandmarkSources
-from ..readings import settings_text
+from ..readings import differing_from_paper, settings_text
 from .dialog import ExperimentDialog, Findings
 from .measure import measured
 
@@ -89,9 +89,9 @@ class Experiments(Feature):
         """Run an experiment in a dialog; `as_paper` repeats it with the paper's settings."""
         if self._dialog is not None:
             self._dialog.close()
-        settings = settings_text(self.document.state.recipe)
-        self._dialog = dialog = ExperimentDialog(title, self.window, settings)
-        dialog.paper.setEnabled(self.actions["paper-settings"].isEnabled())
+        recipe = self.document.state.recipe
+        self._dialog = dialog = ExperimentDialog(title, self.window, settings_text(recipe))
+        dialog.paper.setEnabled(bool(differing_from_paper(recipe)))
         dialog.paper.clicked.connect(as_paper)
         dialog.finished.connect(lambda _: self._let_go())
         dialog.open()
@@ -106,7 +106,7 @@ class Experiments(Feature):
         self._running.submit(lambda: work(progress))
 
     def stop(self) -> None:
-        """Cancel the running experiment after its current run."""
+        """Cancel the experiment after the current run."""
         self._enough.set()
         super().stop()
 

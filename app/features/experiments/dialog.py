@@ -42,7 +42,7 @@ class Findings:
 
     name: str  # which one
     lead: str  # the question, as one sentence
-    tables: list[Table]  # its figures
+    tables: list[Table]
     # By kind: captions and RGB pictures of one size, to look at in one place.
     pictures: Mapping[str, Sequence[tuple[str, Image]]] = field(default_factory=dict)
     left_out: list[str] = field(default_factory=list)  # sentences about photos and methods left out

@@ -116,7 +116,7 @@ def _bars(photos: Sequence[Comparison]) -> list[Chart]:
     )
     return [
         Chart(
-            Text("What the methods cost"), names, Text("time, ms"), times, bars=True,
+            Text("Computing time"), names, Text("time, ms"), times, bars=True,
             logarithmic=True,
             caption=Text("Medians over all photos. The axis is logarithmic."),
         ),

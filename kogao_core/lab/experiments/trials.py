@@ -57,10 +57,8 @@ class Trial:
     looking_s: float  # from the first view to the first point, s
     setting_s: float  # from the first view to Apply, s
     corrections_s: tuple[float, ...]  # from each change after Apply to the next Apply, s
-    faces: tuple[
-        Face, ...
-    ]  # what was set, with all targets, px of the photo; in shares of its longer
-    # side in files
+    # With all targets, px of the photo; in files relative to the longer side.
+    faces: tuple[Face, ...]
     at: str  # time, ISO 8601 with time zone
 
     @property

@@ -241,7 +241,7 @@ class _Handler(BaseHTTPRequestHandler):
             case ["sessions", rater, "withdraw"]:
                 self._attempt(lambda: self.server.sessions.withdraw(rater))
             case _:
-                self._refuse(HTTPStatus.NOT_FOUND, "there is nothing here")
+                self._refuse(HTTPStatus.NOT_FOUND, "not found")
 
     def _add(self, rater: str, body: bytes) -> dict[str, Any]:
         record = results.record(_parsed(body))
