@@ -134,6 +134,7 @@ class Marks(Feature):
         for step in points.steps:
             step.triggered.connect(self._take_by_key)
         files.welcomed.connect(lambda: self._explain(True))
+        self.document.opened.connect(self._moving.stop)
         self.document.opened.connect(
             lambda: self._explain(bool(self.view.explained) and files.on_sample())
         )

@@ -44,8 +44,9 @@ _NEIGHBOUR: Final = 3e4  # of a neighbour close to the face
 _PERSON: Final = 10.0  # of a place on the person's hair and clothes, where the change is to be zero
 _WITHIN: Final = 60.0  # the same of a place within the face
 _INSIDE: Final = 1.5  # between those
-# Of neighbours, corners of eyes and mouth, and the photo's edge: they change by less than 1/64 px.
-_STILL: Final = 1e7
+# Of neighbours clear of the face, corners of eyes and mouth, and the photo's edge. Larger values
+# hold these within less than 0.04 px and lines less straight.
+_STILL: Final = 1e6
 _RIDGE: Final = 1e-9  # of the equations of the landmarks
 _SCREEN: Final = 0.06  # in L beside neighbours' differences: a change fades over four spacings
 # The change acts in a square of this half side, moved up from the middle of the outline by so much.
@@ -60,9 +61,6 @@ _FINEST: Final = 1.4
 _FINEST_NEAR: Final = 0.7
 _SMALL: Final = 64  # rows of a matrix that is inverted in one step
 _MOST_PLACES: Final = 350  # of neighbours and within the face; of more, places are farther apart
-# A change leaves det J at least so large, or at least this share of its value before.
-_LEAST_DET: Final = 0.5
-_LEAST_SHARE: Final = 0.9
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -135,7 +133,7 @@ def _allowed(field: Field, which: Sequence[int], after: Sequence[Lattice]) -> Se
     before = [field.lattices[k] for k in which]
     unchanged = dataclasses.replace(field, lattices=tuple(before))
     was = least_det(unchanged)
-    least = min(was, _LEAST_DET, max(LEAST_DET, _LEAST_SHARE * was))
+    least = min(was, LEAST_DET)
 
     def mixed(share: float) -> list[Lattice]:
         return [

@@ -373,7 +373,9 @@ def start(
         if driver.editor.document.first_recipe == Recipe():
             driver.editor.recipe.begin_with(Recipe(percent=4.0))
         # The question of the first save has been answered.
-        driver.editor.save_options.settings.setValue("saving/record", False)
+        settings = driver.editor.save_options.settings
+        if lasts or not settings.contains("saving/record"):
+            settings.setValue("saving/record", False)
         # Elsewhere than where the last test left the mouse: Qt tells of no move to the same place.
         QTest.mouseMove(driver.window, QPoint(1, 1))
         if photo is not None:

@@ -6,7 +6,7 @@ from kogao_app.workspaces import RETOUCH
 from PySide6.QtCore import QEvent, QPoint, Qt
 from PySide6.QtGui import QMouseEvent
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication
+from PySide6.QtWidgets import QApplication, QDockWidget
 
 from kogao_core.recipe.recipe import SHAPE
 
@@ -81,7 +81,8 @@ def test_alt_j_leads_to_the_jaw_where_one_starts(retouch):
 def test_the_panel_can_be_widened_and_sliders_are_as_wide(retouch):
     jaw = sliders(retouch)["jaw_width"].slider
     area = next(one for one in retouch.window.findChildren(ColumnArea) if one.isAncestorOf(jaw))
-    dock, before = area.parentWidget(), jaw.width()
+    docks = retouch.window.findChildren(QDockWidget)
+    dock, before = next(one for one in docks if one.isAncestorOf(jaw)), jaw.width()
     assert before > 0.85 * area.viewport().width()
     retouch.window.resizeDocks([dock], [area.width() + 120], Qt.Orientation.Horizontal)
     retouch.qtbot.waitUntil(lambda: jaw.width() > before + 80)

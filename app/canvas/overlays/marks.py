@@ -128,7 +128,7 @@ class ReadOutline(Overlay):
 
     name = "read"
     title = Text("Read outline")
-    height = 105
+    height = 107
     key = "Shift+T"
 
     @classmethod
