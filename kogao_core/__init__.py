@@ -47,7 +47,7 @@ if TYPE_CHECKING:
     load_evidence, load_project, apply_project = evidence.load, project.load, sidecar.apply
 
 __version__ = "1.0.0"
-# The public names by module, and their names there. The imports above tell type checkers the same;
+# Module of each public name, and the name in that module. The imports above are for type checkers;
 # a test compares both.
 _HOMES = {
     "base.assets": {"sample": "sample"},

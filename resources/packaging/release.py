@@ -18,17 +18,11 @@ from pathlib import Path
 from typing import Any, Final
 
 import kogao_core
+from kogao_core.cli.desktop import PLACES
 from kogao_core.cli.licences import DEPENDENCIES, OWN, manifest
 
 ROOT: Final = Path(__file__).resolve().parents[2]
 VERSION: Final = kogao_core.__version__
-_ID: Final = "org.kogao.Kogao"
-_DESKTOP: Final = {
-    f"{_ID}.desktop": "applications",
-    f"{_ID}.metainfo.xml": "metainfo",
-    f"{_ID}.svg": "icons/hicolor/scalable/apps",
-    f"{_ID}.xml": "mime/packages",
-}
 _CONTROL: Final = """Package: kogao
 Version: {version}
 Architecture: amd64
@@ -64,7 +58,7 @@ def make_debian_package(bundle: Path, package: Path) -> None:
         (tree / "usr/bin").mkdir(parents=True)
         for program in ("kogao", "kogao-cli"):
             (tree / "usr/bin" / program).symlink_to(f"/opt/kogao/{program}")
-        for name, place in _DESKTOP.items():
+        for name, place in PLACES.items():
             (tree / "usr/share" / place).mkdir(parents=True)
             shutil.copy(ROOT / "resources/desktop" / name, tree / "usr/share" / place)
         size = sum(file.lstat().st_size for file in tree.rglob("*") if not file.is_dir())

@@ -90,7 +90,7 @@ def test_every_report_goes_to_a_file_or_is_printed(spelled):
     for option in found:
         assert not option.is_flag
         assert option.type.allow_dash
-        assert "print " in option.help.lower()
+        assert "print" in option.help.lower()
 
 
 @pytest.mark.parametrize(("way", "command"), COMMANDS.items(), ids=map(" ".join, COMMANDS))
