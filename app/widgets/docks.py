@@ -170,9 +170,10 @@ class ColumnArea(QScrollArea):
         """Return the minimum width; users can drag the edge to widen the column."""
         if not self._whole:
             return QSize(self.minimumWidth(), super().sizeHint().height())
-        layout = self._content.layout()
-        assert layout is not None
-        return QSize(self.minimumWidth(), layout.totalHeightForWidth(self.viewport().width()))
+        content, width = self._content, self.viewport().width()
+        wraps = content.hasHeightForWidth()
+        height = content.heightForWidth(width) if wraps else content.sizeHint().height()
+        return QSize(self.minimumWidth(), height + 1)  # for the line above
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Follow the content's minimum width, and the height of a `whole` column."""
