@@ -32,7 +32,7 @@ image.rating = 3
 kogao.process("{cancels}", {{image}})
 dt.preferences.write("kogao", "amount", "float", 5)
 kogao.process(kogao.smaller(), {{nobody, image}})
-told:write(kogao.smaller():match("%-%-amount.*"), "\n")
+told:write(kogao.smaller():match("%-%-amount.*"), "\\n")
 for _, one in ipairs(image:get_group_members()) do
   told:write(one.filename, " ", one.rating, "\\n")
 end
