@@ -9,7 +9,7 @@ from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Final
 
-from PySide6.QtCore import QByteArray, QEvent, QObject, QSize, Qt
+from PySide6.QtCore import QByteArray, QEvent, QObject, QSize, Qt, QTimer
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import (
     QDockWidget,
@@ -159,7 +159,10 @@ class ColumnArea(QScrollArea):
         self._least_px, self._content, self._whole = least_px, content, whole
         _bare(self, content)
         self.setProperty("whole", whole)
-        self.verticalScrollBar().rangeChanged.connect(self._keep_width)
+        # Margins set inside a layout would request the next layout, without end.
+        self._later = QTimer(self, singleShot=True, interval=0)
+        self._later.timeout.connect(self._keep_width)
+        self.verticalScrollBar().rangeChanged.connect(self._later.start)
         vertical = QSizePolicy.Policy.Maximum if whole else QSizePolicy.Policy.Ignored
         self.setSizePolicy(QSizePolicy.Policy.Preferred, vertical)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
@@ -180,7 +183,7 @@ class ColumnArea(QScrollArea):
         if watched is self._content and event.type() == QEvent.Type.LayoutRequest:
             asked = self._content.minimumSizeHint().width() + self._bar_px
             self.setMinimumWidth(max(self._least_px, asked))
-            self._keep_width()
+            self._later.start()
             self.updateGeometry()
         return super().eventFilter(watched, event)
 
@@ -191,7 +194,6 @@ class ColumnArea(QScrollArea):
     def _keep_width(self) -> None:
         """Reserve the place of the scroll bar, so that content stays where it is."""
         right = 0 if self.verticalScrollBar().maximum() else self._bar_px
-        # Margins that are set again request a layout again, without end.
         if self.viewportMargins().right() != right:
             self.setViewportMargins(0, 0, right, 0)
 

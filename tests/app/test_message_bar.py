@@ -134,7 +134,7 @@ def test_what_could_not_be_drawn_or_kept_goes_once_it_could(opened, monkeypatch)
 def test_an_experiment_that_needs_a_face_says_so_until_there_is_one(opened):
     opened.key(Qt.Key.Key_A, CONTROL, SHIFT)
     opened.key(Qt.Key.Key_1, CONTROL, ALT)
-    assert "needs a photo with a face" in opened.say()
+    assert "needs a photo with an active face" in opened.say()
     opened.key(Qt.Key.Key_A, CONTROL)
     assert opened.say() == ""
 

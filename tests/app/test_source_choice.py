@@ -33,7 +33,7 @@ def test_a_source_without_words_or_figures_stands_in_the_menu_too(monkeypatch, s
     action = driver.window.actions_by_name["landmarks-new"]
     assert action.text() == "Landmarks by the mean face"
     assert not action.shortcut().isEmpty()
-    assert "wasn't measured" in action.toolTip()
+    assert "not measured" in action.toolTip()
 
 
 @pytest.mark.usefixtures("networks")

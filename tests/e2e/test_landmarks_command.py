@@ -86,7 +86,7 @@ def test_figures_are_drawn_and_not_over_others(cli, works, small_portrait, tmp_p
     assert "--force" in err
     code, _, err = cli(*arguments[:3], small_portrait, "-o", tmp_path / "x")
     assert (code, (tmp_path / "x").exists()) == (2, False)
-    assert "give those their own folder" in err
+    assert "use separate folders" in err
 
 
 def test_every_command_reads_landmarks_from_files(cli, small_png, tmp_path):

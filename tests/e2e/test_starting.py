@@ -78,7 +78,7 @@ def test_a_package_that_does_not_load_is_named(tmp_path, program, module):
         program, *(shot if program == EDITOR else (*warp, tmp_path / "a.png")), PYTHONPATH=tmp_path
     )
     package = {"cv2": "opencv-contrib-python-headless"}.get(module, module)
-    ends_in_a_sentence(done, package, "to mend it: ", " -m pip install --force-reinstall ")
+    ends_in_a_sentence(done, package, "repair it: ", " -m pip install --force-reinstall ")
     assert not (tmp_path / "a.png").exists()
 
 
