@@ -95,8 +95,10 @@ class Interleaving:
             try:
                 self._open(self._photos[0])
                 self._check()
-                while acts > 0 or any(self.counts[kind] < n for kind, n in least.items()):
-                    acts -= 1
+                left = acts
+                while left > 0 or any(self.counts[kind] < n for kind, n in least.items()):
+                    left -= 1
+                    assert left > -9 * acts, (least, self.counts)
                     self._since = time.monotonic()
                     self._act()
                     self._pump_a_little()

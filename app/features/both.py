@@ -70,7 +70,7 @@ class ComparisonPanel(QWidget):
         cold: bool | None = None,
     ) -> None:
         """Show the times of a mode in s; None: nothing was set or computed."""
-        texts = _in_ms(setting_s, computing_s, cold)
+        texts = _as_text(setting_s, computing_s, cold)
         for cell, text in zip(self.times[mode], texts, strict=True):
             cell.setText(text)
 
@@ -277,7 +277,7 @@ def summary(faces: Sequence[FaceCompared]) -> str:
     )
 
 
-def _in_ms(setting_s: float | None, computing_s: float | None, cold: bool | None) -> list[str]:
+def _as_text(setting_s: float | None, computing_s: float | None, cold: bool | None) -> list[str]:
     """Return setting time, computing time and their sum, as text; a dash if one is unknown.
 
     `cold`: whether the automatic setting time contains loading the networks.
@@ -285,11 +285,16 @@ def _in_ms(setting_s: float | None, computing_s: float | None, cold: bool | None
     known = setting_s is not None and computing_s is not None
     total_s = (setting_s or 0.0) + (computing_s or 0.0) if known else None
     times_s = setting_s, computing_s, total_s
-    texts = [_NONE if s is None else tr("{ms:,.0f} ms", ms=1e3 * s) for s in times_s]
+    texts = [_NONE if s is None else _duration(s) for s in times_s]
     if setting_s is not None and cold is not None:
         words = tr("{time}, cold", time=texts[0]) if cold else tr("{time}, warm", time=texts[0])
         texts[0] = words
     return texts
+
+
+def _duration(time_s: float) -> str:
+    """Return a time in ms, or in seconds from 10 s."""
+    return tr("{ms:,.0f} ms", ms=1e3 * time_s) if time_s < 10.0 else tr("{s:,.1f} s", s=time_s)
 
 
 def title_of(mode: Mode) -> str:

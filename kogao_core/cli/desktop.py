@@ -43,11 +43,13 @@ def install(share: Path, program: Path) -> None:
     _index(share)
 
 
-def remove(share: Path) -> None:
-    """Delete the files that `install` wrote."""
-    for name, folder in PLACES.items():
-        (share / folder / name).unlink(missing_ok=True)
+def remove(share: Path) -> bool:
+    """Delete the files that `install` wrote. Return whether there were any."""
+    found = [path for path in (share / d / name for name, d in PLACES.items()) if path.exists()]
+    for path in found:
+        path.unlink()
     _index(share)
+    return bool(found)
 
 
 def _quoted(program: Path) -> str:

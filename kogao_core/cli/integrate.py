@@ -172,7 +172,8 @@ def _change_desktop(share: Path | None, remove: bool) -> list[Text]:
         raise ending.Stop(Text("integrate desktop works on Linux only"))
     folder = share or desktop.data_home()
     if remove:
-        desktop.remove(folder)
+        if not desktop.remove(folder):
+            return [Text("{folder} has no menu entry of Kogao", folder=folder)]
         return [Text("Kogao was removed from {folder}", folder=folder)]
     desktop.install(folder, _program("kogao"))
     return [Text("Kogao was added to {folder}", folder=folder)]

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from kogao_app.canvas.viewport import OtherModeView
 from kogao_app.document import State
+from kogao_app.features.both import _as_text
 from PySide6.QtCore import Qt
 from scenes import oval_face
 
@@ -93,6 +94,10 @@ def test_a_hand_that_marked_nothing_has_no_time(comparing):
     marked_by_hand(comparing)
     assert NONE not in times()["manual"]
     assert all(re.fullmatch(r"[\d,]+ ms(, (cold|warm))?", time) for time in times()["manual"])
+
+
+def test_times_by_hand_are_shown_in_seconds():
+    assert _as_text(146.4054, 0.022, None) == ["146.4 s", "22 ms", "146.4 s"]
 
 
 def test_how_far_the_points_lie_apart_is_said(comparing):

@@ -91,10 +91,10 @@ def test_good_photos_are_exported_and_the_bad_one_is_named(strip, folder, tmp_pa
 
 @pytest.mark.usefixtures("in_process")
 def test_a_message_spells_a_file_name_as_it_is(strip, folder, tmp_path):
-    cv2.imwrite(str(folder / "b.jpg"), np.full((90, 120, 3), 127, np.uint8))
+    cv2.imwrite(str(folder / "broken.jpg"), np.full((90, 120, 3), 127, np.uint8))
     export(strip, tmp_path / "out", "Subtle")
     finish(strip)
-    assert " b.jpg: " in strip.say()
+    assert " broken.jpg: " in strip.say()
 
 
 @pytest.mark.usefixtures("in_process")

@@ -226,6 +226,7 @@ def test_the_desktop_starts_this_very_program_and_forgets_it(works, tmp_path, mo
     left = {path for path in set(tmp_path.rglob("*")) - before if desktop.NAME in path.name}
     assert left == set()
     assert theirs.exists()
+    assert "no menu entry" in works("integrate", "desktop", "--remove")
 
 
 PHOTOS = ("image/jpeg", "image/png", "image/tiff", "image/webp", "image/heic")
