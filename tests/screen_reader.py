@@ -210,8 +210,11 @@ class ScreenReader:
         raise AssertionError(f"never heard: {what}; said: {self.said}; focus: {self.in_focus()}")
 
     def in_focus(self) -> str:
-        """What has the focus: role and name."""
-        return "" if self.focus is None else f"{self.role(self.focus)} {self.name(self.focus)}"
+        """Return role and name of the focused object; empty if a closed dialog contained it."""
+        try:
+            return "" if self.focus is None else f"{self.role(self.focus)} {self.name(self.focus)}"
+        except LookupError:
+            return ""
 
     def hears(self, text: str) -> str:
         """Wait for an announcement that begins so, and forget those up to it."""

@@ -90,12 +90,14 @@ def test_from_a_photo_to_a_saved_copy_with_a_screen_reader(reader, two_portraits
         assert point in reader.children(second)
     before = reader.extents(point)
     reader.keys("Left", "Left", "Left")
-    moved = "3 px left of where it was at first"
+    moved = "3 px left of the first position"
     reader.until(lambda: reader.description(point).endswith(moved), moved)
     assert reader.hears("outline 3, left cheek,").endswith("px left, no folds")
     assert reader.extents(point)[0] < before[0]
 
     reader.keys("ctrl+s")
+    reader.focus_on("push button Add record")
+    reader.keys("Return")
     reader.focus_on("text File name")
     reader.types(str(tmp_path / "copy.png"))
     reader.keys("Return")
