@@ -39,7 +39,7 @@ _GROUPS: Final = "sync/groups"
 
 def groups() -> dict[str, tuple[str, frozenset[str]]]:
     """Return the title and the recipe fields of each group of settings."""
-    parts = {name for name, one in SETTINGS.items() if name in SHAPE or one.needs == "zones"}
+    parts = set(SHAPE)
     lens = {name for name in SETTINGS if name.startswith("lens")}
     method = {name for name, one in SETTINGS.items() if one.is_method}
     amount = set(SETTINGS) - parts - lens - method

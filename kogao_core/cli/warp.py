@@ -222,9 +222,8 @@ def command(
 
         def look(rendering: Rendering) -> None:
             nonlocal bends
-            if verbose or json_file is not None:
-                _ = rendering.pixel_counts  # slow: not for one line
-            bends = _measured(photo, rendering, edits, finder)
+            counts = verbose or json_file is not None
+            bends = _measured(photo, rendering, edits, finder, counts=counts)
 
         originals = None if temporary else Originals.of_user(evicts=anyway)
         write = over_itself(originals) if in_place else to_file(to, force=force, export=export)
@@ -326,10 +325,15 @@ def _check_photo(photo: Photo, output: Path, in_place: bool, export: Export) -> 
 
 
 def _measured(
-    photo: Photo, rendering: Rendering, edits: Applied, finder: BackgroundFinder
+    photo: Photo, rendering: Rendering, edits: Applied, finder: BackgroundFinder, *, counts: bool
 ) -> Bends:
-    """Measure everything the report contains, before any file is written."""
+    """Measure everything the report contains, before any file is written.
+
+    `counts`: whether the report contains the pixels of the domains, which are slow to count.
+    """
     _ = rendering.residual, rendering.one_to_one, rendering.achieved, rendering.protected_shares
+    if counts:
+        _ = rendering.pixel_counts
     try:
         return measure(photo.pixels, rendering, edits, finder)
     except Exception as error:  # a failed measurement must not prevent saving

@@ -108,7 +108,9 @@ class Originals:
         place = _real(path)
         present, new = _hash_of(place), _sha256(result)
         own = (one for one in self.all() if (one.photo, one.original) == (place, present))
-        known = self.find(path) or next((one for one in own if one.file.is_file()), None)
+        known = self._found(place, present) or next(
+            (one for one in own if one.file.is_file()), None
+        )
         if known and known.photo == place:
             results = (*known.results, new)[-_MAX_RESULTS:]
             _write_record(replace(known, version=version, results=results))
@@ -139,7 +141,10 @@ class Originals:
     def find(self, path: Path) -> StoredOriginal | None:
         """Return the original of the result at `path`. None: no original or several match."""
         place = _real(path)
-        fits = sorted(self._certain(place), key=lambda one: one.photo != place)
+        return self._found(place, _hash_of(place))
+
+    def _found(self, place: Path, present: str) -> StoredOriginal | None:
+        fits = sorted(self._certain(place, present), key=lambda one: one.photo != place)
         return next((one for one in fits if one.file.is_file()), None)
 
     def all(self) -> list[StoredOriginal]:
@@ -157,8 +162,11 @@ class Originals:
 
         Match by path, by file identity or by the hash of a result.
         """
-        place, every = _real(path), self.all()
-        present, identity = _hash_of(place), _identity(place)
+        place = _real(path)
+        return self._possible(place, _hash_of(place))
+
+    def _possible(self, place: Path, present: str) -> list[StoredOriginal]:
+        every, identity = self.all(), _identity(place)
         own = [
             one
             for one in every
@@ -176,7 +184,8 @@ class Originals:
         ChangedSince.
         """
         place = _real(path)
-        present, listed = _hash_of(place), self.of(path)
+        present = _hash_of(place)
+        listed = self._possible(place, present)
         if number is not None and number > len(listed):
             raise NoOriginal(
                 Text("there is no original {number} of {path}; kogao-cli originals lists {count}",
@@ -219,7 +228,7 @@ class Originals:
         """Return the only original of a file. Raises NoOriginal."""
         place = _real(path)
         own = [one for one in self.all() if one.photo == place]
-        found = self._certain(place) or [one for one in own if one.original == present]
+        found = self._certain(place, present) or [one for one in own if one.original == present]
         if not found and not any(present in one.results for one in self.all()):
             found = own if len({one.original for one in own}) == 1 else []
         stored = [one for one in found if one.file.is_file() or one.original == present]
@@ -241,13 +250,14 @@ class Originals:
                  path=path, folder=self.folder)
         )  # fmt: skip
 
-    def _certain(self, place: Path) -> list[StoredOriginal]:
+    def _certain(self, place: Path, present: str) -> list[StoredOriginal]:
         """Return the unambiguous originals of the result at `place`, all with the same hash.
 
-        If two photos have equal results, device, inode and modification time decide. A copy of a
-        result counts as the result only if the result is no longer at the recorded path.
+        `present` is the hash of the file there. If two photos have equal results, device, inode and
+        modification time decide. A copy of a result counts as the result only if the result is no
+        longer at the recorded path.
         """
-        present, identity = _hash_of(place), _identity(place)
+        identity = _identity(place)
         fits = [one for one in self.all() if present in one.results]
         same = {one.original for one in fits if one.identity == identity}
         here = {one.original for one in fits if one.photo == place}
@@ -265,13 +275,13 @@ class Originals:
         """
         stored = [one for one in reversed(self.all()) if one.file.is_file()]  # the oldest first
         over, evicted = sum(map(_size, stored)) + count - self.limit_bytes, 0
-        for one in (*filter(StoredOriginal.is_redundant, stored if over > 0 else ()), *stored):
+        redundant = [one for one in stored if over > 0 and one.is_redundant()]
+        for one in (*redundant, *stored):
             if over > 0 and one.file.is_file() and one.file != needed:
-                is_redundant = one.is_redundant()
-                if not is_redundant and not self.evicts:
+                if one not in redundant and not self.evicts:
                     raise StoreFull
                 over -= _size(one)
-                evicted += not is_redundant
+                evicted += one not in redundant
                 one.file.unlink(missing_ok=True)
         return evicted
 
