@@ -41,14 +41,14 @@ class Holding:
         return self._last
 
     def whole(self, state: State) -> Held:
-        """Analyse the background; return the straight lines etc. to preserve, px of the photo."""
+        """Analyse the background; return the edges and people to keep in place, px of the photo."""
         done = state.done
         if done.faces and done.recipe.hold_background:
             self._last = self._finder.find(self._photo, done.faces, done.others)
         return self.preview(state)
 
     def preview(self, state: State) -> Held:
-        """Return the same from the last analysis; `NOTHING_HELD` if no analysis fits."""
+        """Return the constraints of the last analysis, or `NOTHING_HELD` if it fits other faces."""
         if self._last is None or not state.recipe.hold_background:
             return NOTHING_HELD
         held = self._last.held(state.loose)

@@ -46,8 +46,8 @@ _PERSON: Final = 0.05  # places of less opacity are left out
 class Edges:
     """Second differences along edges near a face that a warp should keep at zero.
 
-    A row asks that ``normal . (d(a) - 2 d(b) + d(c)) = 0`` for the displacement d at three places
-    a, b, c on a line.
+    A row requires that ``normal . (d(a) - 2 d(b) + d(c)) = 0`` for the displacement d at three
+    places a, b, c on a line.
     """
 
     places_px: Array  # (S, 3, 2)
@@ -65,7 +65,7 @@ class Edges:
         return Edges(places, turned, self.weights, people, self.opacities, spacing)
 
     def without(self, lines: Array) -> Edges:
-        """Return the rows without weight on lines (N, 2, 2) and parallel beside them."""
+        """Return the rows, with weight 0 on released lines (N, 2, 2) and parallel edges nearby."""
         keep, reach_px = np.ones(len(self.weights)), _LOOSE * self.spacing_px
         for start, end in lines:
             along = (end - start) / max(1e-9, float(np.hypot(*(end - start))))
@@ -79,13 +79,13 @@ class Edges:
 
 
 def no_edges() -> Edges:
-    """Return rows that ask for nothing."""
+    """Return an empty set of rows."""
     none = np.zeros((0, 2))
     return Edges(np.zeros((0, 3, 2)), none, np.zeros(0), none, np.zeros(0))
 
 
 def edges_of(photo: Pyramid, look: PersonLook, spacing_px: float) -> Edges:
-    """Return the rows for one face, of the lattice spacing `spacing_px`, from its look."""
+    """Find edges in the crop round one face and return a row for each; see `Edges`."""
     side = len(look.opacity)
     h = spacing_px / look.to_image.scale
     density, offset = _densities(photo, look, h)
@@ -123,9 +123,10 @@ def edges_of(photo: Pyramid, look: PersonLook, spacing_px: float) -> Edges:
 
 
 def _densities(photo: Pyramid, look: PersonLook, h: float) -> tuple[Array, Array]:
-    """Return edges per direction on squares of the look, (R, R, K), and their turns from it.
+    """Return the density of edges and their angle, for squares of a crop, (R, R, K) each.
 
-    1 is one edge of full strength; turns are in channels, times the density.
+    K directions. A density of 1 is one edge of full strength. The angle is the mean difference from
+    the direction, in steps between directions, times the density.
     """
     side, (height, width) = len(look.opacity), photo.image.shape[:2]
     picture = photo.sample(look.to_image, side, cv2.BORDER_REPLICATE)
@@ -186,7 +187,7 @@ class _Sampler:
         return np.asarray(sum(flat[at] * weight[:, None] for at, weight in self._corners(places)))
 
     def at(self, places: Array, direction: Array) -> Array:
-        """Return how much an edge in a direction stands out at places (N, 2), (N,)."""
+        """Return the contrast of an edge against other directions at places (N, 2), (N,)."""
         low = np.floor(direction).astype(np.int64)
         part, total = direction - low, np.zeros(len(places))
         for at, weight in self._corners(places):

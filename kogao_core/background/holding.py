@@ -193,7 +193,7 @@ class _Steady:
         self._of_row = np.concatenate(
             [np.repeat(number[: len(weights)], 3), number[len(weights) :]]
         )
-        self._rows = self._felt(self.places, self._of_row, self._factors)
+        self._rows = self._basis_rows(self.places, self._of_row, self._factors)
         matrix = self._built(problem, face, edges, swept)
         self._whitening = _inverse(np.asarray(np.linalg.cholesky(matrix), np.float64))
         # The newest change, after the values it was solved for: a drag leaves other faces alone.
@@ -215,10 +215,10 @@ class _Steady:
         parts = np.stack([np.bincount(self._of_row, one) for one in requested.T], axis=-1)
         parts *= self.weights[:, None]
         parts[:count] = (parts[:count] * self._normals).sum(axis=1)[:, None] * self._normals
-        felt = self._felt(landmarks)
-        m = len(felt)
+        rows_of_basis = self._basis_rows(landmarks)
+        m = len(rows_of_basis)
         both = np.zeros((2 * m, 2 * n))
-        both[:m, :n] = both[m:, n:] = felt
+        both[:m, :n] = both[m:, n:] = rows_of_basis
         sides = np.column_stack([-(self._rows.T @ parts).T.ravel(), both.T])
         sides = self._whitening @ sides
         free, ways = sides[:, 0], sides[:, 1:]
@@ -227,18 +227,18 @@ class _Steady:
         phi = phi.reshape(2, *self._room.shape) * self._free
         # Away from landmarks, steps too small to be seen: a drag there leaves control points alone.
         coarse = LOSSLESS_PX * np.round(phi / LOSSLESS_PX)
-        phi = np.where(felt.any(axis=0).reshape(self._room.shape), phi, coarse)
+        phi = np.where(rows_of_basis.any(axis=0).reshape(self._room.shape), phi, coarse)
         return dataclasses.replace(self._room, phi=np.ascontiguousarray(phi.transpose(1, 2, 0)))
 
-    def _felt(
+    def _basis_rows(
         self,
         places: Array,
         rows: npt.NDArray[np.int64] | None = None,
         factors: Array | float = 1.0,
     ) -> Array:
-        """Return how much each control point of the room moves places, (places, n).
+        """Return the B-spline weight of each control point at places, (places, n).
 
-        With `rows`, the places of each row are added, times `factors`.
+        With `rows`, add up the places of each row, each times its factor.
         """
         rows = np.arange(len(places)) if rows is None else rows
         (down, across), first = self._room.shape, self._room.first
@@ -250,8 +250,8 @@ class _Steady:
         on = (column >= 0) & (column < across) & (row >= 0) & (row < down)
         at = (rows[:, None, None] * down + row) * across + column
         shape = int(rows.max(initial=-1)) + 1, self._free.size
-        felt = np.bincount(at[on], weights[on], shape[0] * shape[1]).reshape(shape)
-        return np.asarray(felt * self._free.ravel())
+        rows_of_basis = np.bincount(at[on], weights[on], shape[0] * shape[1]).reshape(shape)
+        return np.asarray(rows_of_basis * self._free.ravel())
 
     def _built(self, problem: Problem, face: Face, edges: Edges | None, swept: Array) -> Array:
         """Return the symmetric matrix of the change's x, then y components."""
@@ -272,8 +272,8 @@ class _Steady:
             on = self._room.reaches(edges.people_px)
             places.append(edges.people_px[on])
             weights.append(_PERSON * edges.opacities[on])
-        felt = np.concatenate([self._felt(np.vstack(places)), self._rows[count:]])
-        still += _squared(felt, np.concatenate([*weights, self.weights[count:]]))
+        rows_of_basis = np.concatenate([self._basis_rows(np.vstack(places)), self._rows[count:]])
+        still += _squared(rows_of_basis, np.concatenate([*weights, self.weights[count:]]))
         lines = np.asarray(self._rows[:count], np.float32)
         # Single precision halves the time and changes no displacement by 1/64 px.
         normals = np.asarray(self._normals, np.float32)
@@ -282,7 +282,7 @@ class _Steady:
         for axis in (0, 1):
             matrix[axis, :, axis] += still
         for axis, there in _edge_places(problem, self._room):
-            matrix[axis, :, axis] += _squared(self._felt(there), np.full(len(there), _STILL))
+            matrix[axis, :, axis] += _squared(self._basis_rows(there), np.full(len(there), _STILL))
         return matrix.reshape(2 * n, 2 * n)
 
 
