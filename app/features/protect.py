@@ -204,7 +204,7 @@ class Protect(StrokeFeature):
         message = ""
         if reduced:
             message = tr(
-                "{n} of {count} outline points move less, one only {percent:.0f} %",
+                "{n} of {count} outline points move less, one by {percent:.0f} % of its way",
                 n=len(reduced),
                 count=len(every),
                 percent=100 * min(reduced),

@@ -9,7 +9,7 @@ from typing import Final
 
 from PySide6.QtCore import QEvent, QSize, Qt, Signal
 from PySide6.QtGui import QKeyEvent, QMouseEvent
-from PySide6.QtWidgets import QLineEdit
+from PySide6.QtWidgets import QLineEdit, QSizePolicy
 
 from ..i18n import tr
 from ..theme import GRID_PX
@@ -92,6 +92,8 @@ class ValueField(QLineEdit):
         self.rename(name, scale)
         self.setProperty("value", "true")
         self.setAlignment(Qt.AlignmentFlag.AlignRight)
+        # A wide line edit would be as long as the title leaves room for.
+        self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
         # A dropped photo is for the window; the URL is no value.
         self.setAcceptDrops(False)
         self.setToolTip(tr("Type a value; Enter applies, Escape cancels"))
@@ -117,6 +119,10 @@ class ValueField(QLineEdit):
     def minimumSizeHint(self) -> QSize:
         """Return the same size: a truncated number would mislead."""
         return self.sizeHint()
+
+    def mouseDoubleClickEvent(self, _: QMouseEvent) -> None:
+        """Select the whole value; Qt would select a part such as the unit."""
+        self.selectAll()
 
     def event(self, event: QEvent) -> bool:
         """Handle Escape here instead of in the window's shortcuts."""
