@@ -579,19 +579,21 @@ def test_bots_are_named_left_out_and_move_no_cell(copy):
 
 def test_raters_who_guess_are_left_out_without_catch_pictures(copy):
     """Honest raters have their own limits and err; guessers flip a coin at human speed."""
-    draw = random.Random(3)
 
-    def saying(share):
-        return lambda meaning: (
-            None if meaning.variant.kind == "satisfaction" else draw.random() < share(meaning)
-        )
+    def saying(rater, share):
+        def said(meaning):
+            # By picture: the order of the pictures differs from study to study.
+            draw = random.Random(f"{rater} {meaning.subject} {meaning.variant}").random()
+            return None if meaning.variant.kind == "satisfaction" else draw < share(meaning)
+
+        return said
 
     def honest(limit):
         return lambda meaning: 1 / (1 + math.exp(limit - meaning.variant.percent))
 
     for n in range(6):
-        rated(copy, f"h{n}", saying(honest(5.0 + 0.6 * n)))
-        rated(copy, f"g{n}", saying(lambda _: 0.5))
+        rated(copy, f"h{n}", saying(f"h{n}", honest(5.0 + 0.6 * n)))
+        rated(copy, f"g{n}", saying(f"g{n}", lambda _: 0.5))
     found = counted(copy)
     assert [one.rater for one in found.left_out] == [f"g{n}" for n in range(6)]
     assert all("no better than chance (AUC 0." in str(one.reasons[0]) for one in found.left_out)
