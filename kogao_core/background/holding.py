@@ -225,7 +225,7 @@ class _Steady:
         strength = np.linalg.solve(ways.T @ ways + _RIDGE * np.eye(2 * m), ways.T @ free)
         phi = self._whitening.T @ (free - ways @ strength)
         phi = phi.reshape(2, *self._room.shape) * self._free
-        # Away from landmarks, steps too small to be seen: a drag there leaves control points alone.
+        # Invisible steps away from landmarks: a drag elsewhere leaves these control points equal.
         coarse = LOSSLESS_PX * np.round(phi / LOSSLESS_PX)
         phi = np.where(rows_of_basis.any(axis=0).reshape(self._room.shape), phi, coarse)
         return dataclasses.replace(self._room, phi=np.ascontiguousarray(phi.transpose(1, 2, 0)))
