@@ -41,7 +41,7 @@ def _subject(path: Path, given: Mapping[str, Any]) -> Subject:
 
 
 @words.command("figures")
-@reading.takes_photos
+@options.takes_photos
 @_writes_pictures
 @words.option("--format", "kinds", type=click.Choice((*_KINDS, "both")), default="png",
               show_default=True)  # fmt: skip
