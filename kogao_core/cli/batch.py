@@ -28,7 +28,6 @@ def run(args: SimpleNamespace) -> int:
     recipe = options.recipe_of(args.recipe_file, vars(args))
     disclosure, export = reading.disclosure_of(args), reading.export_of(args)
     report = args.report or args.folder / batch.REPORT
-    points, points_map = reading.point_files()
     if args.measures is not None:
         common.check_free(args.measures, args.force)
         common.check_free(codebook_of(args.measures), args.force)
@@ -45,8 +44,8 @@ def run(args: SimpleNamespace) -> int:
             which=args.which, max_megapixels=args.max_megapixels, landmarks=args.landmarks,
             projects=args.projects, suffix=f".{args.suffix}", disclosure=disclosure,
             report=None if args.again else report, doubtful=args.doubtful, export=export,
-            points=points, points_map=points_map,
-            edits=own_folder(), results=None if args.results else Results.of_user(),
+            points=args.points, edits=own_folder(),
+            results=None if args.results else Results.of_user(),
         )  # fmt: skip
         if not args.force and not report.exists():
             try:
