@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 from kogao_core.base import assets
 from kogao_core.base.geometry import Box
@@ -171,12 +172,8 @@ def disclosure_of(args: SimpleNamespace) -> Disclosure:
     return Disclosure(args.record, args.label or "", args.font, film=args.motion == "keep")
 
 
-def export_of(args: SimpleNamespace) -> Export:
-    """Return the value of `options.exports`."""
-    return Export(
-        longest_px=args.longest_px or 0,
-        quality=args.quality or 0,
-        srgb=args.srgb,
-        sharpen=args.sharpen or 0,
-        metadata=not args.bare,
-    )
+def export_of(args: SimpleNamespace, **more: Any) -> Export:
+    """Return the value of `options.exports`, with more fields."""
+    fields = ("longest_px", "quality", "srgb", "sharpen")
+    chosen: dict[str, Any] = {name: getattr(args, name) or 0 for name in fields}
+    return Export(**chosen, metadata=not args.bare, **more)
