@@ -204,7 +204,6 @@ KEYS_ONLY: Final = (
     Item("farther", "Zoom out", "-", "Show more of the photo", True, ("Ctrl+-",)),
     Item("wipe-left", "Move divider left", ",", "Show more of the result"),
     Item("wipe-right", "Move divider right", ".", "Show more of the original"),
-    Item("move-panels", "Move panels", "F9", "Show title bars to drag"),
     Item("more-settings", "More settings", "Ctrl+Shift+M", "Show or hide the group “More”"),
     Item("invert-faces", "Invert faces", "Ctrl+I", "Switch each face on or off"),
     Item("next-point", "Next point", "Ctrl+.", "Select the next point"),

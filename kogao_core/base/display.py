@@ -85,7 +85,7 @@ def png(pixels: Image) -> bytes:
 
 
 def data_uri(pixels: Image) -> str:
-    """Return an 8-bit image as the data URI of a JPEG."""
+    """Return an 8-bit image as a JPEG data URI."""
     data = _file(pixels, ".jpg", cv2.IMWRITE_JPEG_QUALITY, _QUALITY)
     return f"data:image/jpeg;base64,{base64.b64encode(data).decode()}"
 

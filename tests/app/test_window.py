@@ -567,16 +567,6 @@ def test_the_panel_in_front_is_in_front_again(opened):
     opened.qtbot.waitUntil(lambda: in_front("history") and not in_front("readings"))
 
 
-@in_one_window
-def test_panels_can_be_moved_when_they_are_set_free(opened):
-    free = QDockWidget.DockWidgetFeature.DockWidgetMovable
-    assert not dock(opened, "faces").features() & free
-    opened.key(KEYS.Key_F9)
-    assert dock(opened, "faces").features() & free
-    opened.key(KEYS.Key_F9)
-    assert not dock(opened, "faces").features() & free
-
-
 def test_panels_that_are_all_hidden_are_there_next_time(opened, start):
     next(it for it in opened.window.docks.toggles() if "Faces" in it.text()).trigger()
     opened.key(KEYS.Key_F8)
