@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import lru_cache
 from typing import Final
 
 import numpy as np
@@ -16,7 +17,7 @@ from kogao_core.faces.face import Face
 from kogao_core.faces.targets import center_candidates
 from kogao_core.warp.frame import edges_px
 from kogao_core.warp.lens import stretch_percent
-from kogao_core.warp.protection import NOTHING, Protection, Stroke
+from kogao_core.warp.protection import Stroke
 from kogao_core.warp.surround import forehead_pairs
 
 from ...i18n import tr
@@ -244,36 +245,25 @@ class Protected(Overlay):
         """Return whether the photo has protection strokes."""
         return bool(view.state.protection.strokes)
 
-    _drawn: Protection = NOTHING
-    _shapes: tuple[tuple[Stroke, QPainterPath], ...] = ()
-
     def wanted(self) -> bool:
         """Return True if the overlay is on or a protecting tool is selected."""
         return super().wanted() or self.shown.brush.protects
 
     def draw(self, painter: QPainter, place: Place) -> None:
         """Fill the strokes with one hatch, fixed to the photo."""
-        self._trace(self.shown.state.protection)
         matrix, (dx, dy) = place.to_screen.matrix, place.to_screen.shift
         to_screen = QTransform(matrix[0, 0], matrix[1, 0], matrix[0, 1], matrix[1, 1], dx, dy)
         painter.setBrushOrigin(QPointF(dx, dy))
-        for stroke, core in self._shapes:
-            shape = to_screen.map(core)
+        strokes = self.shown.state.protection.strokes
+        for stroke in strokes:
+            shape = to_screen.map(_shape(stroke))
             if stroke.radius_px * place.zoom < _THINNEST_PX / 2:
                 shape = _outline(place.points(stroke.points_px), _THINNEST_PX / 2)
             painter.fillPath(shape, glyphs.protected())
             glyphs.outlined(painter, shape, glyphs.HALO)
-        if self._shapes and self.shown.frame is not None:
+        if strokes and self.shown.frame is not None:
             edge = _slowed(painter, place, self.shown.frame)
             glyphs.outlined(painter, edge, glyphs.HALO, 1.0, style=Qt.PenStyle.DashLine)
-
-    def _trace(self, protection: Protection) -> None:
-        # Outlining a stroke is slower than filling: outline once per change, not per paint.
-        if protection is self._drawn:
-            return
-        known = {id(shape[0]): shape for shape in self._shapes}
-        self._shapes = tuple(known.get(id(s)) or (s, _shape(s)) for s in protection.strokes)
-        self._drawn = protection
 
 
 class BrushRing(Overlay):
@@ -300,6 +290,7 @@ class BrushRing(Overlay):
             glyphs.outlined(painter, inner, glyphs.HALO, 1.0, style=Qt.PenStyle.DotLine)
 
 
+@lru_cache(maxsize=256)  # outlining a stroke is slower than filling
 def _shape(stroke: Stroke) -> QPainterPath:
     return _outline([QPointF(x, y) for x, y in stroke.points_px.tolist()], stroke.radius_px)
 
