@@ -44,7 +44,6 @@ LANDMARK: Final = QColor(OKABE_ITO["sky"])
 TARGET: Final = QColor(OKABE_ITO["vermilion"])
 CENTRE: Final = QColor(OKABE_ITO["yellow"])
 FOLD: Final = QColor(OKABE_ITO["vermilion"])
-PERSON: Final = QColor(OKABE_ITO["green"])
 DOMAINS: Final = {
     "image": QColor(150, 150, 150),
     "control-points": QColor(OKABE_ITO["blue"]),

@@ -15,12 +15,9 @@ from kogao_core.base.language import Text
 from kogao_core.faces.doubt import SEEN
 from kogao_core.faces.face import Face
 from kogao_core.faces.targets import center_candidates
-from kogao_core.warp.frame import edges_px
-from kogao_core.warp.lens import stretch_percent
 from kogao_core.warp.protection import Stroke
 from kogao_core.warp.surround import forehead_pairs
 
-from ...i18n import tr
 from ...view_state import RenderedFrame, ViewState
 from ..handles import apart
 from . import glyphs
@@ -29,9 +26,6 @@ from .overlay import Overlay, Place
 _TICK_PX: Final = 6.0
 # Least landmark spacing on screen for marks of full size.
 _ROOM_PX: Final = 16.0
-_TURNS: Final = np.linspace(0.0, 2.0 * np.pi, 73)
-_ROUND: Final = np.column_stack([np.cos(_TURNS), np.sin(_TURNS)])
-_BALL: Final = 6.0  # radius of the sphere that models a head, in landmark spacings
 _FOLLOWER: Final = 0.5  # size of a follower's mark, relative to a target's mark
 _THINNEST_PX: Final = 3.0
 _READ_PX: Final = 1.6
@@ -182,47 +176,6 @@ class Centre(Overlay):
             for number, at in enumerate(places, 1):
                 beside = QPointF(12.0 if number % 2 else -28.0, 0.0)
                 glyphs.label(painter, at + beside, str(number), bold=number == chosen + 1)
-
-
-class LensStretch(Overlay):
-    """Spheres for heads, stretched by the lens; dotted without stretch; axis and percentage."""
-
-    name = "stretch"
-    title = Text("Lens stretch")
-    height = 95
-    key = "Shift+L"
-
-    @classmethod
-    def swatch(cls, painter: QPainter, box: QRectF) -> None:
-        """Draw the symbol of this overlay, for lists."""
-        ball = QPainterPath()
-        ball.addEllipse(box.center(), 7.0, 4.5)
-        glyphs.outlined(painter, ball, glyphs.DISPLACEMENT)
-
-    @classmethod
-    def is_there(cls, view: ViewState) -> bool:
-        """Return whether the focal length is known."""
-        return view.state.focal_mm is not None
-
-    def draw(self, painter: QPainter, place: Place) -> None:
-        """Draw the spheres of all faces, if the focal length is known."""
-        state, colour, width = self.shown.state, glyphs.DISPLACEMENT, glyphs.WIDTH_PX
-        if (focal_mm := state.focal_mm) is None:
-            return
-        for face in state.faces:
-            origin, radius = np.array(face.anchor.origin_px), _BALL * face.anchor.spacing_px
-            off = origin - edges_px(state.image).mean(axis=0)
-            way = radius * off / max(float(np.hypot(*off)), 1e-9)
-            aside, percent = way[::-1] * (-1.0, 1.0), stretch_percent(face, focal_mm, state.image)
-            longer = (1.0 + percent / 100.0) * way
-            glyphs.lines(painter, [place.to_screen([origin - longer, origin + longer])], colour)
-            for axis, dotted in ((way, True), (longer, False)):
-                ball = place.points(origin + _ROUND @ np.stack([axis, aside]))
-                glyphs.polyline(painter, ball, colour, width, dotted=dotted)
-            middle, end = place.points([origin, origin + longer])
-            text = tr("{n:.1f} %", n=percent)
-            plate = glyphs.outward_plate(painter.font(), end, middle, text, place.viewport)
-            glyphs.on_plate(painter, plate, text)
 
 
 class Protected(Overlay):
