@@ -24,7 +24,7 @@ from kogao_core.lab.subjects import Subject
 from kogao_core.recipe.recipe import PAPER
 
 _takes_photos = words.together(
-    reading.takes_photos,
+    options.takes_photos,
     options.chooses_as_the_paper,
     outputs.writes_files,
     words.option(

@@ -40,7 +40,7 @@ def _subject(path: Path, given: Mapping[str, Any]) -> Subject:
 
 
 @words.command("figures")
-@reading.takes_photos
+@options.takes_photos
 @_writes_pictures
 @words.option(
     "--width", "width_px", type=click.IntRange(240, 8000), default=960, show_default=True,
