@@ -20,8 +20,13 @@ class EvidenceFiles(Feature):
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         self._writing = self.lane(self._show_written, self._fail)
-        tip = "Save displacement, lattice and domains"
-        item = Item("experiment-evidence", "&Write evidence…", "Ctrl+Shift+N", tip, photo=True)
+        item = Item(
+            "experiment-evidence",
+            "&Write evidence…",
+            "Ctrl+Shift+N",
+            "Save displacement, lattice and domains",
+            photo=True,
+        )
         self.bind(item, self._ask_where)
 
     @property
