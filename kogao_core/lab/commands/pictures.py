@@ -10,6 +10,7 @@ from typing import Any
 import click
 
 from kogao_core.base.atomic import atomic_write
+from kogao_core.base.display import png
 from kogao_core.base.language import Text
 from kogao_core.cli import common, ending, options, reading, words
 from kogao_core.lab.experiments.figures import figures as drawings_of
@@ -61,13 +62,13 @@ def figures(folder: Path, width_px: int, force: bool, **given: Any) -> int:
 
     def draw(photo: Path) -> None:
         drawings = drawings_of(_subject(photo, given), recipe, width_px)
-        targets = {folder / f"{photo.stem}-{drawing.name}.png": drawing for drawing in drawings}
+        targets = {folder / f"{photo.stem}-{one.name}.png": one for one in drawings}
         for path in targets:
             common.check_free(path, force)
         with ending.writing(folder):
             folder.mkdir(parents=True, exist_ok=True)
             for path, drawing in targets.items():
-                atomic_write(drawing.png(), path)
+                atomic_write(png(drawing.painted()), path)
         ending.print_text(f"{photo}: {', '.join(path.name for path in targets)}")
 
     return common.each(photos, draw)

@@ -1,4 +1,4 @@
-"""A picture with dots, lines and words, saved as PNG."""
+"""A picture with dots, lines and words painted on it."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from typing import Final
 import cv2
 import numpy as np
 
-from kogao_core.base.display import png
 from kogao_core.base.geometry import Array, Image
 
 _HALO: Final = "#ffffff"
@@ -64,10 +63,6 @@ class Drawing:
         for mark in self.marks:
             _paint(canvas, mark)
         return canvas
-
-    def png(self) -> bytes:
-        """Return the drawing as a PNG file."""
-        return png(self.painted())
 
 
 def _paint(canvas: Image, mark: Mark) -> None:
