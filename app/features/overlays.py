@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 from PySide6.QtCore import QSize, QTimer, Signal
 from PySide6.QtGui import QAction, QActionGroup, QIcon
-from PySide6.QtWidgets import QCheckBox, QGridLayout, QLabel, QWidget
+from PySide6.QtWidgets import QCheckBox, QGridLayout, QWidget
 
 from kogao_core.background.find import BackgroundFinder, Bends, measure
 from kogao_core.background.lines import BentLine
@@ -55,7 +55,7 @@ class OverlaysPanel(QWidget):
         grid.setColumnStretch(0, 1)
         for row, (overlay, action) in enumerate(zip(LISTED, actions, strict=True)):
             grid.addWidget(self._box(overlay, action), row, 0)
-            grid.addWidget(_key_label(action), row, 1)
+            grid.addWidget(muted_label(action.shortcut().toString()), row, 1)
         column_of(self, heading(tr("Overlays")), grid, spacing=2 * GRID_PX)
 
     def hide_all(self, hidden: bool) -> None:
@@ -74,12 +74,6 @@ class OverlaysPanel(QWidget):
         box.toggled.connect(action.setChecked)
         action.toggled.connect(box.setChecked)
         return box
-
-
-def _key_label(action: QAction) -> QLabel:
-    label = muted_label(action.shortcut().toString())
-    action.changed.connect(lambda: label.setText(action.shortcut().toString()))
-    return label
 
 
 class Overlays(Feature):

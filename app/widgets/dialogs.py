@@ -73,12 +73,6 @@ class Dialog(QDialog):
         buttons.rejected.connect(self.reject)
         return buttons
 
-    def present(self) -> None:
-        """Show the dialog in front, with the focus."""
-        self.show()
-        self.raise_()
-        self.activateWindow()
-
     def showEvent(self, event: QShowEvent) -> None:
         """Grow until no line is cut: Qt computes the height for a wider dialog."""
         layout = self.layout()
