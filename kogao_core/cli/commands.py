@@ -67,11 +67,14 @@ _LATER = {
     "doctor": Text("Check the installation: versions, networks, libraries."),
     "licenses": Text("Print the licences of the program and its components."),
 }
+_DECLARED = (
+    *("warp", "restore", "originals", "forget", "verify", "batch", "detect", "read", "landmarks"),
+)
 _MODULES = {
     **{name: f"kogao_core.cli.{name}" for name in _LATER},
+    **{name: f"kogao_core.cli.declarations:{name}" for name in _DECLARED},
     "experiment": "kogao_core.lab.commands.experiment",
     "licenses": "kogao_core.cli.licences",
-    **{name: f"kogao_core.cli.originals:{name}" for name in ("originals", "restore", "forget")},
 }
 if not has_laboratory():
     del _LATER["experiment"]

@@ -1,98 +1,36 @@
-"""Options and functions for input photos, and for the faces in these photos."""
+"""Functions for input photos, for the faces in these photos, and for the options of results."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, Final
-
-import click
+from types import SimpleNamespace
 
 from kogao_core.base import assets
 from kogao_core.base.geometry import Box
 from kogao_core.base.json_reader import BadFile
 from kogao_core.base.language import Text
-from kogao_core.cli import ending, words
-from kogao_core.cli.common import PHOTO, limits_megapixels
+from kogao_core.cli import common, ending, options
 from kogao_core.faces import landmarks
 from kogao_core.faces.doubt import AllDoubted, Chosen, choose
 from kogao_core.faces.face import Face, LandmarkSource, select
-from kogao_core.faces.landmarks import CHOICES, ModelRefused, networks_are_here
+from kogao_core.faces.landmarks import ModelRefused, networks_are_here
 from kogao_core.faces.landmarks import source as landmark_source
-from kogao_core.photo import READABLE, Photo, UnreadablePhoto, bits_of, formats, read
+from kogao_core.photo import (
+    READABLE,
+    CannotDisclose,
+    Photo,
+    UnreadablePhoto,
+    bits_of,
+    formats,
+    read,
+)
+from kogao_core.photo.disclosure.disclosing import Disclosure
+from kogao_core.photo.disclosure.label import check_label
+from kogao_core.photo.export import Export
 from kogao_core.projects import interchange
 from kogao_core.projects.project import sha256_of
 from kogao_core.projects.results import Results
-
-# The first suffix of each output format.
-ENDINGS: Final = [form.suffixes[0] for form in formats.WRITTEN]
-NAMED_ENDINGS: Final = [ending.removeprefix(".") for ending in ENDINGS]
-OUTPUT_HELP: Final = Text("Output file: {endings}", endings=formats.either(ENDINGS))
-# Headings of the help.
-INPUT: Final = Text("Input")
-FACES: Final = Text("Faces and landmarks")
-
-
-_SOURCES: Final = [choice.name for choice in CHOICES]
-chooses_landmarks = words.option(
-    "--landmarks",
-    type=click.Choice(_SOURCES),
-    section=FACES,
-    help=Text(
-        "Landmark source [{first}; {instead} if the networks are missing]",
-        first=_SOURCES[0],
-        instead=next(choice.name for choice in CHOICES if not choice.needs_networks),
-    ),
-)
-
-
-_SEARCHING: Final = (
-    words.section(
-        INPUT,
-        words.option("--sample", is_flag=True, help="Use the built-in portrait"),
-        limits_megapixels,
-    ),
-    chooses_landmarks,
-)
-# Options to read one photo; below, any number of photos and folders.
-takes_photo = words.together(
-    click.argument("source", metavar="[IN]", required=False, type=PHOTO), *_SEARCHING
-)
-_POINTS: Final = "kogao_core.points"  # prefix of the values of `--points` in click's context
-
-
-def _keep(kind: str) -> Callable[[click.Context, click.Parameter, Any], None]:
-    def keep(context: click.Context, _: click.Parameter, value: Any) -> None:
-        context.meta[f"{_POINTS}.{kind}"] = value
-
-    return keep
-
-
-# `find_faces` and `points_of` read these options from click's context.
-takes_point_files = words.section(
-    FACES,
-    words.option(
-        "--points", type=click.Path(path_type=Path), metavar="PATH", excludes=("--landmarks",),
-        expose_value=False, callback=_keep("place"),
-        help="Read landmarks from a .pts, .csv or .json file, or from a folder (file with "
-        "the photo's name); skips the face search",
-    ),
-    words.option(
-        "--points-map", metavar="MAP", needs="--points", expose_value=False, callback=_keep("map"),
-        help="Point numbers of outline/eyes/mouth, such as 0-16/36,39,42,45/48,54 "
-        "[by count: 27 or 68]",
-    ),
-)  # fmt: skip
-takes_photos = words.together(
-    click.argument("inputs", metavar="[PHOTO]...", nargs=-1, type=PHOTO),
-    *_SEARCHING,
-    takes_point_files,
-)
-
-
-takes_results = words.option(
-    "--results", is_flag=True, section=INPUT, help="Accept earlier results of Kogao as input"
-)
 
 
 def refuse_result(path: Path) -> None:
@@ -105,23 +43,12 @@ def refuse_result(path: Path) -> None:
         )
 
 
-def input_path(source: Path | None, sample: bool) -> Path:
-    """Return the path of the photo or the sample. Raises Stop unless exactly one is given."""
-    if (source is None) != sample:
-        raise ending.Stop(Text("name one photo, or use --sample"))
-    if source is not None:
-        return source
-
-    with ending.stopping(assets.AssetMissing, ending.BROKEN):
-        return assets.sample()
-
-
 def input_paths(inputs: Sequence[Path], sample: bool) -> list[Path]:
     """Return the photos, including those in folders, or the sample. Raises Stop for both."""
     if bool(inputs) == sample:
         raise ending.Stop(Text("name photos or folders of photos, or use --sample"))
     if sample:
-        return [input_path(None, sample)]
+        return [common.input_path(None, sample)]
     paths: list[Path] = []
     for path in inputs:
         if not path.is_dir():
@@ -163,8 +90,7 @@ def mention_fallback(wanted: str | None) -> None:
 
 def point_files() -> tuple[Path | None, str | None]:
     """Return the values of ``--points`` and ``--points-map``. Raises Stop for a bad map."""
-    given = click.get_current_context().meta
-    place, mapping = given.get(f"{_POINTS}.place"), given.get(f"{_POINTS}.map")
+    place, mapping = options.points()
     if mapping is not None:
         with ending.stopping(ValueError, ending.USAGE):
             interchange.point_map(mapping)
@@ -243,3 +169,22 @@ def hash_of(path: Path) -> str:
     """Return the SHA-256 of a photo's file. Raises Stop."""
     with ending.stopping(OSError, ending.UNREADABLE):
         return sha256_of(path)
+
+
+def disclosure_of(args: SimpleNamespace) -> Disclosure:
+    """Return the disclosure of `options.discloses`. Raises Stop."""
+    if args.label is not None:
+        with ending.stopping(CannotDisclose, ending.USAGE):
+            check_label(args.label, args.font)
+    return Disclosure(args.record, args.label or "", args.font, film=args.motion == "keep")
+
+
+def export_of(args: SimpleNamespace) -> Export:
+    """Return the value of `options.exports`."""
+    return Export(
+        longest_px=args.longest_px or 0,
+        quality=args.quality or 0,
+        srgb=args.srgb,
+        sharpen=args.sharpen or 0,
+        metadata=not args.bare,
+    )

@@ -6,7 +6,9 @@ import inspect
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from difflib import get_close_matches
+from functools import wraps
 from importlib import import_module
+from types import SimpleNamespace
 from typing import Any, TypeVar
 
 import click
@@ -250,6 +252,23 @@ def command(name: str, **settings: Any) -> Callable[[Callable[..., Any]], Comman
 def group(name: str | None = None, **settings: Any) -> Callable[[Callable[..., Any]], Group]:
     """Return a decorator that makes a `Group` of a function."""
     return click.group(name, cls=Group, **settings)
+
+
+def loads(place: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """Return a decorator: the command imports MODULE:FUNCTION when it runs, and calls FUNCTION.
+
+    FUNCTION receives the values of all options as the attributes of one object.
+    """
+
+    def add(declared: Callable[..., Any]) -> Callable[..., Any]:
+        @wraps(declared)
+        def run(**given: Any) -> Any:
+            module, _, function = place.partition(":")
+            return getattr(import_module(module), function)(SimpleNamespace(**given))
+
+        return run
+
+    return add
 
 
 def option(*names: str, **settings: Any) -> Callable[[_Function], _Function]:

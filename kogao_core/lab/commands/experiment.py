@@ -24,7 +24,7 @@ from kogao_core.lab.subjects import Subject
 from kogao_core.recipe.recipe import PAPER
 
 _takes_photos = words.together(
-    reading.takes_photos,
+    options.takes_photos,
     options.chooses_as_the_paper,
     outputs.writes_files,
     words.option(
@@ -58,13 +58,11 @@ class _Run:
 
     def deliver(self) -> int:
         """Run the experiment, print the tables, write the requested files; return the exit code."""
-        new_source = partial(landmark_source, self._given["landmarks"])
-        source = cache(new_source)
+        source = cache(partial(landmark_source, self._given["landmarks"]))
         work = Work(
             self._subjects(source),
             self._recipe,
             source,
-            new_source,
             {one.key: self._value(one) for one in self._experiment.options},
             self._progress.step,
             self._leave_out,

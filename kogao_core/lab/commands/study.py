@@ -90,7 +90,7 @@ def _text(path: Path | None) -> str:
 
 
 @command.command("make")
-@reading.takes_photos
+@options.takes_photos
 @words.option(
     "-o", "--output", "folder", required=True, type=click.Path(path_type=Path),
     help="New folder for the raters; the key is written next to this folder.",
@@ -210,7 +210,7 @@ def make(
     other = None
     if practice:
         # `--points` are of the photos, not of this one.
-        photo = reading.read_photo(reading.input_path(None, True), max_megapixels)
+        photo = reading.read_photo(common.input_path(None, True), max_megapixels)
         (face,) = select(source.find(photo.pixels), "largest")
         other = making.subject(photo, face)
     with ending.stopping(making.RefusedFolder, ending.USAGE), ending.writing(folder):
