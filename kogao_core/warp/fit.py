@@ -22,7 +22,7 @@ from kogao_core.faces.face import Anchor
 from kogao_core.faces.targets import Pairs
 from kogao_core.recipe.recipe import LOSSLESS_PX, Recipe
 from kogao_core.warp.frame import zero_on_edges
-from kogao_core.warp.lattice import ORDER, Grid, Lattice, basis, groups, matrices
+from kogao_core.warp.lattice import ORDER, Grid, Lattice, basis, groups
 from kogao_core.warp.lens import LensDisplacement
 from kogao_core.warp.limits import MOST_CONTROL_POINTS, MOST_TOGETHER, OutOfBounds
 from kogao_core.warp.surround import HeadDisplacement
@@ -76,16 +76,6 @@ class Problem:
     def support(self) -> _Support:
         """The control points within reach of the problem's points."""
         return _Support(self)
-
-    @property
-    def near_px(self) -> Array:
-        """Box of the displaced region, least and greatest (x, y), (2, 2), px; ignores the photo."""
-        ends = self.target_px[: self.landmark_count]
-        near = np.array([ends.min(axis=0), ends.max(axis=0)])
-        near += np.array([[-1.0], [1.0]]) * self.grid.spacing_px
-        if self.around_px is None:
-            return near
-        return np.array([np.minimum(near, self.around_px)[0], np.maximum(near, self.around_px)[1]])
 
     @cached_property
     def coefficient_norm(self) -> float:
@@ -369,18 +359,12 @@ class _Support:
         return Lattice(self.grid, self.first, phi.reshape(*self.shape, 2))
 
 
-def _designs(
-    supports: Sequence[_Support], points_px: Array, nodes: Sequence[npt.NDArray[np.int64]]
-) -> list[_Design]:
-    """Return the weights of `nodes` at the points within reach, for each support."""
-    rows = [np.flatnonzero(one.empty.reaches(points_px)) for one in supports]
-    weights = matrices(
-        [one.empty.window_at(*points_px[at].T) for one, at in zip(supports, rows, strict=True)]
-    )
-    return [
-        _Design(at, by[:, mine // one.shape[1]] * bx[:, mine % one.shape[1]])
-        for one, at, mine, ((bx, by),) in zip(supports, rows, nodes, weights, strict=True)
-    ]
+def _design(support: _Support, points_px: Array, nodes: npt.NDArray[np.int64]) -> _Design:
+    """Return the weights of `nodes` at the points within reach of a support."""
+    rows = np.flatnonzero(support.empty.reaches(points_px))
+    bx, by = support.empty.weights_at(*points_px[rows].T)
+    j, i = np.divmod(nodes, support.shape[1])
+    return _Design(rows, by[:, j] * bx[:, i])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -450,7 +434,10 @@ def _solve_together(problems: list[Problem]) -> list[Lattice]:
     displacements = np.vstack([problem.displacement_px for problem in problems])
     supports = [problem.support for problem in problems]
     reached_nodes = [problem.reached_nodes for problem in problems]
-    designs = _designs(supports, targets, reached_nodes)
+    designs = [
+        _design(support, targets, nodes)
+        for support, nodes in zip(supports, reached_nodes, strict=True)
+    ]
     known_norm = np.sqrt(sum(problem.coefficient_norm**2 for problem in problems))
     tolerance = np.concatenate(
         [np.broadcast_to(one.tolerance, len(one.target_px)) for one in problems]
