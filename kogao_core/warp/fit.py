@@ -11,6 +11,7 @@ import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import repeat
 from typing import Final, assert_never
 
 import numpy as np
@@ -23,7 +24,6 @@ from kogao_core.faces.targets import Pairs
 from kogao_core.recipe.recipe import LOSSLESS_PX, Recipe
 from kogao_core.warp.frame import zero_on_edges
 from kogao_core.warp.lattice import ORDER, Grid, Lattice, basis, groups
-from kogao_core.warp.lens import LensDisplacement
 from kogao_core.warp.limits import MOST_CONTROL_POINTS, MOST_TOGETHER, OutOfBounds
 from kogao_core.warp.surround import HeadDisplacement
 
@@ -47,6 +47,9 @@ _NO_FEATURES: Final = (np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0))
 # Control points are multiples of 1/4096 px, so that a drag of one landmark leaves distant control
 # points exactly unchanged.
 QUANTUM_PX: Final = 2.0**-12
+
+
+_Request = tuple[Pairs, Anchor, Grid, Recipe, HeadDisplacement | None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,7 +132,7 @@ def problems_of(
     pairs: Sequence[Pairs],
     anchors: Sequence[Anchor],
     recipes: Sequence[Recipe],
-    surrounds: Sequence[LensDisplacement | HeadDisplacement | None] = (),
+    surrounds: Sequence[HeadDisplacement | None] = (),
     photo: Box | None = None,
 ) -> list[Problem]:
     """Return the fitting problem of each face.
@@ -140,15 +143,11 @@ def problems_of(
         Grid(anchor.origin_px, spacing_px(pair, anchor, recipe))
         for pair, anchor, recipe in zip(pairs, anchors, recipes, strict=True)
     ]
-    surrounds = surrounds or (None,) * len(grids)
-    _check_control_points(pairs, anchors, recipes, grids, surrounds)
-    requested = list(zip(pairs, anchors, grids, recipes, strict=True))
-    alone = [_problem(*each, None, photo) for each in requested]
-    _check_together(alone)
-    return [
-        problem if surround is None else _problem(*each, surround, photo)
-        for problem, each, surround in zip(alone, requested, surrounds, strict=True)
-    ]
+    requested = [*zip(pairs, anchors, grids, recipes, surrounds or repeat(None), strict=False)]
+    _check_control_points(requested)
+    problems = [_problem(*each, photo) for each in requested]
+    _check_together(problems)
+    return problems
 
 
 def solve(problems: Sequence[Problem], recipes: Sequence[Recipe]) -> tuple[Lattice, ...]:
@@ -222,23 +221,17 @@ def summed(lattice: Lattice, other: Lattice) -> Lattice:
     return lattice.plus(other)
 
 
-def _check_control_points(
-    pairs: Sequence[Pairs],
-    anchors: Sequence[Anchor],
-    recipes: Sequence[Recipe],
-    grids: Sequence[Grid],
-    surrounds: Sequence[LensDisplacement | HeadDisplacement | None],
-) -> None:
+def _check_control_points(requested: Sequence[_Request]) -> None:
     total = 0.0
-    for pair, anchor, recipe, grid, surround in zip(
-        pairs, anchors, recipes, grids, surrounds, strict=True
-    ):
+    for pair, anchor, grid, recipe, surround in requested:
         halvings = MULTILEVEL_STEPS if recipe.fit == "multilevel" else 0
         finest = grid.spacing_px / 2.0**halvings
         finest = min(grid.spacing_px, max(LEAST_SPACINGS * anchor.spacing_px, finest))
         if recipe.threshold_px > LOSSLESS_PX:
             finest /= _FINER_PROOF
-        columns, rows = (np.ptp(_ends(pair.target_px, surround), axis=0) / finest + ORDER).tolist()
+        corners = pair.target_px if surround is None else surround.corners_px
+        sides = np.ptp(np.vstack([pair.target_px, corners]), axis=0)
+        columns, rows = (sides / finest + ORDER).tolist()
         total += columns * rows
     if not total <= MOST_CONTROL_POINTS:
         raise OutOfBounds(
@@ -256,7 +249,7 @@ def _check_control_points(
 def _check_together(problems: Sequence[Problem]) -> None:
     empty = [problem.support.fitted for problem in problems]
     for group in groups(empty):
-        points = sum(len(problems[k].target_px) for k in group)
+        points = sum(problems[k].landmark_count for k in group)
         nodes = sum(
             min(ORDER**2 * problems[k].landmark_count, empty[k].phi[..., 0].size) for k in group
         )
@@ -277,16 +270,12 @@ def quantised(lattice: Lattice) -> Lattice:
     return Lattice(lattice.grid, lattice.first, phi)
 
 
-def _ends(target_px: Array, surround: LensDisplacement | HeadDisplacement | None) -> Array:
-    return target_px if surround is None else np.vstack([target_px, surround.corners_px])
-
-
 def _problem(
     pairs: Pairs,
     anchor: Anchor,
     grid: Grid,
     recipe: Recipe,
-    surround: LensDisplacement | HeadDisplacement | None,
+    surround: HeadDisplacement | None,
     photo: Box | None,
 ) -> Problem:
     source, target, tolerance = _NO_FEATURES
@@ -307,7 +296,7 @@ def _problem(
     )
 
 
-def _sampled(surround: LensDisplacement | HeadDisplacement, grid: Grid) -> Lattice | None:
+def _sampled(surround: HeadDisplacement, grid: Grid) -> Lattice | None:
     """Sample a surround's displacement at the control points; None if all are zero."""
     corners = surround.corners_px
     columns, rows = (
