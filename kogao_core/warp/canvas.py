@@ -53,11 +53,12 @@ class Canvas:
         self, field: Field, domain: Domain, interpolation: Interpolation, threads: int | None = None
     ) -> list[Box]:
         """Resample the blocks of `domain` from the source. Return the boxes that may differ."""
-        active = self._blocks(domain)
+        everywhere = domain.name == "image"
+        active = np.ones_like(self._warped) if everywhere else self._touched(domain.cells)
         before = self._job
         job = Job(self.source, self.pixels, field, FLAGS[interpolation])
         todo = active
-        if before is not None and job.resembles(before):
+        if before is not None and job.terms == before.terms:
             lattices = zip(before.field.lattices, field.lattices, strict=True)
             changes = [now.minus(was) for was, now in lattices]
             todo = active & ~self._warped
@@ -71,21 +72,17 @@ class Canvas:
         self._warped, self._job = active, job
         return redone + given_back
 
-    def _blocks(self, domain: Domain) -> Mask:
-        if domain.name == "image":
-            return np.ones_like(self._warped)
-        return self._touched(domain.cells)
-
     def _touched(self, regions: Iterable[Cells]) -> Mask:
         """Return the blocks that share a pixel with an active cell."""
         rows, columns = self._warped.shape
         hit = np.zeros_like(self._warped)
         for cells in regions:
-            down, over_rows = _overlaps(cells.edges_px(1), rows, self._block_px, self.image.height)
-            along, over_columns = _overlaps(
-                cells.edges_px(0), columns, BLOCK_WIDTH_PX, self.image.width
-            )
-            hit[down, along] |= (over_rows @ cells.active.astype(np.float32) @ over_columns.T) > 0.0
+            top, bottom = _overlapped(cells.edges_px(1), rows, self._block_px, self.image.height)
+            left, right = _overlapped(cells.edges_px(0), columns, BLOCK_WIDTH_PX, self.image.width)
+            # Sums over all cells above and to the left.
+            sums = np.pad(cells.active.astype(np.int64), ((1, 0), (1, 0))).cumsum(0).cumsum(1)
+            across = sums[bottom] - sums[top]
+            hit |= across[:, right] > across[:, left]
         return hit
 
     def _runs(self, blocks: Mask) -> list[Box]:
@@ -133,19 +130,15 @@ def warp_alike(picture: Image, field: Field, domain: Domain, kind: Interpolation
     return warped
 
 
-def _overlaps(
+def _overlapped(
     edges_px: npt.NDArray[np.int64], blocks: int, size_px: int, end_px: int
-) -> tuple[slice, npt.NDArray[np.float32]]:
-    """Return the blocks that cells reach along one axis, and a 0/1 matrix of overlaps.
-
-    Rows of the matrix are blocks, columns are cells.
-    """
-    first = min(max(int(edges_px[0]) // size_px, 0), blocks)
-    reached = slice(first, max(first, min(-(-int(edges_px[-1]) // size_px), blocks)))
-    start = np.arange(reached.start, reached.stop)[:, None] * size_px
+) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+    """Return the first cell, and the one after the last, that each block overlaps along an axis."""
+    start = np.arange(blocks) * size_px
     end = np.minimum(start + size_px, end_px)
-    low, high = edges_px[:-1], edges_px[1:]
-    return reached, ((low < end) & (high > start) & (low < high)).astype(np.float32)
+    first = np.searchsorted(edges_px, start, "right") - 1
+    after = np.searchsorted(edges_px, end, "left")
+    return first.clip(0, len(edges_px) - 1), after.clip(0, len(edges_px) - 1)
 
 
 def size_of(image: Box, longest_px: int) -> tuple[int, int]:

@@ -22,6 +22,7 @@ from kogao_core.base.language import Text
 from kogao_core.faces.face import Anchor
 from kogao_core.faces.targets import Pairs
 from kogao_core.recipe.recipe import LOSSLESS_PX, Recipe
+from kogao_core.warp.field import Field
 from kogao_core.warp.frame import zero_on_edges
 from kogao_core.warp.lattice import ORDER, Grid, Lattice, basis, groups
 from kogao_core.warp.limits import MOST_CONTROL_POINTS, MOST_TOGETHER, OutOfBounds
@@ -96,9 +97,10 @@ class Problem:
         moving = self.landmark_count + self.features
         return np.flatnonzero(np.bincount(self.support.nodes[:moving].ravel()))
 
-    def within(self, lattice: Lattice) -> Lattice:
-        """Return the lattice without displacement across the photo's edges."""
-        return lattice if self.photo is None else zero_on_edges(lattice, self.photo)
+    def requesting(self, displacement_px: Array) -> Problem:
+        """Return the problem with another displacement and the limit of the complete one."""
+        norm = self.coefficient_norm
+        return dataclasses.replace(self, displacement_px=displacement_px, known_norm=norm)
 
 
 def spacing_px(pairs: Pairs, anchor: Anchor, recipe: Recipe) -> float:
@@ -145,9 +147,9 @@ def problems_of(
     ]
     requested = [*zip(pairs, anchors, grids, recipes, surrounds or repeat(None), strict=False)]
     _check_control_points(requested)
-    problems = [_problem(*each, photo) for each in requested]
-    _check_together(problems)
-    return problems
+    # Check before the surrounds of many faces are sampled: that takes long.
+    _check_together([_problem(*each[:4], None, photo) for each in requested])
+    return [_problem(*each, photo) for each in requested]
 
 
 def solve(problems: Sequence[Problem], recipes: Sequence[Recipe]) -> tuple[Lattice, ...]:
@@ -158,25 +160,23 @@ def solve(problems: Sequence[Problem], recipes: Sequence[Recipe]) -> tuple[Latti
     if not any(problem.displacement_px.any() or problem.surround for problem in problems):
         return tuple(problem.support.empty for problem in problems)
     total: list[Lattice | None] = [problem.surround for problem in problems]
-    left = [_left_by(total, problem) for problem in problems]
+    made = Field(tuple(lattice for lattice in total if lattice is not None))
+    left = [one.requesting(one.displacement_px - made.at(one.target_px)) for one in problems]
     for _ in range(_ROUNDS):
         whole = [
             lattice if done is None else summed(lattice, done)
             for lattice, done in zip(_fitted(left, recipes), total, strict=True)
         ]
-        total = [problem.within(one) for problem, one in zip(problems, whole, strict=True)]
-        if all(kept is lattice for kept, lattice in zip(total, whole, strict=True)):
+        inside = [zero_on_edges(a, one.photo) for a, one in zip(whole, problems, strict=True)]
+        total = [*inside]
+        if all(kept is lattice for kept, lattice in zip(inside, whole, strict=True)):
             break
         # Request again the part removed at the edges, without the error of an approximation.
-        left = [_left_by(total, _asking(problem, whole)) for problem in problems]
+        before, after = Field(tuple(whole)), Field(tuple(inside))
+        left = [
+            one.requesting(before.at(one.target_px) - after.at(one.target_px)) for one in problems
+        ]
     return tuple(quantised(lattice) for lattice in total if lattice is not None)
-
-
-def _asking(problem: Problem, lattices: Sequence[Lattice]) -> Problem:
-    """Return the problem that requests the displacement of `lattices` at the targets."""
-    nothing = dataclasses.replace(problem, displacement_px=np.zeros_like(problem.displacement_px))
-    made = -_left_by(lattices, nothing).displacement_px
-    return dataclasses.replace(problem, displacement_px=made, known_norm=problem.coefficient_norm)
 
 
 def _fitted(problems: Sequence[Problem], recipes: Sequence[Recipe]) -> list[Lattice]:
@@ -194,19 +194,6 @@ def _fitted(problems: Sequence[Problem], recipes: Sequence[Recipe]) -> list[Latt
             case unknown:
                 assert_never(unknown)
     return fitted
-
-
-def _left_by(done: Sequence[Lattice | None], problem: Problem) -> Problem:
-    """Return the problem with the displacement that `done` does not yet provide at the targets."""
-    left = problem.displacement_px
-    for lattice in (one for one in done if one is not None):
-        near = lattice.reaches(problem.target_px)
-        if near.any():
-            left = left.copy()
-            left[near] -= lattice.at(problem.target_px[near])
-    if left is problem.displacement_px:
-        return problem
-    return dataclasses.replace(problem, displacement_px=left, known_norm=problem.coefficient_norm)
 
 
 def summed(lattice: Lattice, other: Lattice) -> Lattice:

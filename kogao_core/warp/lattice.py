@@ -50,7 +50,7 @@ class Grid:
     def locate(self, coords_px: npt.ArrayLike, axis: int) -> tuple[npt.NDArray[np.int64], Array]:
         """Return the cell [u] of each coordinate and the fraction s = u - [u]; axis 0 is x.
 
-        `coords_px` (N,). Result (N,): cells, and fractions from 0 up to 1.
+        Result: in the shape of `coords_px`: cells, and fractions from 0 up to 1.
         """
         u = (np.asarray(coords_px, np.float64) - self.origin_px[axis]) / self.spacing_px
         cell = np.floor(u)
@@ -66,23 +66,6 @@ class Grid:
     def node_px(self, index: npt.NDArray[np.int64], axis: int) -> Array:
         """Return the coordinate of each node; axis 0 is x, px, in the shape of `index`."""
         return np.asarray(self.origin_px[axis] + self.spacing_px * index.astype(np.float64))
-
-    def weights(
-        self, starts_px: npt.NDArray[np.int64], size_px: int, axis: int
-    ) -> tuple[npt.NDArray[np.int64], Array]:
-        """Return the weights of eq. (2) for pieces of an axis with `size_px` pixels each.
-
-        `starts_px` int (N,): first pixel of each piece. `first` int (N,): first node that reaches
-        each piece. `weights` (N, nodes, size_px): the same number of nodes for every piece.
-        """
-        cell, s = self.locate(starts_px[:, None] + np.arange(size_px), axis)
-        first = cell[:, 0] - 1
-        count = int((size_px - 1) / self.spacing_px) + 1 + ORDER
-        weights: Array = np.zeros((len(cell), count, size_px))
-        pieces, nodes = np.arange(len(cell))[:, None], cell - 1 - first[:, None]
-        starts = (pieces * count + nodes) * size_px + np.arange(size_px)
-        weights.ravel()[starts[:, :, None] + np.arange(0, ORDER * size_px, size_px)] = basis(s)
-        return first, weights
 
 
 @dataclass(frozen=True, eq=False)

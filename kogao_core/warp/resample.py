@@ -17,7 +17,7 @@ import numpy.typing as npt
 from kogao_core.base.geometry import Array, Box, Image
 from kogao_core.base.threads import parallel_for
 from kogao_core.warp.field import Field, fade
-from kogao_core.warp.lattice import Grid, Lattice
+from kogao_core.warp.lattice import ORDER, Grid, Lattice, basis
 from kogao_core.warp.protection import share_on_grid
 
 Float32 = npt.NDArray[np.float32]
@@ -121,8 +121,15 @@ class _Axis:
 
     def __init__(self, grid: Grid, axis: int, size_px: int, start: int, end: int) -> None:
         self.size_px, self.start, self.end = size_px, start, end
-        self._first, weights = grid.weights(np.arange(start, end) * size_px, size_px, axis)
-        self.weights = weights.astype(np.float32)
+        coords = np.arange(start * size_px, end * size_px).reshape(-1, size_px)
+        cell, s = grid.locate(coords, axis)
+        self._first = cell[:, 0] - 1
+        # The same number of nodes for every piece.
+        count = int((size_px - 1) / grid.spacing_px) + 1 + ORDER
+        weights = np.zeros((*cell.shape, count), np.float32)
+        node = (cell - cell[:, :1])[..., None] + np.arange(ORDER)
+        np.put_along_axis(weights, node, basis(s).astype(np.float32), axis=2)
+        self.weights = np.ascontiguousarray(weights.swapaxes(1, 2))
 
     def nodes(self, pieces: Integers) -> Integers:
         """Return the nodes that reach each piece, shape (N, nodes)."""
@@ -154,12 +161,9 @@ class Job:
         while self.margin_px < longest + KERNEL_REACH_PX:
             self.margin_px *= 2
 
-    def resembles(self, other: Job) -> bool:
-        """Return True when equal control points give equal bytes in both jobs."""
-        return self._terms == other._terms
-
     @property
-    def _terms(self) -> tuple[object, ...]:
+    def terms(self) -> tuple[object, ...]:
+        """With equal terms, equal control points give equal bytes."""
         grids = tuple(lattice.grid for lattice in self.field.lattices)
         field = self.field
         return self.flag, self.margin_px, field.fade_px, field.protection.strokes, grids

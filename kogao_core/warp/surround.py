@@ -182,11 +182,14 @@ class HeadDisplacement:
     def _keep_and_fade(self, angles: Array) -> tuple[Array, Array]:
         """Return in directions of shape (N,) the rho where a fade begins, and its width in rho."""
         rim, size = self._rim, HeadFrame.of(self.face).height_px
-        up, down = smoothstep(rim.up(angles)), np.clip(np.cos(angles), 0.0, 1.0) ** 2
+        up, down = (
+            smoothstep(np.interp(angles, rim.angles, rim.upwards)),
+            np.clip(np.cos(angles), 0.0, 1.0) ** 2,
+        )
         keep = 1.0 + (_KEEP_UP - 1.0) * up + (_KEEP_DOWN - 1.0) * down
         radius = rim.radius_px(angles)
         ends = rim.center_px + (keep * radius)[:, None] * _ways(angles, rim.across)
-        moves = rim.displacement_px(angles) + rim.hairline(angles)
+        moves = rim.moved_px(angles, rim.moves_px + rim.hairline_px)
         wide = _FADE * np.hypot(*(_similarity(self.pairs, ends) + keep[:, None] * moves).T)
         least = (_LEAST_FADE + _SIDE_FADE * np.abs(np.sin(angles)) ** 3) * size
         least *= _SOFT + (1.0 - _SOFT) * self.strength / _WIDE
@@ -205,10 +208,10 @@ class HeadDisplacement:
         inner = np.where(rho < 1.0, smoothstep((rho - _INNER) / (1.0 - _INNER)), outside)
         right = rim.across
         below = np.array([-right[1], right[0]])
-        shape = rim.displacement_px(angles) * rho[:, None]
+        shape = rim.moved_px(angles, rim.moves_px) * rho[:, None]
         moved = moved + np.outer((shape @ right) * inner, right)
         moved = moved + np.outer((shape @ below) * np.where(rho < 1.0, 1.0, outside), below)
-        return np.asarray(moved + rim.hairline(angles) * (rho * inner)[:, None])
+        return np.asarray(moved + rim.moved_px(angles, rim.hairline_px) * (rho * inner)[:, None])
 
     def _free(self, points: Array) -> Array:
         """Return 0 near what must not move, 1 far from it."""
@@ -241,12 +244,15 @@ class _FaceBoundary:
         center = middle + share * (pairs.center_px - middle)
         rest = pairs.displacement_px - _similarity(pairs, pairs.target_px)
         forehead = _forehead(face, middle)
-        height = 1.0 - np.abs(2.0 * np.linspace(0.0, 1.0, FOREHEAD_POINTS + 2)[1:-1] - 1.0)
+        along = np.linspace(0.0, 1.0, FOREHEAD_POINTS + 2)[1:-1]
+        height = 1.0 - np.abs(2.0 * along - 1.0)
         moves = np.zeros_like(forehead)
         hairline = np.zeros_like(forehead)
         if shape is not None:
             away = forehead - middle
-            moves = shape.scaled(away, aside=_between(*shape.zones[[0, -1]]))
+            first, last = shape.zones[[0, -1]]
+            aside = first + (last - first) * smoothstep(along)
+            moves = shape.scaled(away, aside=aside)
             below = shape.axes[1]
             hairline = np.outer(shape.hairline * smoothstep(height) * (away @ below), below)
         body = share * (pairs.center_px - forehead)
@@ -268,22 +274,11 @@ class _FaceBoundary:
 
     def radius_px(self, angles: Array) -> Array:
         """Return how far the rim is from the centre in directions of shape (N,)."""
-        return self._round(angles, self.radii_px)
+        return np.interp(angles, self.angles, self.radii_px)
 
-    def displacement_px(self, angles: Array) -> Array:
-        """Return the backward displacement of the rim in directions of shape (N,); (N, 2), px."""
-        return np.stack([self._round(angles, move) for move in self.moves_px.T], axis=-1)
-
-    def hairline(self, angles: Array) -> Array:
-        """Return what the hairline adds to that."""
-        return np.stack([self._round(angles, move) for move in self.hairline_px.T], axis=-1)
-
-    def up(self, angles: Array) -> Array:
-        """Return `upwards` in directions of shape (N,)."""
-        return self._round(angles, self.upwards)
-
-    def _round(self, angles: Array, values: Array) -> Array:
-        return np.interp(angles, self.angles, values)
+    def moved_px(self, angles: Array, moves_px: Array) -> Array:
+        """Return `moves_px` or `hairline_px` of the rim in directions of shape (N,); (N, 2), px."""
+        return np.stack([np.interp(angles, self.angles, move) for move in moves_px.T], axis=-1)
 
 
 def surrounds_of(
@@ -330,12 +325,6 @@ def _similarity(pairs: Pairs, points: Array) -> Array:
     """Return the backward displacement at points (N, 2) of a head that shrinks as one, px."""
     share = pairs.head_share
     return np.asarray(share / (1.0 - share) * (points - pairs.center_px))
-
-
-def _between(first: float, last: float) -> Array:
-    """Return values for the points of the forehead that pass from one end to the other."""
-    along = smoothstep(np.linspace(0.0, 1.0, FOREHEAD_POINTS + 2)[1:-1])
-    return np.asarray(first + (last - first) * along)
 
 
 def _forehead(face: Face, center: Array) -> Array:
