@@ -8,9 +8,9 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any, Final
 
-import click
 import jpeglib
 import numpy as np
 import numpy.typing as npt
@@ -18,7 +18,7 @@ import numpy.typing as npt
 from kogao_core.base.installed import is_bundle
 from kogao_core.base.language import Text, tr, translated
 from kogao_core.base.stderr import hushed
-from kogao_core.cli import common, ending, words
+from kogao_core.cli import common, ending
 
 _START, _END = b"\xff\xd8", 0xD9
 _APP0, _COMMENT = 0xE0, 0xFE
@@ -28,24 +28,15 @@ _NAMED: Final = {*range(_APP0, 0xF0), _COMMENT}  # APP0 to APP15, COM; the other
 _TITLE: Final = re.compile(rb"[\w:/. -]{3,40}")
 _LIBRARY: Final = "6b"
 _BLOCK_PX: Final = 8
-_FILE: Final = click.Path(path_type=Path, readable=False)
 
 
-@words.command("verify")
-@click.argument("result", metavar="RESULT", type=_FILE)
-@click.argument("original", metavar="ORIGINAL", type=_FILE)
-@common.writes_json
-@common.forces
-def command(result: Path, original: Path, json_file: Path | None, force: bool) -> int:
-    """Compare two JPEGs and list the blocks and metadata that differ.
-
-    Exit code 1: the metadata differ, or the blocks can't be compared.
-    """
-    common.check_report(json_file, force)
-    found = _compare_files(*map(_read, (result, original)))
+def run(args: SimpleNamespace) -> int:
+    """Run the command."""
+    common.check_report(args.json_file, args.force)
+    found = _compare_files(*map(_read, (args.result, args.original)))
     if not found["same_file"]:
-        found |= _compare_blocks(*map(_blocks, (result, original)))
-    common.deliver(lambda: found, lambda: _described(found), json_file)
+        found |= _compare_blocks(*map(_blocks, (args.result, args.original)))
+    common.deliver(lambda: found, lambda: _described(found), args.json_file)
     is_only_picture = found["same_file"] or (all(found["same"].values()) and not found["metadata"])
     return 0 if is_only_picture else ending.BROKEN
 

@@ -61,8 +61,8 @@ def test_what_is_compressed_stands_beside_what_is_stretched(result):
     assert (largest > 1.0).all()
     assert (np.diff(largest, axis=1) > 0.0).all()
     captions = {table.caption for table in distortion.report(result).tables}
-    assert "Smallest det J of the samples (stretched the most)" in captions
-    assert "Largest det J of the samples (compressed the most)" in captions
+    assert "smallest det J, sampled: stretch" in captions
+    assert "largest det J, sampled: compression" in captions
     (face,), step = [oval_face()], 0.25
     field = render(textured_photo(), [face], PAPER).field
     (x, y), (w, h) = face.box[:2], face.box[2:]

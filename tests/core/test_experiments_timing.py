@@ -5,7 +5,6 @@ from collections import Counter
 from dataclasses import replace
 from itertools import pairwise
 
-import cv2
 import numpy as np
 import pytest
 from scenes import oval_face, textured_photo
@@ -211,24 +210,6 @@ def test_the_hands_points_are_what_manual_ways_compute(monkeypatch):
     monkeypatch.setattr(timing, "render", spy)
     timing.measure(mine, SameFace(), PAPER, repeats=1, warm_up=0)
     assert sorted(warped) == 6 * [11] + 4 * [21], "three ways by hand, two found, at two sizes"
-
-
-def test_what_is_left_out_of_table_2_is_timed_by_itself(tmp_path):
-    file = tmp_path / "made.png"
-    assert cv2.imwrite(str(file), textured_photo())
-    made = []
-
-    def source():
-        made.append(SameFace())
-        return made[-1]
-
-    assert timing.measure_around(subject(), source, PAPER) is None
-    one = timing.measure_around(replace(subject(), file=file), source, PAPER, repeats=2)
-    assert [each.asked for each in made] == [2, 2], "cold once, then warm"
-    for ms in (one.reading_ms, one.cold_ms, one.warm_ms, one.saving_ms):
-        assert len(ms) == 2
-        assert min(ms) > 0.0
-    assert list(tmp_path.iterdir()) == [file]
 
 
 def test_people_are_told_one_by_one_without_their_practice(timings):

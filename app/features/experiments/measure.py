@@ -33,7 +33,6 @@ def measured(
         [subject],
         recipe,
         cache(new_source),
-        new_source,
         {one.key: chosen(one, data) for one in experiment.options},
         progress,
         left_out.append,

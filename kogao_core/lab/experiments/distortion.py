@@ -101,7 +101,7 @@ class DistortionResult:
 
 def shown(recipe: Recipe) -> tuple[Variant, ...]:
     """Return the 20 variants of table 1 and the 4 lattice sizes."""
-    return variants(recipe, satisfaction=False)
+    return variants(recipe)
 
 
 def measure(
@@ -230,12 +230,11 @@ class Measure:
     """A number of `Distortion`."""
 
     name: str  # column in files
-    # Title within a sentence, and above a table.
     title: Text
-    heading: Text
     digits: int  # decimals shown
     # Converts the value to a measure of harm: 0 without a warp, growing with the warp.
     harm: Callable[[float], float] = abs
+    harm_title: Text | None = None  # if different from the title
 
     def median(self, found: Sequence[Distortion]) -> float:
         """Return the median over photos; NaN without values."""
@@ -249,67 +248,30 @@ class Measure:
 
 
 MEASURES: Final = (
-    Measure("achieved", Text("achieved, % of D"), Text("Achieved, % of D"), 2),
+    Measure("achieved", Text("achieved, % of D"), 2),
+    Measure("face_area", Text("area of the face, change in %"), 1),
+    Measure("local_area", Text("local change of area, rms in %"), 1),
     Measure(
-        "face_area", Text("area of the face, change in %"), Text("Area of the face, change in %"), 1
+        "min_det", Text("smallest det J, sampled: stretch"), 2,
+        lambda det: 1.0 - det, Text("1 - smallest det J"),
     ),
     Measure(
-        "local_area",
-        Text("local change of area, rms in %"),
-        Text("Local change of area, rms in %"),
-        1,
+        "max_det", Text("largest det J, sampled: compression"), 2,
+        lambda det: det - 1.0, Text("largest det J - 1"),
+    ),
+    Measure("bend", Text("bend of the worst ruled line, % of the eyes' distance"), 2),
+    Measure(
+        "photo_bend", Text("bend of the worst line in the photo, % of the eyes' distance"), 2
     ),
     Measure(
-        "min_det",
-        Text("smallest det J, sampled: stretch"),
-        Text("Smallest det J of the samples (stretched the most)"),
-        2,
-        lambda det: 1.0 - det,
+        "residual", Text("displacement off at the targets, mean, % of the eyes' distance"), 3
     ),
     Measure(
-        "max_det",
-        Text("largest det J, sampled: compression"),
-        Text("Largest det J of the samples (compressed the most)"),
-        2,
-        lambda det: det - 1.0,
+        "landing", Text("landmarks land off their targets, mean, % of the eyes' distance"), 3
     ),
-    Measure(
-        "bend",
-        Text("bend of the worst ruled line, % of the eyes' distance"),
-        Text("Bend of the worst ruled line, % of the eyes' distance"),
-        2,
-    ),
-    Measure(
-        "photo_bend",
-        Text("bend of the worst line in the photo, % of the eyes' distance"),
-        Text("Bend of the worst line in the photo, % of the eyes' distance"),
-        2,
-    ),
-    Measure(
-        "residual",
-        Text("displacement off at the targets, mean, % of the eyes' distance"),
-        Text("Displacement off at the targets, mean, % of the eyes' distance"),
-        3,
-    ),
-    Measure(
-        "landing",
-        Text("landmarks land off their targets, mean, % of the eyes' distance"),
-        Text("Landmarks land off their targets, mean, % of the eyes' distance"),
-        3,
-    ),
-    Measure(
-        "contour",
-        Text("outline off its curve, largest, % of the eyes' distance"),
-        Text("Outline off its curve, largest, % of the eyes' distance"),
-        3,
-    ),
-)
-_CHARTED: Final = {
-    "local_area": Text("local change of area, rms in %"),
-    "min_det": Text("1 - smallest det J"),
-    "max_det": Text("largest det J - 1"),
-    "bend": Text("bend of the worst ruled line"),
-}
+    Measure("contour", Text("outline off its curve, largest, % of the eyes' distance"), 3),
+)  # fmt: skip
+_CHARTED: Final = ("local_area", "min_det", "max_det", "bend")
 
 
 def report(result: DistortionResult) -> Report:
@@ -381,7 +343,7 @@ def _in_its_shape(result: DistortionResult, measure: Measure) -> Table:
         (str(center), *map(measure.text, row))
         for center, row in enumerate(_medians(result, measure), start=1)
     ]
-    return Table(measure.heading, _header(Text("centre")), rows)
+    return Table(measure.title, _header(Text("centre")), rows)
 
 
 def _harms(result: DistortionResult, measure: Measure) -> list[list[float]]:
@@ -400,7 +362,7 @@ def _growth(result: DistortionResult) -> Table:
     for measure in MEASURES:
         harms = _harms(result, measure)
         alike = rank_correlation(np.ravel(harms), np.ravel(UNNATURAL))
-        title = _CHARTED.get(measure.name, measure.title)
+        title = measure.harm_title or measure.title
         rows.append((title, *_whole(_relative(harms)), NONE if alike is None else f"{alike:.2f}"))
     header = (
         *_header(Text("mean over the centres, % of the value at 10 %")),
@@ -408,9 +370,8 @@ def _growth(result: DistortionResult) -> Table:
     )
     note = Text(
         "det J of the backward field: below 1 the result is stretched, above 1 compressed. "
-        "Even growth reads 20, 40, 60, 80, 100. Rank correlation: Spearman's, of the 20 cells"
-        " with table 1; this compares the order, not the jump. The row on lines of the photo "
-        "omits photos without a straight line outside of the face."
+        "Even growth reads 20, 40, 60, 80, 100. Rank correlation: Spearman's, of the 20 cells "
+        "with table 1; it compares the order, not the jump."
     )
     return Table(Text("Growth of each measure with the warp distance"), header, rows, note)
 
@@ -448,9 +409,8 @@ def _lattices(result: DistortionResult) -> Table:
     ]
     note = Text(
         "At 4 % towards centre 2, medians over the photos. The paper prints no numbers for "
-        "figure 11. According to the text, all faces looked natural with a lattice larger "
-        "than the warp distance. The four sizes are this program's choice. The columns differ"
-        " in lattice size and in achieved distance."
+        "figure 11; the sizes are this program's choice. The columns differ in achieved distance, "
+        "too."
     )
     header = ("", *(f"R = {variant.lattice:g}" for variant in sizes))
     return Table(Text("Figure 11's question: lattice sizes"), header, rows, note)
@@ -470,9 +430,8 @@ def _origins(found: Sequence[OriginEffect]) -> Table:
             ),
         ],
         Text(
-            "The paper's lattice starts at the image's corner, this program's at the face. The "
-            "columns compare this origin with an origin half a cell away and with the image's "
-            "corner, for the faces alone at 4 % towards centre 2."
+            "The paper's lattice starts at the image's corner, this program's at the face. "
+            "Compared with an origin half a cell away and with the corner, at 4 % towards centre 2."
         ),
     )
 
@@ -500,7 +459,8 @@ def _chart(result: DistortionResult) -> Chart:
     series = [Series(Text("unnatural answers (table 1)"), _relative(UNNATURAL))]
     for measure in MEASURES:
         if measure.name in _CHARTED:
-            series.append(Series(_CHARTED[measure.name], _relative(_harms(result, measure))))
+            title = measure.harm_title or measure.title
+            series.append(Series(title, _relative(_harms(result, measure))))
     return Chart(
         Text("Growth with the warp distance"), [f"{distance:g}" for distance in DISTANCES],
         Text("% of the value at 10 %"), series, along=Text("warp distance, % of D"),

@@ -166,7 +166,7 @@ def domains(shown: Subject, rendering: Rendering) -> Drawing:
     image = Box.of(shown.pixels)
     threshold_px = rendering.recipe.threshold_px
     panels = [_mask(mask_of(rendering.field, image, one.name, threshold_px)) for one in DOMAINS]
-    return dataclasses.replace(_side_by_side("domains", panels), exact=True)
+    return _side_by_side("domains", panels)
 
 
 def _mask(mask: Image) -> Image:

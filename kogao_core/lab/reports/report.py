@@ -283,7 +283,7 @@ def _shown(part: Part | Element) -> Element:
         case Picture():
             shown = reduced(part.pixels)
             height, width = shown.shape[:2]
-            source = data_uri(shown, exact=False)
+            source = data_uri(shown)
             image = element("img", src=source, alt=part.alt, width=str(width), height=str(height))
             return _figure(image, part.caption)
         case Row(parts, wide):
