@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Final
@@ -15,7 +14,7 @@ from kogao_core.base import atomic
 from kogao_core.faces.landmarks import source
 from kogao_core.lab.experiments import EXPERIMENTS
 from kogao_core.lab.experiments.experiment import Experiment
-from kogao_core.lab.subjects import Progress, Subject
+from kogao_core.lab.subjects import Subject
 
 from ...actions import Item
 from ...i18n import sentence, tr, translated, unwritten
@@ -58,41 +57,16 @@ class Experiments(Feature):
         """Run an experiment on the active faces of the photo."""
         subject = self._subject()
         if subject is None:
-            self._say_what_it_takes()
+            text = tr("An experiment needs a photo with an active face.")
+            self.say(text, applies=lambda: self._subject() is None)
             return
-        recipe, wanted = self.document.state.recipe, self._landmarks.wanted
-        work = partial(
-            measured, experiment, subject, recipe, lambda: source(wanted), self.storage.data
-        )
-        self._run(translated(experiment.title), work, partial(self._start_as_paper, experiment))
-
-    def _start_as_paper(self, experiment: Experiment) -> None:
-        self.actions["paper-settings"].trigger()
-        self.start(experiment)
-
-    def _say_what_it_takes(self) -> None:
-        text = tr("An experiment needs a photo with an active face.")
-        self.say(text, applies=lambda: self._subject() is None)
-
-    def _subject(self) -> Subject | None:
-        photo, state, path = self.document.photo, self.document.state, self.document.path
-        if photo is None or path is None or not state.active:
-            return None
-        return Subject(path.name, photo.pixels, tuple(state.active), file=path)
-
-    def _run(
-        self,
-        title: str,
-        work: Callable[[Progress], Findings],
-        as_paper: Callable[[], None],
-    ) -> None:
-        """Run an experiment in a dialog; `as_paper` repeats it with the paper's settings."""
         if self._dialog is not None:
             self._dialog.close()
-        recipe = self.document.state.recipe
-        self._dialog = dialog = ExperimentDialog(title, self.window, settings_text(recipe))
+        recipe, wanted = self.document.state.recipe, self._landmarks.wanted
+        title, settings = translated(experiment.title), settings_text(recipe)
+        self._dialog = dialog = ExperimentDialog(title, self.window, settings)
         dialog.paper.setEnabled(bool(differing_from_paper(recipe)))
-        dialog.paper.clicked.connect(as_paper)
+        dialog.paper.clicked.connect(lambda: self._start_as_paper(experiment))
         dialog.finished.connect(lambda _: self._let_go())
         dialog.open()
         self.stop()
@@ -103,7 +77,20 @@ class Experiments(Feature):
                 raise _Stopped
             self._progressed.emit(done, of)
 
-        self._running.submit(lambda: work(progress))
+        data = self.storage.data
+        self._running.submit(
+            lambda: measured(experiment, subject, recipe, lambda: source(wanted), data, progress)
+        )
+
+    def _start_as_paper(self, experiment: Experiment) -> None:
+        self.actions["paper-settings"].trigger()
+        self.start(experiment)
+
+    def _subject(self) -> Subject | None:
+        photo, state, path = self.document.photo, self.document.state, self.document.path
+        if photo is None or path is None or not state.active:
+            return None
+        return Subject(path.name, photo.pixels, tuple(state.active), file=path)
 
     def stop(self) -> None:
         """Cancel the experiment after the current run."""
@@ -122,7 +109,7 @@ class Experiments(Feature):
             dialog.to_file.clicked.connect(lambda: self._ask_where(dialog, findings))
 
     def _fail(self, problem: Exception) -> None:
-        if self._dialog is not None and not isinstance(problem, _Stopped):
+        if self._dialog is not None:
             self._dialog.show_failure(sentence(problem))
 
     def _let_go(self) -> None:
