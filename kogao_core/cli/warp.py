@@ -16,7 +16,7 @@ from kogao_core.recipe.recipe import SETTINGS
 _FROM_PROJECT: Final = (
     *SETTINGS,
     *("which", "doubtful", "recipe_file", "landmarks"),
-    *("lines", "width_px", "points", "points_map"),
+    *("lines", "width_px", "points"),
 )
 
 

@@ -42,7 +42,7 @@ def warp(args: SimpleNamespace, path: Path, recipe: Recipe, files: ExitStack) ->
     """Warp the photo at `path`. `files` deletes temporary files."""
     is_piped = args.output == common.STDOUT
     disclosure, export = reading.disclosure_of(args), reading.export_of(args)
-    is_searched = args.project_file is None and reading.point_files()[0] is None
+    is_searched = args.project_file is None and args.points is None
     known = landmark_source(args.landmarks) if is_searched else None
     to = _checked_output(path, args, export)
     common.check_report(args.json_file, args.force)
@@ -64,7 +64,7 @@ def warp(args: SimpleNamespace, path: Path, recipe: Recipe, files: ExitStack) ->
             edits = apply(project.load(args.project_file), photo.pixels, sha256)
     else:
         protection = _protection(photo, args.lines, args.width_px)
-        found = reading.find_faces(photo, args.landmarks, known)
+        found = reading.find_faces(photo, args.landmarks, args.points, known)
         chosen = reading.chosen(photo, found, args.which, args.doubtful)
         edits = Applied(chosen.faces, recipe, protection, chosen.note, others=chosen.others)
     finder = BackgroundFinder()

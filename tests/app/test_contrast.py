@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from kogao_app import theme
 from kogao_app.canvas.overlays import glyphs
-from kogao_app.canvas.overlays.background import tinted
 from kogao_app.widgets import icons
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QIcon, QImage, QPainter, QPainterPath
@@ -314,14 +313,6 @@ def test_the_edge_of_a_region_is_seen_on_any_grey():
     region.addEllipse(MIDDLE, 15, 15)
     for colour in map(glyphs.light, glyphs.DOMAINS.values()):
         assert worst_on_grey(lambda painter, c=colour: glyphs.outlined(painter, region, c)) >= MARK
-
-
-@pytest.mark.usefixtures("qapp")
-def test_where_people_end_is_seen_on_any_grey():
-    people = np.zeros((40, 40), np.uint8)
-    people[:, 20:] = 255
-    edge = tinted(people)
-    assert worst_on_grey(lambda painter: painter.drawImage(0, 0, edge)) >= MARK
 
 
 @pytest.mark.parametrize("name", THEMES)

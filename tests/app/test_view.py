@@ -50,7 +50,7 @@ def test_a_key_toggles_an_overlay_and_its_box(opened):
         take(opened, layer.key)
         assert (layer.name in opened.editor.view.visible) != was, layer.name
         assert box.isChecked() != was, layer.name
-        if layer.name not in ("folds", "straight", "people", "stretch", "protection", "read"):
+        if layer.name not in ("folds", "straight", "protection", "read"):
             assert (picture(opened) != before).any(), layer.name
         take(opened, layer.key)
         np.testing.assert_array_equal(picture(opened), before, layer.name)

@@ -370,9 +370,8 @@ def _growth(result: DistortionResult) -> Table:
     )
     note = Text(
         "det J of the backward field: below 1 the result is stretched, above 1 compressed. "
-        "Even growth reads 20, 40, 60, 80, 100. Rank correlation: Spearman's, of the 20 cells"
-        " with table 1; this compares the order, not the jump. The row on lines of the photo "
-        "omits photos without a straight line outside of the face."
+        "Even growth reads 20, 40, 60, 80, 100. Rank correlation: Spearman's, of the 20 cells "
+        "with table 1; it compares the order, not the jump."
     )
     return Table(Text("Growth of each measure with the warp distance"), header, rows, note)
 
@@ -410,9 +409,8 @@ def _lattices(result: DistortionResult) -> Table:
     ]
     note = Text(
         "At 4 % towards centre 2, medians over the photos. The paper prints no numbers for "
-        "figure 11. According to the text, all faces looked natural with a lattice larger "
-        "than the warp distance. The four sizes are this program's choice. The columns differ"
-        " in lattice size and in achieved distance."
+        "figure 11; the sizes are this program's choice. The columns differ in achieved distance, "
+        "too."
     )
     header = ("", *(f"R = {variant.lattice:g}" for variant in sizes))
     return Table(Text("Figure 11's question: lattice sizes"), header, rows, note)
@@ -432,9 +430,8 @@ def _origins(found: Sequence[OriginEffect]) -> Table:
             ),
         ],
         Text(
-            "The paper's lattice starts at the image's corner, this program's at the face. The "
-            "columns compare this origin with an origin half a cell away and with the image's "
-            "corner, for the faces alone at 4 % towards centre 2."
+            "The paper's lattice starts at the image's corner, this program's at the face. "
+            "Compared with an origin half a cell away and with the corner, at 4 % towards centre 2."
         ),
     )
 

@@ -108,11 +108,10 @@ def _tables(of: str, photos: Sequence[Comparison]) -> list[Table]:
             ],
             Text(
                 "Median and quartiles of a photo's rounds, methods in turns.{over} Times the "
-                "first: processor time of fit and warp together against {first}, the median of "
-                "the photos' own ratios; the ratio depends on the size of the picture. B-spline "
-                "fits resample the engine's domain. All other methods compute the displacement on "
-                "a grid of at most 8 px and resample the box that moves by more than 1/64 px. All "
-                "resample bilinearly.",
+                "first: processor time against {first}; depends on the size of the picture. "
+                "B-spline fits resample the engine's domain; all others compute a grid of at most "
+                "8 px and resample the box that moves by more than 1/64 px. All resample "
+                "bilinearly.",
                 over=over,
                 first=first,
             ),
@@ -131,11 +130,9 @@ def _tables(of: str, photos: Sequence[Comparison]) -> list[Table]:
                 (Text("% moved"), _median("moved_share", 1, 100.0)),
             ],
             Text(
-                "Off at targets: difference between the displacement and the requested "
-                "displacement, mean and largest. Landmarks land off: mean distance of the moved "
-                "landmarks from their targets. The map goes "
-                "backward: det J below 1 is stretch, above 1 compression. Folded, moved (by "
-                "more than 1/64 px) and det J: by differences between pixels, every pixel of "
+                "Off at targets: difference to the requested displacement, mean and largest. The "
+                "map goes backward: det J below 1 is stretch, above 1 compression. Folded, moved "
+                "(by more than 1/64 px) and det J: by differences between pixels, every pixel of "
                 "photos up to {most:g} megapixels.{over}",
                 most=SAMPLES_PX / 1e6,
                 over=over,

@@ -28,9 +28,8 @@ _ACHIEVED: Final = Text(
     "requested distances."
 )
 _INDEPENDENCE: Final = Text(
-    "Intervals: Wilson, 95 %, for independent answers. Answers of one rater, or about one"
-    " face, are dependent, so the true uncertainty is larger. The intervals of the curve "
-    "below include both effects."
+    "Intervals: Wilson, 95 %. Answers of one rater, or about one face, are dependent, so the true "
+    "uncertainty is larger."
 )
 Shares = Mapping[Variant, Share]
 
@@ -95,10 +94,8 @@ def figure_11(tally: Tally, shares: Shares) -> Table:
         ),
         rows,
         Text(
-            "{basis} R is in mean landmark spacings. The second column is R in warp distances, as"
-" in the paper's figure. The paper prints no numbers. According to the text, all "
-"faces looked natural above 1 in the second column. Rows differ in lattice size and "
-"in achieved distance.",
+            "{basis} The paper prints no numbers; all its faces looked natural above 1 warp "
+            "distance. Rows differ in achieved distance, too.",
             basis=_basis(tally, shares, len(tally.careful)),
         ),
     )  # fmt: skip
@@ -150,11 +147,9 @@ def curves(found: Curves, shares: Shares) -> Table:
     if found.p is not None:
         first = _named(min(found.groups), shares)
         hint = Text(
-            "Effect of the centre at the requested distances: p = {p:.3f} (Cochran's Q). {n} "
-"raters of these faces find a difference of 0.5 % of D between two centres with a "
-"power of 80 %. Later: difference from {first}. The interval comes from draws of "
-"raters alone, because each rater judged each face with each centre, and holds for "
-"these faces.",
+            "Effect of the centre: p = {p:.3f} (Cochran's Q). {n} raters of these faces find a "
+            "difference of 0.5 % of D between two centres with a power of 80 %. Later: difference "
+            "from {first}, with an interval that holds for these faces.",
             p=found.p, n=found.raters_needed, first=first,
         )  # fmt: skip
     return Table(
@@ -168,9 +163,8 @@ def curves(found: Curves, shares: Shares) -> Table:
         ),
         rows,
         Text(
-            "Logistic curve with lapses, fitted by maximum likelihood to pictures of table 1 and "
-"original photos. Intervals of 95 %: {n} draws of raters and faces ({raters} and "
-"{faces}) with replacement. {hint}",
+            "Logistic curve with lapses, fitted to pictures of table 1 and original photos. "
+            "Intervals of 95 %: {n} draws of raters and faces ({raters} and {faces}). {hint}",
             n=found.resamples, raters=found.raters, faces=found.faces, hint=hint,
         ),
     )  # fmt: skip
