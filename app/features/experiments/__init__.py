@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from typing import Final
 
@@ -13,8 +13,10 @@ from PySide6.QtGui import QAction, QDesktopServices
 from kogao_core.base import atomic
 from kogao_core.faces.landmarks import source
 from kogao_core.lab.experiments import EXPERIMENTS
-from kogao_core.lab.experiments.experiment import Experiment
-from kogao_core.lab.subjects import Subject
+from kogao_core.lab.experiments.experiment import Experiment, ExperimentOption, Work
+from kogao_core.lab.reports.report import Made, files, translated_report
+from kogao_core.lab.subjects import Progress, Subject
+from kogao_core.recipe.recipe import Recipe
 
 from ...actions import Item
 from ...i18n import sentence, tr, translated, unwritten
@@ -23,7 +25,6 @@ from ..feature import Context, Feature
 from ..landmarks import LandmarkSources
 from ..readings import differing_from_paper, settings_text
 from .dialog import ExperimentDialog, Findings
-from .measure import measured
 
 TRIALS: Final = "trials.jsonl"
 _NUMBERS: Final = (1, 2, 3, 4, 6, 7, 9, 0)  # digits of the shortcuts: 5 and 8 are taken
@@ -78,9 +79,7 @@ class Experiments(Feature):
             self._progressed.emit(done, of)
 
         data = self.storage.data
-        self._running.submit(
-            lambda: measured(experiment, subject, recipe, lambda: source(wanted), data, progress)
-        )
+        self._running.submit(lambda: measured(experiment, subject, recipe, wanted, data, progress))
 
     def _start_as_paper(self, experiment: Experiment) -> None:
         self.actions["paper-settings"].trigger()
@@ -144,3 +143,45 @@ def _saved(dialog: ExperimentDialog, findings: Findings, file: Path) -> bool:
         dialog.state.setText(unwritten(file, problem))
         return False
     return True
+
+
+def measured(
+    experiment: Experiment,
+    subject: Subject,
+    recipe: Recipe,
+    landmarks: str | None,
+    data: Path,
+    progress: Progress,
+) -> Findings:
+    """Return the results of an experiment; an exception in `progress` cancels the experiment.
+
+    `landmarks` names the landmark source. `data` is the editor's data folder.
+    """
+    left_out: list[str] = []
+    work = Work(
+        [subject],
+        recipe,
+        cache(lambda: source(landmarks)),
+        {one.key: chosen(one, data) for one in experiment.options},
+        progress,
+        left_out.append,
+        lambda _: None,
+    )
+    report = experiment.run(work)
+    made = Made.now(tr("the editor, {photo}", photo=subject.name), left_out)
+    shown = translated_report(report)
+    return Findings(
+        experiment.name,
+        shown.lead,
+        shown.tables,
+        list(map(translated, left_out)),
+        {kind: text() for kind, text in files(report, made).items()},
+    )
+
+
+def chosen(option: ExperimentOption, data: Path) -> object:
+    """Return the value of an option in the window, which shows no form for options."""
+    if option.read is None:
+        return option.default if option.in_window is None else option.in_window
+    kept = data / f"{option.name}.jsonl"
+    return option.read(kept) if kept.exists() else ()
