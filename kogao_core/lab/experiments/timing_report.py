@@ -49,7 +49,7 @@ def report(result: TimingResult) -> Report:
             "How long does a warp take with manual or found landmarks, on the whole image or the "
             "reduced domain?"
         ),
-        [*parts, *_by_hand(result), _photos(result), how],
+        [*parts, *_by_hand(result), how],
         [_record(result, timing) for timing in result.timings],
         _document(result),
     )
@@ -208,28 +208,6 @@ def _stages(result: TimingResult, size: Size) -> Table:
         rows.append([STAGES[name], *map(rounded, medians)])
     header = (Text("stage"), *(procedure.title for procedure, _ in procedures))
     return Table(Text("Stages at {size}, median ms", size=_NAMES[size]), header, rows)
-
-
-def _photos(result: TimingResult) -> Table:
-    header = (
-        Text("photo"), Text("width"), Text("height"), Text("faces"), Text("domain, % of image"),
-        Text("conventional, ms"), Text("wdr, ms"), Text("wdr / conventional"), Text("finding, ms"),
-    )  # fmt: skip
-    rows = []
-    for size in SIZES:
-        by_hand = zip(result.of(size, "conventional"), result.of(size, "wdr"), strict=True)
-        finding = {one.photo: Spread.of(one.setting_ms) for one in result.of(size, "dual")}
-        for whole, reduced in by_hand:
-            all_of_it, part = Spread.of(whole.computing_ms), Spread.of(reduced.computing_ms)
-            found = finding.get(whole.photo)
-            rows.append([
-                whole.photo, str(whole.width), str(whole.height), str(whole.faces),
-                f"{100.0 * reduced.domain_share:.1f}", all_of_it.text(), part.text(),
-                f"{part.median / all_of_it.median:.2f}", found.text() if found else NONE,
-            ])  # fmt: skip
-    return Table(
-        Text("Photo by photo"), header, rows, Text("Computing and finding: median and quartiles.")
-    )
 
 
 def _record(result: TimingResult, timing: Timing) -> dict[str, object]:
