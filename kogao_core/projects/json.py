@@ -66,7 +66,7 @@ def face(node: Node, unit: int) -> Face:
     outline = _points(node.field("outline"), unit, _MOST_POINTS)
     targets, anchor = node.field("targets"), node.field("frame")
     confidence, own = node.field("confidence"), node.field("recipe")
-    forehead = node.field("forehead")  # null in projects of old versions
+    forehead = node.field("forehead")
     try:
         return Face(
             outline=outline,
@@ -167,7 +167,7 @@ def as_line(ends: Array) -> Line:
 
 
 def _stroke(node: Node, unit: int) -> Stroke:
-    node.only(("points", "radius", "feather"))  # ignore the feather of old projects
+    node.only(("points", "radius"))
     points = _points(node.field("points"), unit, _MOST_POINTS)
     if not len(points):
         node.refuse(Text("needs at least one point"))

@@ -56,7 +56,7 @@ STORE_COMMANDS = (
 OPTIONS = (
     ("--amount", "4"), ("--center", "2"), ("--lattice", "1"), ("--threshold", "0.5"),
     ("--face", "1"), ("--protect", "10,20 60,70"), ("--protect-width", "3"),
-    ("--points-map", "0-20/21-24/25-26"), ("--label", "Retouched"),
+    ("--label", "Retouched"),
     ("--max-megapixels", "50"), ("--lattice-unit", "warp"), ("--recipe", "recipe.json"),
 )  # fmt: skip
 

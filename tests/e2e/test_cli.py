@@ -351,7 +351,7 @@ def test_bad_values_are_usage(fails, tmp_path, arguments, words):
         ["x" * 5000, "-o", "out.jpg"],
         ["photo.jpg", "-o", "out.jpg", "--amount", "x" * 5000],
         ["photo.jpg", "-o", "out.jpg", "--face", "x" * 5000],
-        ["photo.jpg", "-o", "out.jpg", "--points", "p.csv", "--points-map", "x" * 5000],
+        ["photo.jpg", "-o", "out.jpg", "--points", "x" * 5000],
         ["photo.jpg", "-o", "out.jpg", "--recipe", "\x1b]0;title\a"],
     ],
 )

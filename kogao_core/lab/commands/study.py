@@ -181,6 +181,7 @@ def make(
     distance: float,
     seed: str | None,
     landmarks: str | None,
+    points: Path | None,
     max_megapixels: float,
     **held: Any,
 ) -> None:
@@ -199,7 +200,7 @@ def make(
         catch=catch,
         satisfaction=satisfaction,
     )
-    source, (points, _) = landmark_source(landmarks), reading.point_files()
+    source = landmark_source(landmarks)
     texts = ("consent", "instructions", "debriefing")
     held |= {name: _text(held[name]) for name in texts}
     with ending.stopping(ValueError, ending.USAGE):
@@ -214,7 +215,7 @@ def make(
         (face,) = select(source.find(photo.pixels), "largest")
         other = making.subject(photo, face)
     with ending.stopping(making.RefusedFolder, ending.USAGE), ending.writing(folder):
-        subjects = _subjects(photos, landmarks, max_megapixels)
+        subjects = _subjects(photos, landmarks, points, max_megapixels)
         progress = ProgressLine()
         progress.begin(tr("pictures for {folder}", folder=folder))
         key = making.make(subjects, folder, choices, progress.step, other)
@@ -235,12 +236,12 @@ def make(
 
 
 def _subjects(
-    photos: Sequence[Path], landmarks: str | None, max_megapixels: float
+    photos: Sequence[Path], landmarks: str | None, points: Path | None, max_megapixels: float
 ) -> list[Subject]:
     found = []
     for path in photos:
         photo = reading.read_photo(path, max_megapixels)
-        (face,) = select(reading.find_faces(photo, landmarks), "largest")
+        (face,) = select(reading.find_faces(photo, landmarks, points), "largest")
         shown = making.subject(photo, face)
         found.append(dataclasses.replace(shown, sha256=reading.hash_of(path)))
     return found
