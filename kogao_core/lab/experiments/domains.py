@@ -178,7 +178,7 @@ class _Compared:
         apart = np.abs(pixels.astype(np.float64) - self.whole) * (_LEVELS / white)
         inside = apart[self.domain]
         mean = float(np.square(inside).sum()) / max(1, inside.size)
-        psnr = 10.0 * math.log10(_LEVELS**2 / mean) if mean > 0.0 else None
+        psnr = 10.0 * float(np.log10(_LEVELS**2 / mean)) if mean > 0.0 else None
         return Error(
             float(apart.max(initial=0.0)), psnr, _largest_step(displacement - self.displacement)
         )
