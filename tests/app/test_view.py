@@ -90,20 +90,6 @@ def test_a_threshold_that_is_not_used_is_told(opened):
     assert shown.pixel_counts == pixel_counts(shown.field, shown.domain.image, LOSSLESS_PX)
 
 
-def test_the_backslash_shows_the_original_while_it_is_held(opened):
-    for key in (Qt.Key.Key_L, Qt.Key.Key_T, Qt.Key.Key_C):
-        opened.key(key)
-    result = picture(opened)
-    QTest.keyPress(opened.window, Qt.Key.Key_Backslash)
-    original = picture(opened)
-    assert (original != result).any()
-    QTest.keyRelease(opened.window, Qt.Key.Key_Backslash)
-    np.testing.assert_array_equal(picture(opened), result)
-    opened.panel("faces").item(0).setCheckState(Qt.CheckState.Unchecked)
-    opened.settle()
-    np.testing.assert_array_equal(picture(opened), original)
-
-
 def test_at_100_percent_the_screen_shows_the_results_own_pixels(opened):
     for key in (Qt.Key.Key_L, Qt.Key.Key_T, Qt.Key.Key_C, Qt.Key.Key_1):
         opened.key(key)
@@ -268,7 +254,8 @@ def test_readings_show_the_pipelines_own_numbers(opened, pixels):
     assert counts["image"] == pixels.shape[0] * pixels.shape[1]
     shown = opened.panel("readings").domains.rows
     for name, count in counts.items():
-        assert shown[name][0].text() == f"{count:,} px"
+        share = 100 * count / counts["image"]
+        assert [cell.text() for cell in shown[name]] == [f"{count:,} px", f"{share:.1f} %"]
     warp = opened.panel("readings").timings.rows["warp"][1].text()
     assert warp == f"{rendering.timings_ms['warp']:.1f} ms"
 
