@@ -224,7 +224,7 @@ def extras_of(photo: Photo, file: IO[bytes]) -> tuple[Extra, ...]:
     return tuple(dict.fromkeys(seen))
 
 
-def _from_metadata(photo: Photo, note: Kind | None) -> Iterator[Extra]:
+def _from_metadata(photo: Photo, note: Kind) -> Iterator[Extra]:
     """Yield the extras found in the metadata blocks."""
     is_turned = photo.orientation != 1
     yield from map(Extra, references.found(photo.xmp, is_turned=is_turned) if photo.xmp else ())
@@ -240,7 +240,7 @@ def _from_metadata(photo: Photo, note: Kind | None) -> Iterator[Extra]:
         has_note = tiff_extras.has_maker_note(tags)
     except Exception:  # a damaged block is copied unchanged
         return
-    if note is not None and has_note:
+    if has_note:
         yield Extra(note)
     if note is kinds.MAKER_NOTE and (rare := list(filter(tiff.is_rare, tags))):
         yield Extra(kinds.EXIF_TAGS, Text("EXIF tags {tags}", tags=" ".join(map(str, rare))))

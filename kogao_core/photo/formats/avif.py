@@ -79,12 +79,6 @@ def _exif(block: bytes | None) -> bytes:
     return inner if inner.startswith(_TIFF_HEADS) and len(inner) >= len(_EMPTY) else b""
 
 
-def _lacks(photo: Photo) -> str:
-    if not photo.exif or _exif(photo.exif):
-        return ""
-    return Text("the EXIF block is damaged, and AVIF can't hold it as it is: it is left out")
-
-
 def _inside(photo: Photo, file: IO[bytes]) -> Iterator[Extra]:
     yield from heif.boxes(photo, file)
     file.seek(0)
@@ -104,5 +98,5 @@ AVIF: Final = FileFormat(
     recognises=_is_avif,
     decode=_decode,
     inside=_inside,
-    lacks=_lacks,
+    holds_exif=lambda block: bool(_exif(block)),
 )
