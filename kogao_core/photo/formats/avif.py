@@ -43,11 +43,7 @@ def _is_avif(file: IO[bytes], _: Path) -> bool:
 def _decode(source: Source) -> Photo:
     if not features.check("avif"):
         raise UnreadablePhoto(
-            Text(
-                "{path} is an AVIF photo, which this Pillow was built without; install "
-                "Kogao by pip",
-                path=source.path,
-            )
+            Text("is an AVIF photo, which this Pillow was built without; install Kogao by pip")
         )
     photo, data = common.decode(source, ("AVIF",)), source.data()
     notes = list(photo.notes)

@@ -59,7 +59,7 @@ def _decode(source: Source) -> Photo:
     profile = tags.icc_profile
     # Both decoders return upright pixels. OpenCV accepts damaged 8-bit strips, so Pillow decodes
     # 8 bits.
-    tags.check(path)
+    tags.check()
     if tags.is_deep:
         if tags.is_plain:
             plain = read_plain(file, tags)
@@ -105,14 +105,10 @@ def _decode(source: Source) -> Photo:
 
 def _rare(source: Source, tags: tiff.TiffTags) -> tuple[Image, bytes | None, tuple[str, ...]]:
     """Decode deep pixels with tifffile. Return upright pixels, their profile, and notes."""
-    tags.check_rare(source.path)
+    tags.check_rare()
     if not all(map(find_spec, ("tifffile", "imagecodecs"))):
         raise UnreadablePhoto(
-            Text(
-                "{path} is a TIFF of a rare kind, which an extra reads: {how}",
-                path=source.path,
-                how=adding("tiff"),
-            )
+            Text("is a TIFF of a rare kind, which an extra reads: {how}", how=adding("tiff"))
         )
     import tifffile  # an extra
 

@@ -86,16 +86,13 @@ def compression_name(number: int) -> str:
     return _COMPRESSIONS.get(number, Text("number {number}", number=number))
 
 
-def is_tiff(file: IO[bytes], path: Path) -> bool:
+def is_tiff(file: IO[bytes], _: Path) -> bool:
     """Detect a TIFF file and rewind the file. Raises UnreadablePhoto."""
     head = file.read(4)
     file.seek(0)
     if head == _UNREAD_HEAD:
         raise UnreadablePhoto(
-            Text(
-                "{path} is a BigTIFF whose high bytes come first; save it as an ordinary TIFF",
-                path=path,
-            )
+            Text("is a BigTIFF whose high bytes come first; save it as an ordinary TIFF")
         )
     return head in (*HEADS, BIG_HEAD)
 
@@ -208,7 +205,7 @@ class TiffTags:
         """Number of the TIFF compression."""
         return self.first(Tag.Compression, 1)
 
-    def check(self, path: Path) -> None:
+    def check(self) -> None:
         """Check that the first picture is not a thumbnail and that its compression is supported.
 
         Raises UnreadablePhoto.
@@ -217,18 +214,16 @@ class TiffTags:
         if is_copy and (Tag.SubIFDs in self.tags or self.tags.get_ifd(ExifTags.IFD.IFD1)):
             raise UnreadablePhoto(
                 Text(
-                    "{path} is a TIFF that begins with a small copy of its picture; save it as an "
-                    "ordinary TIFF first, or give a raw photo its own ending again",
-                    path=path,
+                    "is a TIFF that begins with a small copy of its picture; save it as an "
+                    "ordinary TIFF first, or give a raw photo its own ending again"
                 )
             )
         number = self.compression
         if number not in (_OPENCV_READS if self.is_deep else _PILLOW_READS):
             raise UnreadablePhoto(
                 Text(
-                    "{path} is a TIFF of a compression that Kogao doesn't read "
+                    "is a TIFF of a compression that Kogao doesn't read "
                     "({compression}); save it uncompressed, or with LZW or Deflate",
-                    path=path,
                     compression=compression_name(number),
                 )
             )
@@ -255,7 +250,7 @@ class TiffTags:
         """Whether the channels are cyan, magenta, yellow and black."""
         return (self._meaning, self.samples) == (_SEPARATED, 4)
 
-    def check_rare(self, path: Path) -> None:
+    def check_rare(self) -> None:
         """Refuse deep layouts with unknown colours. Raises UnreadablePhoto."""
         known = self.samples in _CHANNELS.get(self._meaning, ()) and (
             self.depth in ((16, _UNSIGNED), (16, _FLOAT), (32, _FLOAT))
@@ -264,9 +259,8 @@ class TiffTags:
         if not (known or is_deep_ink) or self.first(Tag.ExtraSamples, 0) == _PREMULTIPLIED:
             raise UnreadablePhoto(
                 Text(
-                    "{path} is a TIFF of a kind that Kogao doesn't read; save it as RGB with 8 or "
-                    "16 bits, or 32-bit float, with straight alpha",
-                    path=path,
+                    "is a TIFF of a kind that Kogao doesn't read; save it as RGB with 8 or "
+                    "16 bits, or 32-bit float, with straight alpha"
                 )
             )
 
