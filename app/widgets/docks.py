@@ -1,4 +1,4 @@
-"""Docks around the canvas: flat while fixed, with title bars while movable.
+"""Flat docks around the canvas.
 
 Oversized content scrolls, so that small windows cut nothing off.
 """
@@ -26,13 +26,6 @@ from ..i18n import tr
 
 # Layout version: a window state with another version is not restored.
 _VERSION: Final = 1
-_FREE: Final = (
-    QDockWidget.DockWidgetFeature.DockWidgetMovable
-    | QDockWidget.DockWidgetFeature.DockWidgetFloatable
-    | QDockWidget.DockWidgetFeature.DockWidgetClosable
-)
-# Without a title bar; the menu still closes the dock.
-_FIXED: Final = QDockWidget.DockWidgetFeature.DockWidgetClosable
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +38,7 @@ class Dock:
 
 
 class Docks(QObject):
-    """Adds and moves docks, and saves the layout."""
+    """Adds and shows docks, and saves the layout."""
 
     def __init__(self, window: QMainWindow) -> None:
         super().__init__(window)
@@ -64,6 +57,9 @@ class Docks(QObject):
         widget.setObjectName(name)
         widget.installEventFilter(self)
         widget.setWidget(content)
+        # An empty title bar widget makes the dock flat; the menu still closes the dock.
+        widget.setTitleBarWidget(QWidget())
+        widget.setFeatures(QDockWidget.DockWidgetFeature.DockWidgetClosable)
         bottom, area_of = Qt.DockWidgetArea.BottomDockWidgetArea, self._window.dockWidgetArea
         front = next((d for d in self._docks.values() if area_of(d) == bottom), None)
         self._docks[name] = widget
@@ -71,7 +67,6 @@ class Docks(QObject):
         if front is not None and dock.area == bottom:
             self._window.tabifyDockWidget(front, widget)
             front.raise_()
-        self._fix(widget, True)
 
     def show(self, name: str) -> None:
         """Show a dock in front of the other tabs."""
@@ -87,11 +82,6 @@ class Docks(QObject):
     def toggles(self) -> list[QAction]:
         """Return the show and hide actions of all docks."""
         return [dock.toggleViewAction() for dock in self._docks.values()]
-
-    def fix(self, fixed: bool) -> None:
-        """Fix all docks, or allow moving, floating and closing."""
-        for dock in self._docks.values():
-            self._fix(dock, fixed)
 
     def hide_all(self, hidden: bool) -> None:
         """Hide all docks, or show the hidden docks again."""
@@ -136,11 +126,6 @@ class Docks(QObject):
         if event.type() == QEvent.Type.Move and isinstance(watched, QWidget):
             _follow_place(watched)
         return False
-
-    def _fix(self, dock: QDockWidget, fixed: bool) -> None:
-        # An empty title bar widget makes a fixed dock flat.
-        dock.setTitleBarWidget(QWidget() if fixed else None)  # type: ignore[arg-type]
-        dock.setFeatures(_FIXED if fixed else _FREE)
 
 
 def _follow_place(widget: QWidget) -> None:

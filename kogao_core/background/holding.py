@@ -24,7 +24,7 @@ from kogao_core.faces.face import Face
 from kogao_core.recipe.recipe import LOSSLESS_PX
 from kogao_core.warp.field import Field
 from kogao_core.warp.fit import Problem, quantised, summed
-from kogao_core.warp.frame import edges_px
+from kogao_core.warp.frame import edges_px, zero_on_edges
 from kogao_core.warp.guard import LEAST_DET, bisected, is_safe
 from kogao_core.warp.lattice import ORDER, Grid, Lattice, basis, groups
 from kogao_core.warp.one_to_one import least_det
@@ -101,7 +101,7 @@ def hold(field: Field, problems: Sequence[Problem], faces: Sequence[Face], held:
                 after = before
                 for steady in changes:
                     after = summed(after, steady.change(after, targets))
-                changed[k] = quantised(problems[k].within(after))
+                changed[k] = quantised(zero_on_edges(after, problems[k].photo))
         allowed = _allowed(field, [*changed], [*changed.values()])
         for k, lattice in zip(changed, allowed, strict=True):
             lattices[k] = lattice

@@ -14,7 +14,6 @@ from colours import (
     profile,
 )
 from kogao_app.ahead import Ahead
-from kogao_app.canvas.overlays.unlisted import FROM_ZOOM
 from kogao_app.document import State
 from kogao_app.features.strip.facts import thumbnail
 from kogao_app.render.colour import pyramid_of, screen_colours, use_screen
@@ -150,7 +149,7 @@ def test_before_and_after_are_shown_alike_and_saved_as_they_were(empty, wide, tm
     np.testing.assert_array_equal(before[~changed], after[~changed])
     # What is painted is that very picture, before and after.
     spot = QPointF(empty.canvas.to_screen(np.array([240.0, 280.0])))
-    empty.canvas.zoom_to(FROM_ZOOM - 1, spot)
+    empty.canvas.zoom_to(7.0, spot)
     empty.settle()
     x, y = np.round(empty.canvas.to_photo(spot)).astype(int).tolist()
     seen = at(empty, x, y)

@@ -10,7 +10,6 @@ import cv2
 import pytest
 from kogao_app.__main__ import main
 from kogao_app.editor import Editor
-from kogao_app.start import Screenshot
 from timeouts import LONGEST_S
 
 pytestmark = pytest.mark.usefixtures("qapp")
@@ -137,7 +136,6 @@ def test_a_picture_that_cannot_be_written_ends_with_3(source, photo, tmp_path, c
             "kogao_app.render.live.render",
             "portrait.png can't be rendered: there is not enough memory",
         ),
-        ("kogao_app.render.live._counted", "portrait.png can't be rendered: there is not"),
         ("kogao_app.features.overlays.measure", "The background can't be measured"),
         ("kogao_app.start.Screenshot._edit", "something went wrong in the program itself"),
     ],
@@ -149,25 +147,6 @@ def test_what_cannot_be_drawn_ends_with_1_and_a_sentence(
     with qtbot.captureExceptions():
         assert run(source, photo, "--screenshot", shot, "--show", "straight") == 1
     assert said in capsys.readouterr().err.splitlines()[-1]
-    assert not shot.exists()
-
-
-def test_a_picture_waits_for_its_figures_and_not_for_the_background_alone(
-    source, photo, shot, monkeypatch
-):
-    looked, shoot = threading.Event(), Screenshot._shoot
-
-    def look(taken):
-        shoot(taken)
-        looked.set()
-
-    def fail_then(_):
-        assert looked.wait(LONGEST_S)
-        raise MemoryError
-
-    monkeypatch.setattr(Screenshot, "_shoot", look)
-    monkeypatch.setattr("kogao_app.render.live._counted", fail_then)
-    assert run(source, photo, "--screenshot", shot, "--show", "straight") == 1
     assert not shot.exists()
 
 

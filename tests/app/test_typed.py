@@ -174,7 +174,7 @@ def test_the_wheel_sets_nothing_that_has_not_the_focus(opened):
     """In the window and in every dialog that has anything to set: what is found is tried."""
     QTest.mouseClick(opened.panel("recipe").fold.button, LEFT)
     opened.key(KEYS.Key_B)
-    for name in ("export", "preferences", "keys"):
+    for name in ("export", "preferences"):
         opened.window.actions_by_name[name].trigger()
     controls = turned_by_wheels(opened.window)
     for kind in (QAbstractSlider, QAbstractSpinBox, QComboBox):

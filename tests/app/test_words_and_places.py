@@ -89,7 +89,7 @@ def test_several_faces_are_set_at_once_and_rows_tell_their_amounts(two):
     two.panel("recipe").percent.edited.emit(7.5)
     two.panel("recipe").percent.rested.emit()
     assert [face.recipe.percent for face in two.state.faces] == [7.5, 7.5]
-    assert [rows.item(row).text().splitlines()[-1] for row in (1, 2)] == ["own: 7.5 %"] * 2
+    assert [rows.item(row).text().splitlines()[-1] for row in (1, 2)] == ["amount: 7.5 %"] * 2
     assert two.editor.document.undo.count() == 1
     QTest.mouseClick(rows.viewport(), LEFT, pos=one)
     assert (two.editor.view.face, two.editor.view.also) == (0, frozenset())
@@ -175,7 +175,7 @@ def test_lens_correction_moves_no_other_setting(start, photo):
 def test_keys_of_menus_that_a_workspace_does_not_show_do_nothing(start, photo):
     driver = start(photo, workspace="retouch")
     driver.key(KEYS.Key_F3)
-    driver.key(KEYS.Key_5, CTRL, Qt.KeyboardModifier.AltModifier)
+    driver.key(KEYS.Key_1, CTRL, Qt.KeyboardModifier.AltModifier)
     driver.settle()
     assert driver.state.mode == "automatic"
     assert not driver.window.findChildren(QDialog)

@@ -35,7 +35,6 @@ def settings() -> bytes:
     with tempfile.TemporaryDirectory() as folder:
         kept = Storage.in_folder(Path(folder)).settings()
         recent.add(kept, Path("photo.png"))
-        kept.setValue("shortcuts/open", "Ctrl+7")
         for name in ("record", "label", "labelled", "welcomed"):
             kept.setValue(name, True)
         kept.setValue("window/geometry", QByteArray(b"\1\xd9\xd0\xcb\0\3\0\0" + bytes(60)))
@@ -62,13 +61,6 @@ def project_case(rng: Rng) -> tuple[list[str], dict[str, bytes]]:
     return ["open", "photo.png.kogao.json"], sidecar_case(rng)[1]
 
 
-def import_case(rng: Rng) -> tuple[list[str], dict[str, bytes]]:
-    """Return damaged points to import."""
-    name = ("p.pts", "p.csv", "p.json")[rng.integers(3)]
-    files = {name: hostile_texts.damaged(hostile_texts.points(name), rng)}
-    return ["open", "photo.png", "import", name], files
-
-
 def paste_case(rng: Rng) -> tuple[list[str], dict[str, bytes]]:
     """Return damaged settings on the clipboard."""
     recipe = json.dumps(Recipe(percent=5.0).to_dict()).encode()
@@ -91,7 +83,6 @@ MAKERS: dict[str, Callable[[Rng], tuple[list[str], dict[str, bytes]]]] = {
     "photo": photo_case,
     "sidecar": sidecar_case,
     "project": project_case,
-    "import": import_case,
     "paste": paste_case,
     "settings": settings_case,
     "recovery": recovery_case,

@@ -1,6 +1,6 @@
 """A short visit to the editor, without a screen: a program that `child` can run.
 
-Arguments are steps, each of one word and a file: ``open``, ``import`` (landmarks), ``paste``
+Arguments are steps, each of one word and a file: ``open``, ``paste``
 (settings, from the clipboard) and ``restore`` (what a crash has left). Python and Qt tell on stderr
 what they weren't asked to bear, and so does a job that failed with anything but a refusal of ours.
 """
@@ -68,7 +68,6 @@ class Visit:
         """Do one thing and wait for its end."""
         steps: dict[str, Callable[[Path], object]] = {
             "open": self.editor.files.open,
-            "import": self.editor.exchange.import_file,
             "paste": self._paste,
             "restore": self._restore,
         }

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import cache
-from itertools import product, starmap
+from itertools import starmap
 from typing import Final
 
 import cv2
 import numpy as np
 import numpy.typing as npt
-from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
+from PySide6.QtCore import QLine, QLineF, QPointF, QRectF, Qt
 from PySide6.QtGui import (
     QBrush,
     QColor,
@@ -27,7 +27,7 @@ from kogao_core.base.geometry import Affine, Array
 
 from ...theme import OKABE_ITO
 
-_HATCH_PX: Final = 48  # a multiple of all hatch periods
+_HATCH_PX: Final = 16
 _BESIDE_PX: Final = 14.0
 SWATCH_PX: Final = 18
 # Dark enough that a mark with something light in it differs from any grey by 3 : 1 at least.
@@ -44,18 +44,16 @@ LANDMARK: Final = QColor(OKABE_ITO["sky"])
 TARGET: Final = QColor(OKABE_ITO["vermilion"])
 CENTRE: Final = QColor(OKABE_ITO["yellow"])
 FOLD: Final = QColor(OKABE_ITO["vermilion"])
-PERSON: Final = QColor(OKABE_ITO["green"])
 DOMAINS: Final = {
     "image": QColor(150, 150, 150),
     "control-points": QColor(OKABE_ITO["blue"]),
     "threshold": QColor(OKABE_ITO["green"]),
 }
-# After how many px a hatch repeats, and which pixels of those are light; right of each is a dark
-# one.
+# The light pixels of a hatch, which repeats after `_HATCH_PX`.
 _HATCHES: Final = {
-    "image": (16, ((2, 2), (10, 10))),
-    "control-points": (16, tuple((n, 15 - n) for n in range(16))),
-    "threshold": (16, tuple((n, n) for n in range(16))),
+    "image": [QLine(2, 2, 2, 2), QLine(10, 10, 10, 10)],
+    "control-points": [QLine(0, 15, 15, 0)],
+    "threshold": [QLine(0, 0, 15, 15)],
 }
 
 
@@ -330,31 +328,28 @@ def outlined(
 @cache
 def brush(name: str) -> QBrush:
     """Return a brush with tint and hatch of a domain: one fill is faster than two."""
-    return _hatch(translucent(DOMAINS[name], 26), DOMAIN_EDGES[name], *_HATCHES[name])
+    tint, edge = translucent(DOMAINS[name], 26), DOMAIN_EDGES[name]
+    return _hatch(tint, edge, _HATCH_PX, _HATCHES[name])
 
 
 @cache
 def protected() -> QBrush:
     """Return the hatch of protected regions."""
-    crossed = [(n, across) for n in range(12) for across in (n, 11 - n)]
+    crossed = [QLine(0, 0, 11, 11), QLine(0, 11, 11, 0)]
     return _hatch(QColor(0, 0, 0, 70), HALO, 12, crossed)
 
 
-def _hatch(
-    ground: QColor, colour: QColor, repeats_px: int, at: Sequence[tuple[int, int]]
-) -> QBrush:
+def _hatch(ground: QColor, colour: QColor, period_px: int, light: Sequence[QLine]) -> QBrush:
     """Return a brush: pixels of `colour` on a translucent `ground`, each next to a dark pixel."""
-    picture = QPixmap(_HATCH_PX, _HATCH_PX)
-    picture.fill(ground)
-    painter = QPainter(picture)
+    tile = QPixmap(period_px, period_px)
+    tile.fill(ground)
+    painter = QPainter(tile)
     painter.setCompositionMode(QPainter.CompositionMode.CompositionMode_Source)
-    starts = range(0, _HATCH_PX, repeats_px)
-    for right, shown in ((1, CASE), (0, colour)):
-        for left, top in product(starts, starts):
-            for x, y in at:
-                painter.fillRect((left + x + right) % _HATCH_PX, top + y, 1, 1, shown)
+    for right, shown in ((1, CASE), (1 - period_px, CASE), (0, colour)):
+        painter.setPen(shown)
+        painter.drawLines([line.translated(right, 0) for line in light])
     painter.end()
-    return QBrush(picture)
+    return QBrush(tile)
 
 
 def mask_outline(painter: QPainter, mask: npt.NDArray[np.bool_], to_screen: Affine) -> QPainterPath:
