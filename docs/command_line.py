@@ -13,7 +13,7 @@ from typing import Final
 import click
 
 from kogao_core.cli import words
-from kogao_core.cli.commands import EPILOG, PROGRAM, program
+from kogao_core.cli.declarations import EPILOG, PROGRAM, program
 
 PAGE: Final = Path(__file__).with_name("command-line.md")
 _SHARED: Final = 3

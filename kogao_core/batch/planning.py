@@ -41,7 +41,6 @@ def plan(
     results: Results | None = None,
     export: Export = AS_IT_IS,
     points: Path | None = None,
-    points_map: str | None = None,
 ) -> list[Task]:
     """Return the tasks for files and folders, in order. Subfolders are kept in the output.
 
@@ -81,7 +80,6 @@ def plan(
             results=str(results.file) if results else "",
             export=export,
             points="" if points is None else str(file_for(photo, points)),
-            points_map=points_map,
         )
         for output, photo in found.items()
     ]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import sys
 import time
 from collections import Counter
@@ -26,16 +25,14 @@ from kogao_core.projects.sidecar import own_folder
 def run(args: SimpleNamespace) -> int:
     """Run the command."""
     recipe = options.recipe_of(args.recipe_file, vars(args))
-    disclosure, export = reading.disclosure_of(args), reading.export_of(args)
+    disclosure = reading.disclosure_of(args)
     report = args.report or args.folder / batch.REPORT
-    points, points_map = reading.point_files()
     if args.measures is not None:
         common.check_free(args.measures, args.force)
         common.check_free(codebook_of(args.measures), args.force)
     with ending.stopping(ValueError, ending.USAGE):
-        export = dataclasses.replace(
-            export, ending=f".{args.form}" if args.form else "", name=args.name
-        )
+        suffix = f".{args.form}" if args.form else ""
+        export = reading.export_of(args, ending=suffix, name=args.name)
     with (
         ending.stopping(BadFile, ending.UNREADABLE),
         ending.stopping(batch.NothingToDo, ending.USAGE),
@@ -45,8 +42,8 @@ def run(args: SimpleNamespace) -> int:
             which=args.which, max_megapixels=args.max_megapixels, landmarks=args.landmarks,
             projects=args.projects, suffix=f".{args.suffix}", disclosure=disclosure,
             report=None if args.again else report, doubtful=args.doubtful, export=export,
-            points=points, points_map=points_map,
-            edits=own_folder(), results=None if args.results else Results.of_user(),
+            points=args.points, edits=own_folder(),
+            results=None if args.results else Results.of_user(),
         )  # fmt: skip
         if not args.force and not report.exists():
             try:

@@ -1,4 +1,4 @@
-"""The commands that load numpy, OpenCV or Pillow: their options, without these libraries.
+"""All commands of ``kogao-cli`` with their options, without numpy, OpenCV and Pillow.
 
 `words.loads` names the function that does the work. Its module is imported when the command runs.
 """
@@ -13,11 +13,44 @@ from typing import Any, Final
 
 import click
 
+from kogao_core.base.installed import has_laboratory
 from kogao_core.base.language import Text
 from kogao_core.base.wording import shown
 from kogao_core.cli import common, options, words
 
-_FILE: Final = click.Path(path_type=Path, readable=False)
+PROGRAM: Final = "kogao-cli"
+EPILOG: Final = Text("""\
+Exit codes:
+  0    done
+  1    incomplete installation (see kogao-cli doctor)
+  2    wrong usage: unknown option, value out of range, unusable recipe or
+       project, existing output (overwrite with --force), or a format that
+       can't hold the photo
+  3    unreadable input or unwritable output
+  4    no face, or only doubtful faces (include these with --doubtful)
+  5    some photos of a batch failed; see the report
+  6    kogao --edit was closed without saving
+  7    input is a result of Kogao (accept with --results)
+  70   internal error or too little memory (traceback with KOGAO_DEBUG=1)
+  130  interrupted; run the same batch again to resume
+
+An error prints one line on stderr and leaves no partial file.
+""")
+
+
+@words.group(
+    context_settings={"help_option_names": ["-h", "--help"]},
+    codes=EPILOG,
+    examples=(
+        "kogao-cli warp portrait.jpg -o slim.jpg",
+        "kogao-cli batch photos/ -o slim/",
+        "kogao-cli warp --help",
+    ),
+)
+@words.chooses_language
+@words.shows_version
+def program() -> None:
+    """Make faces in photos slightly smaller (method of Seo, Chen and Aoki, 2011)."""
 
 
 def _lines(_: click.Context, __: click.Parameter, values: Sequence[str]) -> list[Any]:
@@ -37,7 +70,7 @@ def _corners(value: str) -> list[list[float]]:
         return []
 
 
-@words.command(
+@program.command(
     "warp",
     examples=(
         "kogao-cli warp portrait.jpg -o slim.jpg",
@@ -57,7 +90,7 @@ def _corners(value: str) -> list[list[float]]:
 @words.option(
     "-v", "--verbose", is_flag=True, excludes=("-q",), help="Print measurements and timings"
 )
-@options.takes_point_files
+@options.takes_points
 @words.section(
     options.SURROUNDINGS,
     words.option(
@@ -126,7 +159,7 @@ def warp() -> None:
     """
 
 
-@words.command(
+@program.command(
     "batch",
     examples=(
         "kogao-cli batch photos/ -o slim/",
@@ -178,7 +211,7 @@ def warp() -> None:
 @words.option("--again", is_flag=True, help="Ignore the report and process all photos again")
 @words.section(options.INPUT, common.limits_megapixels)
 @options.chooses_landmarks
-@options.takes_point_files
+@options.takes_points
 @words.loads("kogao_core.cli.batch:run")
 def batch() -> None:
     """Make the faces in many photos smaller.
@@ -193,7 +226,7 @@ def _png(_: click.Context, __: click.Parameter, file: Path | None) -> Path | Non
     return file
 
 
-@words.command(
+@program.command(
     "detect",
     examples=(
         "kogao-cli detect portrait.jpg",
@@ -217,7 +250,7 @@ def detect() -> None:
     """
 
 
-@words.command("read")
+@program.command("read")
 @click.argument("inputs", nargs=-1, required=True, type=common.PHOTO, metavar="BEFORE AFTER...")
 @words.option(
     "--project", "project_file", type=click.Path(path_type=Path), metavar="FILE",
@@ -237,20 +270,7 @@ def read() -> None:
     """
 
 
-@words.command("verify")
-@click.argument("result", metavar="RESULT", type=_FILE)
-@click.argument("original", metavar="ORIGINAL", type=_FILE)
-@common.writes_json
-@common.forces
-@words.loads("kogao_core.cli.verify:run")
-def verify() -> None:
-    """Compare two JPEGs and list the blocks and metadata that differ.
-
-    Exit code 1: the metadata differ, or the blocks can't be compared.
-    """
-
-
-@words.group("landmarks")
+@program.group("landmarks")
 def landmarks() -> None:
     """Export landmarks for other programs.
 
@@ -275,7 +295,7 @@ def export() -> None:
     """Find the faces in photos and write the landmarks."""
 
 
-@words.command("originals")
+@program.command("originals")
 @click.argument("photo", metavar="[PHOTO]", required=False, type=common.PHOTO)
 @words.option(
     "--export", "folder", type=common.FOLDER, metavar="FOLDER",
@@ -290,7 +310,7 @@ def originals() -> None:
     """
 
 
-@words.command("restore")
+@program.command("restore")
 @click.argument("file", metavar="PHOTO", type=common.PHOTO)
 @words.option(
     "--original", "number", type=click.IntRange(1), metavar="N",
@@ -305,7 +325,7 @@ def restore() -> None:
     """
 
 
-@words.command("forget")
+@program.command("forget")
 @click.argument("photos", metavar="PHOTO...", nargs=-1, required=True, type=common.PHOTO)
 @words.loads("kogao_core.cli.originals:forget")
 def forget() -> None:
@@ -314,3 +334,54 @@ def forget() -> None:
     Deleted: original, stored edits, list of results. PHOTO may be missing, or a file of the store
     of originals. Files next to the photo stay.
     """
+
+
+@program.command("presets", examples=('kogao-cli presets "The paper\'s" > paper.json',))
+@click.argument("name", required=False)
+@common.writes_json
+@common.forces
+@words.loads("kogao_core.cli.presets:run")
+def presets() -> None:
+    """List the presets, or print the recipe of preset NAME as JSON.
+
+    Your presets are JSON files in a folder, shared with the editor: copy files there or elsewhere.
+    The options --recipe of other commands read such a file.
+    """
+
+
+@program.command("integrate")
+@click.argument(
+    "host", type=click.Choice(("desktop", "darktable", "gimp", "krita")), required=False
+)
+@words.option("--remove", is_flag=True, help="Remove Kogao; from all programs if none is named")
+@words.option(
+    "--settings", type=common.FOLDER, metavar="FOLDER",
+    help="Folder of the program's settings, or of the desktop's menus [the system's]",
+)  # fmt: skip
+@words.loads("kogao_core.cli.integrate:run")
+def integrate() -> None:
+    """Add Kogao to the desktop, darktable, GIMP or Krita.
+
+    Restart the other program afterwards.
+    """
+
+
+@program.command("doctor")
+@common.writes_json
+@common.forces
+@words.loads("kogao_core.cli.doctor:run")
+def doctor() -> None:
+    """Check the installation: versions, networks, libraries."""
+
+
+@program.command("licenses")
+@words.loads("kogao_core.cli.licences:run")
+def licenses() -> None:
+    """Print the licences of the program and its components."""
+
+
+if has_laboratory():
+
+    @program.group("experiment", later="kogao_core.lab.commands.experiment")
+    def experiment() -> None:
+        """Repeat the paper's tables and figures on your own photos."""

@@ -38,7 +38,7 @@ def run(args: SimpleNamespace) -> None:
     path = common.input_path(args.source, args.sample)
     known = landmark_source(args.landmarks)
     photo = reading.read_photo(path, args.max_megapixels)
-    faces = reading.find_faces(photo, args.landmarks, known)
+    faces = reading.find_faces(photo, args.landmarks, known=known)
     judged = list(zip(faces, verdicts(faces, Box.of(photo.pixels)), strict=True))
     mask_file = args.mask_file
     people = None if mask_file is None else _people(photo, faces)

@@ -25,7 +25,8 @@ def run(args: SimpleNamespace) -> int:
 
     def write(photo: Path) -> None:
         target = _target(photo, args.folder, args.form)
-        found = reading.find_faces(reading.read_photo(photo, args.max_megapixels), args.landmarks)
+        read = reading.read_photo(photo, args.max_megapixels)
+        found = reading.find_faces(read, args.landmarks, args.points)
         faces = reading.selected(found, args.which)
         for file in interchange.files(target, faces):
             common.check_free(file, args.force)

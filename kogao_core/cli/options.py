@@ -56,42 +56,17 @@ _SEARCHING: Final = (
 takes_photo = words.together(
     click.argument("source", metavar="[IN]", required=False, type=PHOTO), *_SEARCHING
 )
-_POINTS: Final = "kogao_core.points"  # prefix of the values of `--points` in click's context
-
-
-def _keep(kind: str) -> Callable[[click.Context, click.Parameter, Any], None]:
-    def keep(context: click.Context, _: click.Parameter, value: Any) -> None:
-        context.meta[f"{_POINTS}.{kind}"] = value
-
-    return keep
-
-
-# `points` reads these options from click's context.
-takes_point_files = words.section(
-    FACES,
-    words.option(
-        "--points", type=click.Path(path_type=Path), metavar="PATH", excludes=("--landmarks",),
-        expose_value=False, callback=_keep("place"),
-        help="Read landmarks from a .pts, .csv or .json file, or from a folder (file with "
-        "the photo's name); skips the face search",
-    ),
-    words.option(
-        "--points-map", metavar="MAP", needs="--points", expose_value=False, callback=_keep("map"),
-        help="Point numbers of outline/eyes/mouth, such as 0-16/36,39,42,45/48,54 "
-        "[by count: 27 or 68]",
-    ),
+takes_points = words.option(
+    "--points", type=click.Path(path_type=Path), metavar="PATH", excludes=("--landmarks",),
+    section=FACES,
+    help="Read landmarks from a .pts, .csv or .json file, or from a folder (file with "
+    "the photo's name); skips the face search",
 )  # fmt: skip
 takes_photos = words.together(
     click.argument("inputs", metavar="[PHOTO]...", nargs=-1, type=PHOTO),
     *_SEARCHING,
-    takes_point_files,
+    takes_points,
 )
-
-
-def points() -> tuple[Path | None, str | None]:
-    """Return the values of ``--points`` and ``--points-map``."""
-    given = click.get_current_context().meta
-    return given.get(f"{_POINTS}.place"), given.get(f"{_POINTS}.map")
 
 
 takes_results = words.option(

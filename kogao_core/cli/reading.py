@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from concurrent.futures import Future
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 from kogao_core.base import assets
 from kogao_core.base.geometry import Box
 from kogao_core.base.json_reader import BadFile
 from kogao_core.base.language import Text
-from kogao_core.cli import common, ending, options
+from kogao_core.cli import common, ending
 from kogao_core.faces import landmarks
 from kogao_core.faces.doubt import AllDoubted, Chosen, choose
 from kogao_core.faces.face import Face, LandmarkSource, select
@@ -61,11 +63,19 @@ def input_paths(inputs: Sequence[Path], sample: bool) -> list[Path]:
     return paths
 
 
-def read_photo(path: Path, max_megapixels: float, output: Path | None = None) -> Photo:
-    """Read a photo with 8 or 16 bits, as the output format can store. Raises Stop."""
+def read_photo(
+    path: Path,
+    max_megapixels: float,
+    output: Path | None = None,
+    early: Future[Photo] | None = None,
+) -> Photo:
+    """Read a photo with 8 or 16 bits, as the output format can store. Raises Stop.
+
+    `early`: the photo, if a thread is already reading it.
+    """
     bits = 16 if output is None else bits_of(output)
     with ending.stopping(UnreadablePhoto, ending.UNREADABLE):
-        return read(path, max_megapixels=max_megapixels, bits=bits)
+        return early.result() if early else read(path, max_megapixels=max_megapixels, bits=bits)
 
 
 def suffix_for(photo: Photo) -> str:
@@ -88,36 +98,28 @@ def mention_fallback(wanted: str | None) -> None:
         )
 
 
-def point_files() -> tuple[Path | None, str | None]:
-    """Return the values of ``--points`` and ``--points-map``. Raises Stop for a bad map."""
-    place, mapping = options.points()
-    if mapping is not None:
-        with ending.stopping(ValueError, ending.USAGE):
-            interchange.point_map(mapping)
-    return place, mapping
-
-
-def points_of(photo: Photo) -> list[Face] | None:
-    """Return the faces of a photo from ``--points``, or None without ``--points``. Raises Stop."""
-    place, mapping = point_files()
+def points_of(photo: Photo, place: Path | None) -> list[Face] | None:
+    """Return the faces of a photo in the ``--points`` file or folder, if any. Raises Stop."""
     if place is None:
         return None
-    point_map = None if mapping is None else interchange.point_map(mapping)
     with ending.stopping(BadFile, ending.UNREADABLE):
-        faces = interchange.read(interchange.file_for(photo.path, place), point_map)
+        faces = interchange.read(interchange.file_for(photo.path, place))
         interchange.check_inside(faces, Box.of(photo.pixels))
     return faces
 
 
 def find_faces(
-    photo: Photo, landmarks: str | None, known: LandmarkSource | None = None
+    photo: Photo,
+    landmarks: str | None,
+    points: Path | None = None,
+    known: LandmarkSource | None = None,
 ) -> list[Face]:
     """Return the faces of a photo in reading order (`in_reading_order`).
 
-    ``--points`` takes precedence, then the source `known`, then the source named `landmarks`.
+    `points` takes precedence, then the source `known`, then the source named `landmarks`.
     Raises Stop if there is no face.
     """
-    if (given := points_of(photo)) is not None:
+    if (given := points_of(photo, points)) is not None:
         return given
     with ending.stopping((assets.AssetMissing, ModelRefused), ending.BROKEN):
         try:
@@ -179,12 +181,8 @@ def disclosure_of(args: SimpleNamespace) -> Disclosure:
     return Disclosure(args.record, args.label or "", args.font, film=args.motion == "keep")
 
 
-def export_of(args: SimpleNamespace) -> Export:
-    """Return the value of `options.exports`."""
-    return Export(
-        longest_px=args.longest_px or 0,
-        quality=args.quality or 0,
-        srgb=args.srgb,
-        sharpen=args.sharpen or 0,
-        metadata=not args.bare,
-    )
+def export_of(args: SimpleNamespace, **more: Any) -> Export:
+    """Return the value of `options.exports`, with more fields."""
+    fields = ("longest_px", "quality", "srgb", "sharpen")
+    chosen: dict[str, Any] = {name: getattr(args, name) or 0 for name in fields}
+    return Export(**chosen, metadata=not args.bare, **more)

@@ -89,20 +89,6 @@ def test_a_threshold_that_is_not_used_is_told(opened):
     assert shown.pixel_counts == pixel_counts(shown.field, shown.domain.image, LOSSLESS_PX)
 
 
-def test_the_backslash_shows_the_original_while_it_is_held(opened):
-    for key in (Qt.Key.Key_L, Qt.Key.Key_T, Qt.Key.Key_C):
-        opened.key(key)
-    result = picture(opened)
-    QTest.keyPress(opened.window, Qt.Key.Key_Backslash)
-    original = picture(opened)
-    assert (original != result).any()
-    QTest.keyRelease(opened.window, Qt.Key.Key_Backslash)
-    np.testing.assert_array_equal(picture(opened), result)
-    opened.panel("faces").item(0).setCheckState(Qt.CheckState.Unchecked)
-    opened.settle()
-    np.testing.assert_array_equal(picture(opened), original)
-
-
 def test_at_100_percent_the_screen_shows_the_results_own_pixels(opened):
     for key in (Qt.Key.Key_L, Qt.Key.Key_T, Qt.Key.Key_C, Qt.Key.Key_1):
         opened.key(key)

@@ -14,15 +14,18 @@ from kogao_core.projects import interchange
 from kogao_core.projects.interchange import (
     formats,
     own_points,
-    point_map,
     read,
     write,
     write_points,
 )
-from kogao_core.projects.interchange.pointmap import along, default_map
+from kogao_core.projects.interchange.pointmap import PointMap, along, default_map
 
-# The map of WebMorph's 189 points, as docs/interchange.md tells.
-FRLL = "109,185,110,186,111,125-133,114,188,113,187,112/18,22,23,27/87,93"
+# The map of WebMorph's 189 points.
+FRLL = PointMap(
+    (*(109, 185, 110, 186, 111), *range(125, 134), *(114, 188, 113, 187, 112)),
+    (18, 22, 23, 27),
+    (87, 93),
+)
 ROUNDED = 0.00051  # files hold thousandths of a px
 
 
@@ -67,27 +70,6 @@ def test_another_programs_68_points_become_the_outline_by_arc_length():
     np.testing.assert_array_equal(face.outline[[0, -1]], points[[0, 16]])
     np.testing.assert_array_equal(face.eyes, points[[36, 39, 42, 45]])
     assert face.source == "points"
-
-
-def test_any_number_of_points_is_read_with_a_map(tmp_path):
-    points = np.random.default_rng(3).uniform(0, 100, (50, 2))
-    path = tmp_path / "other.pts"
-    path.write_text(formats.pts_text(points))
-    with pytest.raises(BadFile, match=r"50 points instead of 27 or 68; .* --points-map"):
-        read(path)
-    (face,) = read(path, point_map("20-0/30,31,32,33/40,41"))
-    np.testing.assert_allclose(face.outline[[0, -1]], points[[20, 0]], atol=ROUNDED)
-    np.testing.assert_allclose(face.eyes, points[30:34], atol=ROUNDED)
-    with pytest.raises(BadFile, match="point 99"):
-        read(path, point_map("0-20/30,31,32,33/40,99"))
-
-
-@pytest.mark.parametrize(
-    "spec", ["", "70", "0-16/1,2,3/4,5", "0-1/1,2,3,4/5,6", "a/b/c", "0--3/1,2,3,4/5,6", "1/2/3/4"]
-)
-def test_mappings_that_are_none_are_refused(spec):
-    with pytest.raises(ValueError, match="such as 0-16/36,39,42,45/48,54"):
-        point_map(spec)
 
 
 @pytest.mark.parametrize(
@@ -275,7 +257,8 @@ def test_labels_of_189_points_agree_with_the_mesh(shared_data, weights):
     for person in ("002", "003", "007"):
         photo = read_photo(shared_data / "frll" / f"{person}_neutral.jpg")
         (found,) = MeshSource().find(photo.pixels)
-        (labelled,) = read(shared_data / "frll" / f"{person}_neutral.csv", point_map(FRLL))
+        table = (shared_data / "frll" / f"{person}_neutral.csv").read_bytes()
+        (labelled,) = map(FRLL.face, formats.parse_csv(table))
         inner = labelled.outline[3:-3]
         errors = [
             np.linalg.norm(found.eyes - labelled.eyes, axis=1).mean(),

@@ -311,13 +311,6 @@ def test_what_goes_against_it_is_refused(cli, arguments, words):
     assert words in err
 
 
-def test_an_output_has_to_be_named(cli):
-    assert cli("warp", "x.jpg")[::2] == (
-        2,
-        "kogao-cli: no output given; use -o FILE or --in-place\n",
-    )
-
-
 def test_no_original_is_no_restoring(fails, jpeg):
     fails(2, "no original of", "restore", jpeg)
     fails(2, "no original 1 of", "restore", jpeg, "--original", 1)

@@ -35,19 +35,6 @@ def _ibug(face):
     return points
 
 
-def test_68_points_need_no_map(works, small_portrait, tmp_path):
-    works("landmarks", "export", small_portrait, "--format", "csv", "-o", tmp_path)
-    (face,) = interchange.read(tmp_path / "small.csv")
-    interchange.write_points([_ibug(face)], tmp_path / "small.pts")
-    report = []
-    for options in ((), ("--points-map", "0-16/36,39,42,45/48,54")):
-        out = tmp_path / f"out{len(options)}.png"
-        given = ("--points", tmp_path / "small.pts", *options)
-        said = works("warp", small_portrait, *given, "-o", out, "--json", "-")
-        report.append(json.loads(said)["faces"])
-    assert report[0] == report[1]
-
-
 def test_what_cant_be_done_is_said_and_leaves_nothing(fails, small_portrait, tmp_path):
     (tmp_path / "text.pts").write_text("hello")
     (tmp_path / "small.csv").touch()
@@ -60,8 +47,6 @@ def test_what_cant_be_done_is_said_and_leaves_nothing(fails, small_portrait, tmp
         (3, "n_points: N", *warp, "--points", tmp_path / "text.pts"),
         (3, "save points of other programs as .csv", *warp, "--points", tmp_path / "old.tem"),
         (3, "another photo or size", *warp, "--points", tmp_path / "far.json"),
-        (2, "needs --points", *warp, "--points-map", "0-16/36,39,42,45/48,54"),
-        (2, "such as 0-16", *warp, "--points", tmp_path / "text.pts", "--points-map", "x"),
         (2, "combined with --project", *warp, "--points", "x.pts", "--project", "x.kogao.json"),
     ):
         fails(wanted, words, *arguments)

@@ -145,7 +145,7 @@ def test_two_faces_with_one_seed_share_nothing(cli, works, small_png, tmp_path):
     code, said, err = cli("report", tmp_path / "two")
     assert code == 5
     assert re.fullmatch(
-        r"kogao-cli: not counted: \S+synthetic-1.jsonl contains ratings of another study, [^\n]+\n",
+        r"kogao-cli: not counted: \S+synthetic-1.jsonl: ratings of another study, [^\n]+\n",
         err,
     )
     assert "1 face, 0 raters, 0 answers per kind" in said

@@ -36,7 +36,7 @@ def _photos(given: Mapping[str, Any]) -> list[Path]:
 
 def _subject(path: Path, given: Mapping[str, Any]) -> Subject:
     photo = reading.read_photo(path, given["max_megapixels"])
-    faces = reading.find_faces(photo, given["landmarks"])
+    faces = reading.find_faces(photo, given["landmarks"], given["points"])
     return Subject(path.name, photo.pixels, tuple(reading.selected(faces, given["which"])))
 
 

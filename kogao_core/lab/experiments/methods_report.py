@@ -70,7 +70,6 @@ def report(photos: Sequence[Comparison], recipe: Recipe, repeats: int) -> Report
         parts,
         records,
         document,
-        _gallery(photos[0]),
     )
 
 
@@ -108,11 +107,10 @@ def _tables(of: str, photos: Sequence[Comparison]) -> list[Table]:
             ],
             Text(
                 "Median and quartiles of a photo's rounds, methods in turns.{over} Times the "
-                "first: processor time of fit and warp together against {first}, the median of "
-                "the photos' own ratios; the ratio depends on the size of the picture. B-spline "
-                "fits resample the engine's domain. All other methods compute the displacement on "
-                "a grid of at most 8 px and resample the box that moves by more than 1/64 px. All "
-                "resample bilinearly.",
+                "first: processor time against {first}; depends on the size of the picture. "
+                "B-spline fits resample the engine's domain; all others compute a grid of at most "
+                "8 px and resample the box that moves by more than 1/64 px. All resample "
+                "bilinearly.",
                 over=over,
                 first=first,
             ),
@@ -131,11 +129,9 @@ def _tables(of: str, photos: Sequence[Comparison]) -> list[Table]:
                 (Text("% moved"), _median("moved_share", 1, 100.0)),
             ],
             Text(
-                "Off at targets: difference between the displacement and the requested "
-                "displacement, mean and largest. Landmarks land off: mean distance of the moved "
-                "landmarks from their targets. The map goes "
-                "backward: det J below 1 is stretch, above 1 compression. Folded, moved (by "
-                "more than 1/64 px) and det J: by differences between pixels, every pixel of "
+                "Off at targets: difference to the requested displacement, mean and largest. The "
+                "map goes backward: det J below 1 is stretch, above 1 compression. Folded, moved "
+                "(by more than 1/64 px) and det J: by differences between pixels, every pixel of "
                 "photos up to {most:g} megapixels.{over}",
                 most=SAMPLES_PX / 1e6,
                 over=over,
@@ -214,15 +210,6 @@ def _photo(photo: Comparison) -> Iterator[Part]:
             for one in photo.methods
         ]
         yield Row([original, *figures] if kind == "result" else figures)
-
-
-def _gallery(photo: Comparison) -> dict[str, list[tuple[str, Image]]]:
-    hung: dict[str, list[tuple[str, Image]]] = {
-        title: [(one.method.title, one.pictures[kind]) for one in photo.methods]
-        for kind, title in _KINDS.items()
-    }
-    hung[_KINDS["result"]].insert(0, (Text("The photo"), photo.subject.pixels))
-    return hung
 
 
 def _run(work: Work) -> Report:

@@ -114,9 +114,7 @@ class Sessions:
     def add(self, rater: str, record: Record) -> dict[str, Any]:
         """Write a record to the disk and add the record to the session. Raises Behind, BadFile."""
         with self._lock:
-            if rater not in self._open:
-                raise BadFile(Text("this session isn't open; load the page again"))
-            log = self._open[rater][0]
+            log, _ = self._opened(rater)
             if record.number <= len(log.session.records):
                 raise Behind(_state_of(log.session))
             log.add(record)
@@ -125,12 +123,16 @@ class Sessions:
     def withdraw(self, rater: str) -> dict[str, Any]:
         """Delete the answers of an open session from the disk. Raises BadFile."""
         with self._lock:
-            if rater not in self._open:
-                raise BadFile(Text("this session isn't open; load the page again"))
-            log, file = self._open.pop(rater)
+            log, file = self._opened(rater)
+            del self._open[rater]
             file.close()
             log.path.unlink()
             return {}
+
+    def _opened(self, rater: str) -> tuple[Log, BinaryIO]:
+        if rater not in self._open:
+            raise BadFile(Text("this session isn't open; load the page again"))
+        return self._open[rater]
 
     def close(self) -> None:
         """Close all sessions."""

@@ -132,10 +132,6 @@ class FileFormat:
     keeps_turn: bool = False
     keep: Callable[[Photo, Image, Encode, Path], tuple[Chunks, str]] | None = None
 
-    def __post_init__(self) -> None:
-        if bool(self.layouts) != (self.encode is not None):
-            raise TypeError(f"{self.name} needs both an encoder and the layouts it writes")
-
     def holds_alpha(self, depth: str) -> bool:
         """Return True if the format can store an alpha channel with this dtype."""
         return 4 in self.layouts.get(depth, ())
@@ -181,11 +177,12 @@ class FileFormat:
             is_behind = photo.format == self.name and not is_export and kinds.VIDEO not in along
             gone |= extra.kind in kinds.RECORDS and not is_behind
             gone |= extra.kind is kinds.PLACES and turns
-            gone |= extra.kind is kinds.SECOND_PROFILE and photo.jpeg is None
+            is_converted = photo.jpeg is None and extra.kind in (kinds.SECOND_PROFILE, kinds.ADOBE)
+            gone |= is_converted
             fate = "left out" if gone else self.fate(extra.kind)
             moved |= fate == "moved"
             has_note |= extra.kind in (kinds.MAKER_NOTE, kinds.MOVED_NOTE)
-            if fate == "left out" and extra.kind.is_reported:
+            if fate == "left out" and (extra.kind.is_reported or is_converted):
                 lost[extra.name] = None
         notes = [Text("not kept: {lost}", lost=Text.joined(", ", lost))] if lost else []
         if moved:

@@ -128,8 +128,15 @@ JPEG: Final = FileFormat(
     kept=BLOCKS
     | OF_PRINTS
     | {
-        *(kinds.XMP_EXTENSION, kinds.SECOND_XMP, kinds.SECOND_PROFILE, kinds.PLACES),
-        *(kinds.COMMENTS, kinds.SEGMENTS, kinds.LATE_SEGMENTS, kinds.JUMBF, *kinds.RECORDS),
+        *(kinds.XMP_EXTENSION, kinds.SECOND_XMP, kinds.SECOND_PROFILE, kinds.ADOBE),
+        *(
+            kinds.PLACES,
+            kinds.COMMENTS,
+            kinds.SEGMENTS,
+            kinds.LATE_SEGMENTS,
+            kinds.JUMBF,
+            *kinds.RECORDS,
+        ),
     },
     inside=_inside,
     behind=_behind,

@@ -81,6 +81,9 @@ def _decode(source: Source) -> Photo:
     )
     if tags.is_inverted:
         notes = (*notes, Text("grey values are stored with 0 as black instead of white"))
+    if tags.has_reversed_bits:
+        more = Text("the bits of each byte are stored in the usual order (FillOrder 1)")
+        notes = (*notes, more)
     if tags.is_big:
         notes = (*notes, Text("a BigTIFF becomes an ordinary TIFF"))
     dpi, shape = tags.density()

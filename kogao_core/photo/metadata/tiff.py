@@ -59,7 +59,7 @@ PICTURE_TAGS: Final = (
 # further directories.
 _KNOWN: Final = {
     *(254, 255, 256, 257, 258, 259, 262, 263, 264, 265, 266, 273, 274, 277, 278, 279, 280, 281),
-    *(282, 283, 284, 288, 289, 292, 293, 296, 297, 317, 320, 322, 323, 324, 325, 330, 338, 339),
+    *(282, 283, 284, 288, 289, 292, 293, 296, 317, 320, 322, 323, 324, 325, 330, 338, 339),
     *(340, 341, 347, 512, 513, 514, 515, 517, 518, 519, 520, 521, 529, 530, 531, 532),
     *(700, 33723, 34377, 34675, 34853, 34665, 37724, 40965, 52545),
     *PICTURE_TAGS,
@@ -70,6 +70,10 @@ _WITHOUT_PLACES: Final = (2, 3, 5, 6, 8, 10, 11, 12)
 _OF_PIXELS: Final = {
     *range(332, 338), *range(32995, 32999), *range(50706, 52600), 33550, 33922, 34264,
 }  # fmt: skip
+
+
+# Tags with 1 as default, which stay where they are told.
+_DEFAULT_1: Final = (Tag.FillOrder, Tag.Orientation)
 
 
 def is_rare(tag: int) -> bool:
@@ -183,6 +187,11 @@ class TiffTags:
     def is_inverted(self) -> bool:
         """Whether 0 is white (photometric interpretation WhiteIsZero)."""
         return self._meaning == _WHITE_IS_ZERO
+
+    @property
+    def has_reversed_bits(self) -> bool:
+        """Whether the first pixel is in the lowest bits of a byte (fill order 2)."""
+        return self._first(Tag.FillOrder, 1) == 2
 
     @property
     def _meaning(self) -> int:
@@ -307,8 +316,9 @@ class TiffTags:
 def _rare(there: TiffImagePlugin.ImageFileDirectory_v2) -> bytes:
     """Return a directory of the unknown tags with texts and numbers, or b""."""
     kept = TiffImagePlugin.ImageFileDirectory_v2()
-    for tag in filter(is_rare, there):
-        if tag not in _OF_PIXELS and there.tagtype[tag] in _WITHOUT_PLACES:
+    for tag in there:
+        is_true = is_rare(tag) or (tag in _DEFAULT_1 and there[tag] == 1)
+        if is_true and tag not in _OF_PIXELS and there.tagtype[tag] in _WITHOUT_PLACES:
             kept.tagtype[tag], kept[tag] = there.tagtype[tag], as_read(there[tag])
     with io.BytesIO() as out:
         try:

@@ -15,23 +15,19 @@ from kogao_core.base.language import Text
 from kogao_core.faces.face import OUTLINE_POINTS, Face
 from kogao_core.projects.interchange import formats
 from kogao_core.projects.interchange.pointmap import (
-    PointMap,
     default_map,
     own_points,
-    point_map,
 )
 from kogao_core.warp.limits import OutOfBounds, check_faces
 
 __all__ = [
     "FORMATS",
     "Format",
-    "PointMap",
     "Written",
     "check_inside",
     "file_for",
     "files",
     "own_points",
-    "point_map",
     "read",
     "write",
     "write_points",
@@ -85,7 +81,7 @@ def _format_of(path: Path) -> Format:
     return form
 
 
-def read(path: Path, mapping: PointMap | None = None) -> list[Face]:
+def read(path: Path) -> list[Face]:
     """Read the faces of a landmark file, px of the photo; at least one. Raises BadFile."""
     form = _format_of(path)
     data = json_reader.read(path, formats.MOST_BYTES)
@@ -93,7 +89,7 @@ def read(path: Path, mapping: PointMap | None = None) -> list[Face]:
         if form.name == "json":
             return formats.parse_faces(data)
         sets = formats.parse_csv(data) if form.name == "csv" else [formats.parse_pts(data)]
-        return [(mapping or default_map(points)).face(points) for points in sets]
+        return [default_map(points).face(points) for points in sets]
     except BadFile as error:
         raise BadFile(Text("{path} can't be used: {error}", path=path, error=error)) from None
 

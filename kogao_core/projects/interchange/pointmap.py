@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass
 from typing import Final
 
@@ -11,15 +10,10 @@ import numpy as np
 from kogao_core.base.geometry import Array
 from kogao_core.base.json_reader import BadFile
 from kogao_core.base.language import Text
-from kogao_core.base.wording import shown
 from kogao_core.faces.face import OUTLINE_POINTS, Face
 from kogao_core.faces.landmarks.outline import resampled
-from kogao_core.projects.interchange.formats import EYES, MOUTH
 
 SOURCE: Final = "points"
-# Outline, eyes and mouth: numbers from 0 and ranges in both directions.
-_NUMBERS: Final = "[0-9]{1,5}(?:-[0-9]{1,5})?(?:,[0-9]{1,5}(?:-[0-9]{1,5})?)*"
-_SPEC: Final = re.compile("/".join([f"({_NUMBERS})"] * 3))
 _STEPS: Final = 16  # straight pieces between two points of an outline
 
 
@@ -36,15 +30,6 @@ class PointMap:
 
         Every map but `OWN` spaces the outline points evenly.
         """
-        highest = max(*self.outline, *self.eyes, *self.mouth)
-        if len(points) <= highest:
-            raise BadFile(
-                Text(
-                    "the map names point {highest}, but the last point is {last}",
-                    highest=highest,
-                    last=len(points) - 1,
-                )
-            )
         line = points[list(self.outline)]
         if self != OWN:
             line = along(line, OUTLINE_POINTS)
@@ -66,38 +51,13 @@ def own_points(face: Face) -> Array:
     return np.vstack([outline, face.eyes, face.mouth])
 
 
-def point_map(spec: str) -> PointMap:
-    """Parse a point map such as ``0-16/36,39,42,45/48,54``. Raises ValueError."""
-    given = _SPEC.fullmatch(spec)
-    parts = [_numbers(part) for part in given.groups()] if given else [()]
-    if len(parts[0]) < 3 or [len(part) for part in parts[1:]] != [EYES, MOUTH]:
-        raise ValueError(
-            Text(
-                "{spec}: expected a map of outline, 4 eye corners and 2 mouth corners such as "
-                "0-16/36,39,42,45/48,54",
-                spec=shown(spec),
-            )
-        )
-    return PointMap(*parts)
-
-
-def _numbers(text: str) -> tuple[int, ...]:
-    numbers: list[int] = []
-    for part in text.split(","):
-        first, _, last = part.partition("-")
-        start, stop = int(first), int(last or first)
-        numbers += range(start, stop + 1) if start <= stop else range(start, stop - 1, -1)
-    return tuple(numbers)
-
-
 def default_map(points: Array) -> PointMap:
     """Return the map for the number of points: 27 (ours) or 68 (iBUG, dlib). Raises BadFile."""
     count = len(points)
     if count not in _BY_COUNT:
         raise BadFile(
             Text(
-                "the file has {count} points instead of 27 or 68; tell outline, eyes and mouth "
-                "with kogao-cli warp --points-map (docs/interchange.md)",
+                "the file has {count} points instead of 27 or 68 (docs/interchange.md)",
                 count=count,
             )
         )
