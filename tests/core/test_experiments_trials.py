@@ -17,7 +17,7 @@ FACES = set_by_hand((oval_face(960, 720), oval_face(960, 720, size=0.3)), PAPER)
 
 def trial(**changed) -> Trial:
     made = Trial(
-        "t1", "manual", "anna", "Müller „x“.jpg", 960, 720, 3, False, False, 6.2, 22.8, (),
+        "t1", "manual", "Müller „x“.jpg", 960, 720, False, 6.2, 22.8, (),
         FACES, now(),
     )  # fmt: skip
     return replace(made, **changed)
@@ -29,7 +29,7 @@ def file(tmp_path):
 
 
 def test_what_is_appended_is_read(file):
-    made = [trial(), trial(trial="t2", mode="automatic", cold=True, practice=True, person="")]
+    made = [trial(), trial(trial="t2", mode="automatic", cold=True)]
     for one in made:
         append(file, one)
     for one, other in zip(read(file), made, strict=True):
@@ -94,3 +94,12 @@ def test_other_lines_are_refused_by_number(file, change):
         lines.write(json.dumps({**good, **change}) + "\n")
     with pytest.raises(BadFile, match="line 2 of"):
         read(file)
+
+
+def test_lines_of_former_versions_count_without_practice(file):
+    append(file, trial())
+    line = json.loads(file.read_text(encoding="utf-8")) | {"person": "anna", "order": 1}
+    later = [{**line, "trial": name, "practice": name == "t2"} for name in ("t2", "t3")]
+    with file.open("a", encoding="utf-8") as lines:
+        lines.writelines(json.dumps(one) + "\n\n" for one in later)
+    assert [one.trial for one in read(file)] == ["t1", "t3"]

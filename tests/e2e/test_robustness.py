@@ -51,11 +51,3 @@ def test_damaged_files_are_taken_or_refused_in_a_sentence(trial, inputs):
     assert sum(came_to["sums"].values()) == inputs
     assert came_to["sums"]["done"] >= inputs / 30
     assert came_to["wrong"] == {}
-
-
-@pytest.mark.slow
-@pytest.mark.usefixtures("portrait")
-def test_a_batch_does_all_sound_photos_and_names_the_damaged_ones():
-    came_to = run("thousand", "--photos", "20", "--jobs", "2")
-    assert came_to["first run"] == {"done": 19, "failed": 1}
-    assert came_to["second run"] == {"skipped": 19, "failed": 1}

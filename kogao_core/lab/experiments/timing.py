@@ -86,8 +86,8 @@ class TimingResult:
     warm_up: int
 
     def trials_of(self, mode: str) -> list[Trial]:
-        """Return the trials of a mode, without practice."""
-        return [one for one in self.trials if one.mode == mode and not one.practice]
+        """Return the trials of a mode."""
+        return [one for one in self.trials if one.mode == mode]
 
     @property
     def setting(self) -> Spread | None:

@@ -3,9 +3,9 @@
 A file has one line of JSON per trial and mode. A correction after *Apply* appends a longer line;
 the last line of a trial counts::
 
-    {"version": 2, "trial": "9f1c…", "mode": "manual", "person": "anna", "photo": "a.jpg",
-     "width": 960, "height": 720, "order": 3, "practice": false, "cold": false, "looking_s": 6.1,
-     "setting_s": 22.8, "corrections_s": [2.2], "faces": [{"outline": [[…], …], …}], "at": "2026-…"}
+    {"version": 2, "trial": "9f1c…", "mode": "manual", "photo": "a.jpg", "width": 960,
+     "height": 720, "cold": false, "looking_s": 6.1, "setting_s": 22.8, "corrections_s": [2.2],
+     "faces": [{"outline": [[…], …], …}], "at": "2026-…"}
 
 Files are append-only. Readers ignore an incomplete last line, left by a killed program.
 """
@@ -46,13 +46,10 @@ class Trial:
 
     trial: str  # name; of lines with the same name and mode the last counts
     mode: Mode
-    person: str  # code of the person; may be empty
     photo: str  # file name without folder
     # Size of the photo, px.
     width: int
     height: int
-    order: int  # number in the session, from 1; 0 without a session
-    practice: bool  # True: not in table 2
     cold: bool  # automatic setting: whether the time contains loading the networks
     looking_s: float  # from the first view to the first point, s
     setting_s: float  # from the first view to Apply, s
@@ -113,8 +110,9 @@ def read(path: Path) -> list[Trial]:
     lines = path.read_bytes().split(b"\n")
     for number, line in enumerate(lines, start=1):
         try:
-            if line.strip():
-                trial = _trial(parse(line, _MOST_BYTES))
+            node = parse(line.strip() or b"{}", _MOST_BYTES)
+            if node.value and node.field("practice").value is not True:
+                trial = _trial(node)
                 found[trial.trial, trial.mode] = trial
         except BadFile as error:
             if _was_cut_off(line):
@@ -135,7 +133,9 @@ def _was_cut_off(line: bytes) -> bool:
 
 
 def _trial(node: Node) -> Trial:
-    node.only({"version", *(field.name for field in dataclasses.fields(Trial))})
+    # Former versions stored the fields of a guided session, too.
+    former = ("person", "order", "practice")
+    node.only({"version", *former, *(field.name for field in dataclasses.fields(Trial))})
     node.field("version").whole(VERSION, VERSION)
     mode: Any = node.field("mode").text(20, get_args(Mode))
     size = node.field("width").whole(1, _MOST_PX), node.field("height").whole(1, _MOST_PX)
@@ -145,11 +145,8 @@ def _trial(node: Node) -> Trial:
     return Trial(
         node.field("trial").text(64),
         mode,
-        node.field("person").text(100),
         node.field("photo").text(1024),
         *size,
-        node.field("order").whole(0, _MOST_TRIALS),
-        node.field("practice").flag(),
         node.field("cold").flag(),
         node.field("looking_s").number(0.0, _LONGEST_S),
         node.field("setting_s").number(0.0, _LONGEST_S),
