@@ -213,8 +213,6 @@ def report(photos: Sequence[Domains], recipe: Recipe) -> Report:
     for photo in photos:
         parts += [Heading(photo.photo, 3), Row([_figure(photo, name) for name in photo.shown])]
     records = [_record(photo, step) for photo in photos for step in photo.steps]
-    titles = {one.name: one.title for one in DOMAINS}
-    shown = [(titles[name], pixels) for name, pixels in photos[0].shown.items()]
     return Report(
         Text("Figures 14 and 15: the reduced domain"),
         Text(
@@ -237,7 +235,6 @@ def report(photos: Sequence[Domains], recipe: Recipe) -> Report:
                 for photo in photos
             ],
         },
-        {Text("Domains"): shown},
     )
 
 
