@@ -15,6 +15,7 @@ from kogao_core.pipeline import render
 from kogao_core.recipe.recipe import PAPER, SETTINGS, SHAPE, Recipe
 from kogao_core.warp.field import shown_at
 from kogao_core.warp.fit import fit
+from kogao_core.warp.guard import LEAST_DET
 from kogao_core.warp.surround import forehead_pairs
 
 ON = Recipe(percent=8.0, scope="head")  # the defaults are not tested here
@@ -89,6 +90,15 @@ def test_far_from_the_photos_edge_the_guard_changes_nothing_of_any_fit(recipe, f
     )
     for mine, other in zip(guarded, loose, strict=True):
         assert mine.phi.tobytes() == other.phi.tobytes()
+
+
+def test_a_face_alone_that_moves_far_keeps_all_of_its_move():
+    far = dataclasses.replace(ALONE, percent=10.0, width=-9.0, jaw_width=-9.0)
+    made = rendered(far)
+    assert made.shares == (1.0,)
+    assert made.residual.max_px < 5e-3
+    loose = rendered(dataclasses.replace(far, guard=False))
+    assert loose.one_to_one.min_det < LEAST_DET, "the landmarks alone have room enough"
 
 
 # -- what follows ----------------------------------------------------------------------------------
@@ -335,12 +345,19 @@ def jumps(found):
     return np.array([np.abs(after - before).max() for before, after in pairwise(found)])
 
 
-@pytest.mark.parametrize(("name", "end"), [("percent", 10.0), ("width", -10.0)])
-def test_a_small_step_of_a_setting_is_a_small_step_of_the_field(name, end):
+@pytest.mark.parametrize(
+    ("recipe", "name", "end"),
+    [
+        (ON, "percent", 10.0),
+        (ON, "width", -10.0),
+        (dataclasses.replace(ALONE, width=-9.0, jaw_width=-9.0), "percent", 10.0),
+    ],
+)
+def test_a_small_step_of_a_setting_is_a_small_step_of_the_field(recipe, name, end):
     face = face_at(y=170.0)
     # In 40 steps: no step is much larger than its share.
     values = np.linspace(0.0, end, 41).tolist()
-    recipes = [dataclasses.replace(ON, **{"percent": 0.0, name: value}) for value in values]
+    recipes = [dataclasses.replace(recipe, **{"percent": 0.0, name: value}) for value in values]
     found = [field_of(one, face).at(places()) for one in recipes]
     taken = jumps(found)
     assert taken.max() < 0.08 * np.abs(found[-1]).max()
