@@ -30,7 +30,7 @@ class LandmarkSources(Feature):
             faces.found.connect(self._tell_of_fallback)
         for one, key in zip(CHOICES, chain(_KEYS, repeat("")), strict=False):
             text = tr("Landmarks by the {title}", title=translated(one.title))
-            tip = translated(one.help) if one.help else _figures(one.measured)
+            tip = _figures(one.measured) if one.measured else translated(one.help)
             command = Item(f"landmarks-{one.name}", text, key, tip)
             self.bind(command, partial(self.use, one.name), checked=False)
         names = [f"landmarks-{one.name}" for one in CHOICES]
@@ -52,9 +52,7 @@ class LandmarkSources(Feature):
         )
 
 
-def _figures(measured: Measured | None) -> str:
-    if measured is None:
-        return tr("Accuracy not measured")
+def _figures(measured: Measured) -> str:
     return tr(
         "Outline within {studio:g} % of the eyes' distance on studio portraits, "
         "{wild:g} % elsewhere; about {ms:.0f} ms",

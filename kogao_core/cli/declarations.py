@@ -18,7 +18,6 @@ from kogao_core.base.language import Text
 from kogao_core.base.wording import shown
 from kogao_core.cli import common, options, words
 
-_FILE: Final = click.Path(path_type=Path, readable=False)
 PROGRAM: Final = "kogao-cli"
 EPILOG: Final = Text("""\
 Exit codes:
@@ -268,19 +267,6 @@ def read() -> None:
 
     BEFORE is the original, AFTER its retouched copy; it may be cropped, resized or toned. Name more
     pairs to read a style.
-    """
-
-
-@program.command("verify")
-@click.argument("result", metavar="RESULT", type=_FILE)
-@click.argument("original", metavar="ORIGINAL", type=_FILE)
-@common.writes_json
-@common.forces
-@words.loads("kogao_core.cli.verify:run")
-def verify() -> None:
-    """Compare two JPEGs and list the blocks and metadata that differ.
-
-    Exit code 1: the metadata differ, or the blocks can't be compared.
     """
 
 

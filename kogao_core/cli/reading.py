@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from concurrent.futures import Future
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -62,11 +63,19 @@ def input_paths(inputs: Sequence[Path], sample: bool) -> list[Path]:
     return paths
 
 
-def read_photo(path: Path, max_megapixels: float, output: Path | None = None) -> Photo:
-    """Read a photo with 8 or 16 bits, as the output format can store. Raises Stop."""
+def read_photo(
+    path: Path,
+    max_megapixels: float,
+    output: Path | None = None,
+    early: Future[Photo] | None = None,
+) -> Photo:
+    """Read a photo with 8 or 16 bits, as the output format can store. Raises Stop.
+
+    `early`: the photo, if a thread is already reading it.
+    """
     bits = 16 if output is None else bits_of(output)
     with ending.stopping(UnreadablePhoto, ending.UNREADABLE):
-        return read(path, max_megapixels=max_megapixels, bits=bits)
+        return early.result() if early else read(path, max_megapixels=max_megapixels, bits=bits)
 
 
 def suffix_for(photo: Photo) -> str:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Final
 
@@ -18,6 +20,7 @@ _FROM_PROJECT: Final = (
     *("which", "doubtful", "recipe_file", "landmarks"),
     *("lines", "width_px", "points"),
 )
+_JPEG: Final = b"\xff\xd8"  # start of image
 
 
 def run(args: SimpleNamespace) -> None:
@@ -36,10 +39,26 @@ def run(args: SimpleNamespace) -> None:
         if args.source == common.STDIN:
             args.source = files.enter_context(common.received())
         path = common.input_path(args.source, args.sample)
-        # The path of the photo is known here, before numpy, OpenCV and our modules are loaded.
-        from kogao_core.cli.warping import warp
+        from kogao_core.photo import read
 
-        warp(args, path, recipe, files)
+        early = None
+        with ThreadPoolExecutor(1) as other:
+            # A JPEG is decoded while this thread loads the other modules. Readers of other formats
+            # load modules themselves; in a second thread, that can hang on a signal.
+            if _is_jpeg(path):
+                early = other.submit(read, path, max_megapixels=args.max_megapixels)
+            from kogao_core.cli.warping import warp
+        warp(args, path, recipe, files, early)
+
+
+def _is_jpeg(path: Path) -> bool:
+    if not path.is_file():  # a pipe can be read only once
+        return False
+    try:
+        with path.open("rb") as file:
+            return file.read(len(_JPEG)) == _JPEG
+    except OSError:
+        return False
 
 
 def _refuse_choices(context: click.Context) -> None:

@@ -6,6 +6,7 @@ import dataclasses
 import os
 import sys
 from collections.abc import Iterator, Sequence
+from concurrent.futures import Future
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from types import SimpleNamespace
@@ -38,8 +39,17 @@ from kogao_core.warp.limits import OutOfBounds, check_protection
 from kogao_core.warp.protection import NOTHING, Protection
 
 
-def warp(args: SimpleNamespace, path: Path, recipe: Recipe, files: ExitStack) -> None:
-    """Warp the photo at `path`. `files` deletes temporary files."""
+def warp(
+    args: SimpleNamespace,
+    path: Path,
+    recipe: Recipe,
+    files: ExitStack,
+    early: Future[Photo] | None,
+) -> None:
+    """Warp the photo at `path`, which is already being read if `early` is given.
+
+    `files` deletes temporary files.
+    """
     is_piped = args.output == common.STDOUT
     disclosure, export = reading.disclosure_of(args), reading.export_of(args)
     is_searched = args.project_file is None and args.points is None
@@ -52,7 +62,7 @@ def warp(args: SimpleNamespace, path: Path, recipe: Recipe, files: ExitStack) ->
         reading.refuse_result(path)
     if args.save_project:
         _check_project(path, args)
-    photo = reading.read_photo(path, args.max_megapixels, to)
+    photo = reading.read_photo(path, args.max_megapixels, to, early)
     if is_piped:
         to = files.enter_context(common.sent(reading.suffix_for(photo)))
     _check_photo(photo, to, args.in_place, export)

@@ -139,9 +139,7 @@ def brushwork_list(brushwork: Brushwork, unit: int) -> list[dict[str, Any]]:
 
 
 def brushwork(node: Node, unit: int) -> Brushwork:
-    """Read strokes written by `brushwork_list`. Old projects have no strokes."""
-    if node.value is None:
-        return Brushwork()
+    """Read strokes written by `brushwork_list`."""
     return Brushwork(tuple(_brush_stroke(stroke, unit) for stroke in _strokes(node)))
 
 
@@ -151,9 +149,7 @@ def lines_list(lines: Sequence[Line], unit: int) -> list[list[list[float]]]:
 
 
 def lines(node: Node, unit: int) -> tuple[Line, ...]:
-    """Read lines written by `lines_list`. Old projects have no lines."""
-    if node.value is None:
-        return ()
+    """Read lines written by `lines_list`."""
     found = [_points(item, unit, 2) for item in node.items(MOST_CORNERS)]
     if any(len(line) != 2 for line in found):
         node.refuse(Text("must contain lines of two points each"))

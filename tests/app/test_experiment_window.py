@@ -2,22 +2,18 @@
 
 from __future__ import annotations
 
-from functools import partial
-
 import pytest
-from kogao_app.features.experiments import TRIALS, measure
+from kogao_app.features import experiments
+from kogao_app.features.experiments import TRIALS
 from kogao_app.features.experiments.dialog import ExperimentDialog
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QLabel
 from scenes import oval_face
 from test_manual import manual, mark, mark_face  # noqa: F401
 
 import kogao_core as kogao
 from kogao_core.faces.face import ignored
 from kogao_core.lab.experiments import EXPERIMENTS, trials
-from kogao_core.lab.experiments import methods as comparing
-from kogao_core.lab.methods import METHODS
 
 
 class KnownFace:
@@ -33,12 +29,12 @@ class KnownFace:
 def _known_face_at_once(monkeypatch):
     """Find the made-up face automatically, too, and measure in as few rounds as there can be."""
     monkeypatch.setattr("kogao_app.features.experiments.source", lambda _: KnownFace())
-    chosen = measure.chosen
+    chosen = experiments.chosen
 
     def least(option, data):
         return option.least if isinstance(option.default, int) else chosen(option, data)
 
-    monkeypatch.setattr(measure, "chosen", least)
+    monkeypatch.setattr(experiments, "chosen", least)
 
 
 KEYS, CONTROL = Qt.Key, Qt.KeyboardModifier.ControlModifier
@@ -112,21 +108,6 @@ def test_closing_the_window_stops_the_experiment(opened):
     assert text(window_of(opened).tables[0], 0, 0) == "portrait.png", "another can begin"
 
 
-def test_methods_hang_side_by_side(opened, monkeypatch):
-    # All of them are run on the command line.
-    few = (*METHODS[:2], *METHODS[-1:])
-    monkeypatch.setattr(comparing, "measure", partial(comparing.measure, methods=few))
-    opened.key(KEYS.Key_4, CONTROL, ALT)
-    shown = window_of(opened)
-    finish(opened)
-    hung = [method.title for method in few]
-    labels = (label for label in shown.findChildren(QLabel) if not label.pixmap().isNull())
-    pictures = {label.accessibleName() for label in labels}
-    assert {f"Result: {name}" for name in hung} < pictures
-    shown.kinds.setCurrentIndex(1)
-    assert shown.kinds.currentText().startswith("Difference")
-
-
 def test_a_failure_is_told_in_its_window(opened, storage):
     storage.data.mkdir(parents=True, exist_ok=True)
     (storage.data / TRIALS).write_text('{"version": 9}\n')
@@ -186,7 +167,6 @@ def test_one_photo_is_one_trial_from_when_it_is_seen_with_its_corrections(
         driver.key(KEYS.Key_Return, CONTROL)
     by_hand, automatic = trials.read(storage.data / TRIALS)
     assert (by_hand.photo, by_hand.mode, by_hand.landmarks) == ("portrait.png", "manual", 11)
-    assert (by_hand.person, by_hand.order, by_hand.practice) == ("", 0, False)
     assert by_hand.looking_s == pytest.approx(6.2)
     assert by_hand.setting_s == pytest.approx(22.8)
     assert by_hand.corrections_s == pytest.approx((2.2, 1.2))

@@ -72,6 +72,7 @@ def test_manual_mode_begins_empty_and_says_what_to_click(manual, pixels):
 
 def test_a_face_is_marked_with_the_mouse_alone(manual, pixels):
     mark_face(manual)
+    assert manual.window.status.hint_text.startswith("Press on the outline and drag")
     (face,) = manual.state.faces
     near = 0.75 / manual.canvas.zoom
     np.testing.assert_allclose(face.eyes, oval_face().eyes, atol=near)
@@ -340,8 +341,3 @@ def test_the_empty_place_of_the_canvas_shows_a_cross_while_marking(manual):
     manual.canvas.handle_at(QPointF(5, 5))
     manual.move(QPoint(5, 5))
     assert manual.canvas.viewport().cursor().shape() == Qt.CursorShape.CrossCursor
-
-
-def test_after_a_face_the_hint_is_about_its_outline(manual):
-    mark_face(manual)
-    assert manual.window.status.hint_text.startswith("Press on the outline and drag")

@@ -131,8 +131,10 @@ def test_escape_takes_the_neighbours_back_and_a_wheel_brings_nothing_again(opene
     assert opened.state is not before
     opened.key(KEYS.Key_Escape)
     opened.key(KEYS.Key_BracketRight, CONTROL)
-    opened.release(at + BY)
+    opened.move(at + 2 * BY)
+    opened.release(at + 2 * BY)
     assert opened.state is before
+    assert steps(opened) == 0
 
 
 def test_targets_set_by_hand_and_points_inside_the_face_stay(opened):

@@ -175,7 +175,7 @@ def test_lens_correction_moves_no_other_setting(start, photo):
 def test_keys_of_menus_that_a_workspace_does_not_show_do_nothing(start, photo):
     driver = start(photo, workspace="retouch")
     driver.key(KEYS.Key_F3)
-    driver.key(KEYS.Key_5, CTRL, Qt.KeyboardModifier.AltModifier)
+    driver.key(KEYS.Key_1, CTRL, Qt.KeyboardModifier.AltModifier)
     driver.settle()
     assert driver.state.mode == "automatic"
     assert not driver.window.findChildren(QDialog)

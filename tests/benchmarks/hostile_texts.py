@@ -186,11 +186,10 @@ def study_case(rng: Rng) -> Trial:
 
 def sessions_case(rng: Rng) -> Trial:
     """Return an experiment that reads damaged trials, and has no photo to work on."""
-    numbers = {"width": 960, "height": 720, "order": 1, "looking_s": 6.1, "setting_s": 22.8}
-    texts = {"trial": "t", "mode": "manual", "person": "", "photo": "a.jpg", "at": trials.now()}
-    flags = {"practice": False, "cold": False}
+    numbers = {"width": 960, "height": 720, "looking_s": 6.1, "setting_s": 22.8}
+    texts = {"trial": "t", "mode": "manual", "photo": "a.jpg", "at": trials.now()}
     faces = [face_dict(template_face((480, 360), 300), 960)]
-    line = {"version": 2, **numbers, **texts, **flags, "corrections_s": [2.2], "faces": faces}
+    line = {"version": 2, **numbers, **texts, "cold": False, "corrections_s": [2.2], "faces": faces}
     text = f"{json.dumps(line)}\n" * 3
     arguments = ["experiment", "timing", "no.jpg", "--trials", "t.jsonl"]
     return Trial("trials of setting", arguments, {"t.jsonl": damaged(text.encode(), rng)})

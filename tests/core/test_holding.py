@@ -224,7 +224,7 @@ def test_a_drag_builds_and_solves_the_dragged_face_alone_and_keeps_the_newest(mo
 
 
 def test_equations_end_at_the_photos_edge():
-    tight = PHOTO[: int(CHIN) + 60, int(LEFT) - 60 : int(RIGHT) + 60]
+    tight = PHOTO[: int(CHIN) + 50, int(LEFT) - 60 : int(RIGHT) + 60]
     face = FACE.mapped(Affine(np.eye(2), np.array([60.0 - int(LEFT), 0.0])))
     sizes = []
     for photo, one in ((PHOTO, FACE), (tight, face)):

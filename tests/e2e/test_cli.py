@@ -64,20 +64,6 @@ def test_warp_names_what_a_result_does_not_keep(cli, small_portrait, tmp_path):
     assert said.endswith("1 face, unchanged\n")
 
 
-def test_more_moves_with_the_head_than_with_the_face_alone_wherever_landmarks_come_from(
-    cli, works, small_portrait, tmp_path
-):
-    points, before = tmp_path / "points.json", np.asarray(Image.open(small_portrait))
-    cli("detect", small_portrait, "--json", points)
-    for name, extra in (("mesh", ()), ("file", ("--points", points))):
-        moved = []
-        for scope in ("face", "head"):
-            out = tmp_path / f"{name}-{scope}.png"
-            works("warp", small_portrait, "-o", out, "--scope", scope, *extra)
-            moved.append((np.asarray(Image.open(out)) != before).sum())
-        assert moved[1] > 1.5 * moved[0]
-
-
 def test_an_option_without_effect_and_one_that_is_gone_are_said_in_a_line(
     fails, small_portrait, tmp_path
 ):
@@ -209,11 +195,6 @@ def test_without_the_network_for_people_warp_warns_once(
     assert "lines nearby" in said
     assert "1 face, 6 % smaller" in said
     fails(1, "is missing; reinstall", "detect", portrait, "--person-mask", tmp_path / "mask.png")
-
-
-def test_detect_prints_a_table(works, portrait):
-    *_, header, row = works("detect", portrait).splitlines()
-    assert len(header.split()) == len(row.split()) == 7
 
 
 def test_deep_photos_stay_deep_and_turned_photos_come_out_upright(cli, small_png, tmp_path):
@@ -458,16 +439,6 @@ def test_an_error_of_our_own_is_one_line_with_its_own_code(fails, marked, tmp_pa
     fails(3, "/some/where: Permission denied", *command)
 
 
-@pytest.mark.parametrize(
-    "work",
-    ["kogao_core.faces.landmarks.MeshSource.find", "kogao_core.photo.formats.jpeg.keep_blocks"],
-)
-def test_so_is_one_in_searching_or_writing(fails, portrait, tmp_path, monkeypatch, work):
-    monkeypatch.setattr(work, Mock(side_effect=MemoryError))
-    words = "not enough memory; close"
-    fails(70, words, "warp", portrait, "-o", tmp_path / "out.jpg", "--landmarks", "mesh")
-
-
 def test_the_traceback_is_shown_on_request(cli, marked, tmp_path, breaks, monkeypatch):
     monkeypatch.setenv("KOGAO_DEBUG", "1")
     breaks(KeyError("strange"))
@@ -592,13 +563,6 @@ def test_warp_writes_the_numbers_behind_the_result(works, fails, portrait, tmp_p
     assert evidence.made["result_sha256"] == hashlib.sha256(pixels.tobytes()).hexdigest()
     (tmp_path / "o.png").unlink()
     fails(2, "e.npz already exists", *warp)
-
-
-def test_landmarks_come_from_where_they_are_asked_for(works, fails, portrait):
-    for name in ("mesh", "aam"):
-        said = works("detect", portrait, "--json", "-", "--landmarks", name)
-        assert len(json.loads(said)["faces"]) == 1
-    fails(2, "is not one of 'mesh'", "detect", portrait, "--landmarks", "model.yaml")
 
 
 @pytest.mark.parametrize("name", ["face_detection_back", "face_landmarks_detector"])

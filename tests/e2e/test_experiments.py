@@ -84,8 +84,8 @@ def test_single_files_and_printing_and_sessions_that_time_the_hand(cli, fails, s
     trials, file = tmp_path / "sessions.jsonl", tmp_path / "figures.csv"
     for seconds in (60.0, 80.0):
         faces = (oval_face(300, 300),)
-        given = ("small.png", 300, 300, 0, False, False, 6.0, seconds, (), faces, now())
-        append(trials, Trial(str(seconds), "manual", "", *given))
+        given = ("small.png", 300, 300, False, 6.0, seconds, (), faces, now())
+        append(trials, Trial(str(seconds), "manual", *given))
     once = ("timing", small_png, "--size", "own", *ONCE["timing"])
     code, said, _ = cli(*once, "--trials", trials, "--csv", file, "--json", "-")
     assert code == 0

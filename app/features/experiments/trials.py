@@ -60,12 +60,9 @@ class Trials(Feature):
         trial = Trial(
             trial=self._trial,
             mode=mode,
-            person="",
             photo=path.name,
             width=image.width,
             height=image.height,
-            order=0,
-            practice=False,
             cold=cold,
             looking_s=looking_s,
             setting_s=setting_s,

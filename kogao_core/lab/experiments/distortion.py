@@ -1,12 +1,11 @@
 """Measure the warp for the variants of table 1 and figure 11: area, folds, bent lines, misses.
 
 The paper asked people which pictures look unnatural. This experiment measures the warp itself, for
-the same centres and distances, for four lattice sizes, and for three lattice origins.
+the same centres and distances, and for four lattice sizes.
 """
 
 from __future__ import annotations
 
-import dataclasses
 import statistics
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
@@ -19,23 +18,20 @@ from kogao_core.background.lines import bends, off_faces, straight_lines
 from kogao_core.base.geometry import Array, Box
 from kogao_core.base.language import Text
 from kogao_core.faces.naturalness import DISTANCES, STUDENTS, SUBJECTS, UNNATURAL
-from kogao_core.faces.targets import Pairs, aim
+from kogao_core.faces.targets import Pairs
 from kogao_core.lab.experiments.experiment import Experiment, Work
 from kogao_core.lab.reports.charts import Chart, Series
 from kogao_core.lab.reports.report import NONE, Heading, Part, Report, Row, Table
-from kogao_core.lab.study.design import BEST_CENTER, BEST_PERCENT, Variant, variants
+from kogao_core.lab.study.design import Variant, variants
 from kogao_core.lab.subjects import Progress, Subject, no_progress
 from kogao_core.pipeline import Rendering, render
 from kogao_core.recipe.recipe import PAPER, SETTINGS, Recipe
 from kogao_core.warp.field import Field, shown_at
-from kogao_core.warp.fit import fit
-from kogao_core.warp.measures import achieved_percent
 from kogao_core.warp.one_to_one import largest_det
 
 RULES: Final = 16  # ruled lines in each direction
 _ROUND: Final = 0.25  # margin around the faces for the ruled lines, relative to the faces' box
 _LOCAL_STEPS: Final = 200  # samples of det J along each side of the domain
-_EVERY_PX: Final = 2.0  # sampling of compared displacements
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,35 +69,15 @@ class Distortion:
 
 
 @dataclass(frozen=True, slots=True)
-class OriginEffect:
-    """Effect of the lattice's origin, which the paper leaves open, at 4 % towards centre 2."""
-
-    photo: str
-    # Largest change of the displacement when the origin moves by half a cell, or to the image's
-    # corner, and the same relative to the largest displacement, %.
-    change_px: float
-    change_percent: float
-    # Range of the achieved distance over the three origins, % of D.
-    least_achieved: float
-    most_achieved: float
-
-
-@dataclass(frozen=True, slots=True)
 class DistortionResult:
     """Results for table 1 and figure 11 on some photos, with one recipe."""
 
     distortions: tuple[Distortion, ...]
     recipe: Recipe
-    origins: tuple[OriginEffect, ...] = ()
 
     def of(self, variant: Variant) -> list[Distortion]:
         """Return the measures of one variant, one for each photo."""
         return [one for one in self.distortions if one.variant == variant]
-
-
-def shown(recipe: Recipe) -> tuple[Variant, ...]:
-    """Return the 20 variants of table 1 and the 4 lattice sizes."""
-    return variants(recipe)
 
 
 def measure(
@@ -109,42 +85,13 @@ def measure(
 ) -> list[Distortion]:
     """Measure one photo at each centre and distance of table 1 and each lattice of figure 11."""
     found = []
-    chosen = shown(recipe)
+    chosen = variants(recipe)
     lines = _LinesOf(subject)
     for done, variant in enumerate(chosen, start=1):
         rendering = render(subject.pixels, subject.faces, variant.recipe(recipe))
         found.append(_distortion(subject, variant, rendering, lines))
         progress(done, len(chosen))
     return found
-
-
-def origin_effect(subject: Subject, recipe: Recipe) -> OriginEffect:
-    """Fit the lattices of the faces alone at three origins, and compare the displacements."""
-    recipe = dataclasses.replace(recipe, percent=BEST_PERCENT, center=BEST_CENTER)
-    pairs = [aim(face, recipe) for face in subject.faces]
-    recipes = [recipe] * len(pairs)
-
-    def field(*origins: tuple[float, float]) -> Field:
-        anchors = [
-            dataclasses.replace(face.anchor, origin_px=origin)
-            for face, origin in zip(subject.faces, origins, strict=True)
-        ]
-        return Field(fit(pairs, anchors, recipes))
-
-    own = [face.anchor.origin_px for face in subject.faces]
-    first = field(*own)
-    halves = [a.grid.spacing_px / 2.0 for a in first.lattices]
-    moved = [(x + half, y + half) for (x, y), half in zip(own, halves, strict=True)]
-    others = field(*moved), field(*[(0.0, 0.0)] * len(own))
-    ends = subject.pixels.shape[1::-1]
-    grid = [np.arange(0.0, end, _EVERY_PX) for end in ends]
-    before = first.on_grid(*grid)
-    changes = [float(np.hypot(*(other.on_grid(*grid) - before)).max()) for other in others]
-    achieved = [percent for one in (first, *others) for percent in achieved_percent(one, pairs)]
-    largest = float(np.hypot(*before).max())
-    return OriginEffect(
-        subject.name, max(changes), 100.0 * max(changes) / largest, min(achieved), max(achieved)
-    )
 
 
 def _distortion(
@@ -293,7 +240,6 @@ def report(result: DistortionResult) -> Report:
         _chart(result), how, _growth(result),
         Heading(Text("Cell by cell")), Row(cells, wide=True),
         Heading(Text("Lattice size")), _lattices(result),
-        *([_origins(result.origins)] if result.origins else []),
     ]  # fmt: skip
     return Report(
         Text("Table 1 and the measured distortion"),
@@ -310,7 +256,6 @@ def report(result: DistortionResult) -> Report:
             "face_alone": result.recipe.scope == "face",
             "units": {measure.name: measure.title for measure in MEASURES},
             "distortions": records,
-            "origins": [asdict(one) for one in result.origins],
         },
     )
 
@@ -333,7 +278,7 @@ def _published() -> Table:
 
 def _medians(result: DistortionResult, measure: Measure) -> list[list[float]]:
     """Return medians over photos, a row for each centre."""
-    medians = [measure.median(result.of(v)) for v in shown(result.recipe) if v.kind == "table1"]
+    medians = [measure.median(result.of(v)) for v in variants(result.recipe) if v.kind == "table1"]
     count = len(DISTANCES)
     return [medians[k : k + count] for k in range(0, len(medians), count)]
 
@@ -393,7 +338,7 @@ def _ranks(values: np.ndarray) -> np.ndarray:
 
 
 def _lattices(result: DistortionResult) -> Table:
-    sizes = [variant for variant in shown(result.recipe) if variant.kind == "figure11"]
+    sizes = [variant for variant in variants(result.recipe) if variant.kind == "figure11"]
     found = [result.of(variant) for variant in sizes]
     rows = [
         (Text("lattice spacing, px"), *(f"{_median(one, 'spacing_px'):.1f}" for one in found)),
@@ -414,26 +359,6 @@ def _lattices(result: DistortionResult) -> Table:
     )
     header = ("", *(f"R = {variant.lattice:g}" for variant in sizes))
     return Table(Text("Figure 11's question: lattice sizes"), header, rows, note)
-
-
-def _origins(found: Sequence[OriginEffect]) -> Table:
-    return Table.of(
-        Text("Lattice origin"),
-        found,
-        [
-            (Text("photo"), lambda one: one.photo),
-            (Text("largest change, px"), lambda one: f"{one.change_px:.2f}"),
-            (Text("% of the largest displacement"), lambda one: f"{one.change_percent:.0f}"),
-            (
-                Text("achieved, % of D"),
-                lambda one: f"{one.least_achieved:.2f} .. {one.most_achieved:.2f}",
-            ),
-        ],
-        Text(
-            "The paper's lattice starts at the image's corner, this program's at the face. "
-            "Compared with an origin half a cell away and with the corner, at 4 % towards centre 2."
-        ),
-    )
 
 
 def _in_warps(found: Sequence[Distortion]) -> str:
@@ -470,11 +395,9 @@ def _chart(result: DistortionResult) -> Chart:
 
 def _run(work: Work) -> Report:
     found: list[Distortion] = []
-    origins: list[OriginEffect] = []
     for subject in work.subjects:
         found += measure(subject, work.recipe, progress=work.progress)
-        origins.append(origin_effect(subject, work.recipe))
-    return report(DistortionResult(tuple(found), work.recipe, tuple(origins)))
+    return report(DistortionResult(tuple(found), work.recipe))
 
 
 EXPERIMENT: Final = Experiment(

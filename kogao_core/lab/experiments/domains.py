@@ -178,7 +178,7 @@ class _Compared:
         apart = np.abs(pixels.astype(np.float64) - self.whole) * (_LEVELS / white)
         inside = apart[self.domain]
         mean = float(np.square(inside).sum()) / max(1, inside.size)
-        psnr = 10.0 * math.log10(_LEVELS**2 / mean) if mean > 0.0 else None
+        psnr = 10.0 * float(np.log10(_LEVELS**2 / mean)) if mean > 0.0 else None
         return Error(
             float(apart.max(initial=0.0)), psnr, _largest_step(displacement - self.displacement)
         )
@@ -213,8 +213,6 @@ def report(photos: Sequence[Domains], recipe: Recipe) -> Report:
     for photo in photos:
         parts += [Heading(photo.photo, 3), Row([_figure(photo, name) for name in photo.shown])]
     records = [_record(photo, step) for photo in photos for step in photo.steps]
-    titles = {one.name: one.title for one in DOMAINS}
-    shown = [(titles[name], pixels) for name, pixels in photos[0].shown.items()]
     return Report(
         Text("Figures 14 and 15: the reduced domain"),
         Text(
@@ -237,7 +235,6 @@ def report(photos: Sequence[Domains], recipe: Recipe) -> Report:
                 for photo in photos
             ],
         },
-        {Text("Domains"): shown},
     )
 
 

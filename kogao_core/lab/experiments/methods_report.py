@@ -70,7 +70,6 @@ def report(photos: Sequence[Comparison], recipe: Recipe, repeats: int) -> Report
         parts,
         records,
         document,
-        _gallery(photos[0]),
     )
 
 
@@ -211,15 +210,6 @@ def _photo(photo: Comparison) -> Iterator[Part]:
             for one in photo.methods
         ]
         yield Row([original, *figures] if kind == "result" else figures)
-
-
-def _gallery(photo: Comparison) -> dict[str, list[tuple[str, Image]]]:
-    hung: dict[str, list[tuple[str, Image]]] = {
-        title: [(one.method.title, one.pictures[kind]) for one in photo.methods]
-        for kind, title in _KINDS.items()
-    }
-    hung[_KINDS["result"]].insert(0, (Text("The photo"), photo.subject.pixels))
-    return hung
 
 
 def _run(work: Work) -> Report:

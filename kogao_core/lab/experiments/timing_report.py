@@ -49,7 +49,7 @@ def report(result: TimingResult) -> Report:
             "How long does a warp take with manual or found landmarks, on the whole image or the "
             "reduced domain?"
         ),
-        [*parts, *_by_hand(result), _photos(result), how],
+        [*parts, *_by_hand(result), how],
         [_record(result, timing) for timing in result.timings],
         _document(result),
     )
@@ -103,47 +103,27 @@ _CLOCKS: Final[tuple[Callable[[Timing], Sequence[float]], ...]] = (
 
 
 def _by_hand(result: TimingResult) -> list[Table]:
-    """Return each person's times, and the distance of their points from the found points."""
+    """Return setting times by hand and of the machine."""
     trials = result.trials_of("manual")
     if not trials:
         return []
-    people = list(dict.fromkeys(one.person for one in trials))
-    rows = [_set_by(one or NONE, [t for t in trials if t.person == one]) for one in people]
-    if len(people) > 1:
-        rows.insert(0, _set_by(Text("all people"), trials))
+    rows = [_set_by(Text("by hand"), trials)]
     for cold, called in ((True, Text("machine, cold")), (False, Text("machine, warm"))):
         found = [one for one in result.trials_of("automatic") if one.cold == cold]
         rows += [_set_by(called, found)] if found else []
-    practice = sum(one.practice and one.mode == "manual" for one in result.trials)
-    times = Table(
-        Text("Setting time by person"),
+    return [Table(
+        Text("Setting time"),
         (
             Text("who"), Text("n"), Text("looking, s"), Text("to applying, s"),
             Text("corrections"), Text("correcting, s"), Text("all of it, s"), Text("landmarks"),
         ),
         rows,
         Text(
-            "Medians and quartiles of n photos, without {practice} practice photos. The clock "
-"starts with the first view of the photo. Looking ends with the first point. "
-"Corrections after Apply belong to the same trial. Cold: the time contains loading "
-"the networks.",
-            practice=practice,
+            "Medians and quartiles of n photos. The clock starts with the first view of the photo. "
+            "Looking ends with the first point. Corrections after Apply belong to the same trial. "
+            "Cold: the time contains loading the networks."
         ),
-    )  # fmt: skip
-    beside = Table.of(
-        Text("Distances between manual and found points"),
-        result.points,
-        [
-            (Text("who"), lambda of: of[0].person or NONE),
-            (Text("photo"), lambda of: of[0].photo),
-            (Text("set by hand"), lambda of: str(of[0].landmarks)),
-            (Text("found"), lambda of: str(of[1])),
-            (Text("landmarks, % of the eyes' distance"), lambda of: f"{of[2].landmarks:.1f}"),
-            (Text("targets, % of the eyes' distance"), lambda of: f"{of[2].targets:.1f}"),
-        ],
-        Text("Means over the points of a photo, each to the corresponding or nearest point."),
-    )
-    return [times, beside] if beside.rows else [times]
+    )]  # fmt: skip
 
 
 def _set_by(who: str, trials: Sequence[Trial]) -> list[str]:
@@ -217,28 +197,6 @@ def _stages(result: TimingResult, size: Size) -> Table:
     return Table(Text("Stages at {size}, median ms", size=_NAMES[size]), header, rows)
 
 
-def _photos(result: TimingResult) -> Table:
-    header = (
-        Text("photo"), Text("width"), Text("height"), Text("faces"), Text("domain, % of image"),
-        Text("conventional, ms"), Text("wdr, ms"), Text("wdr / conventional"), Text("finding, ms"),
-    )  # fmt: skip
-    rows = []
-    for size in SIZES:
-        by_hand = zip(result.of(size, "conventional"), result.of(size, "wdr"), strict=True)
-        finding = {one.photo: Spread.of(one.setting_ms) for one in result.of(size, "dual")}
-        for whole, reduced in by_hand:
-            all_of_it, part = Spread.of(whole.computing_ms), Spread.of(reduced.computing_ms)
-            found = finding.get(whole.photo)
-            rows.append([
-                whole.photo, str(whole.width), str(whole.height), str(whole.faces),
-                f"{100.0 * reduced.domain_share:.1f}", all_of_it.text(), part.text(),
-                f"{part.median / all_of_it.median:.2f}", found.text() if found else NONE,
-            ])  # fmt: skip
-    return Table(
-        Text("Photo by photo"), header, rows, Text("Computing and finding: median and quartiles.")
-    )
-
-
 def _record(result: TimingResult, timing: Timing) -> dict[str, object]:
     procedure = next(one for one in (*PROCEDURES, AGAIN) if one.name == timing.procedure)
     stages = {f"{n}_ms": statistics.median(ms) for n, ms in timing.stages_ms.items()}
@@ -267,14 +225,6 @@ def _document(result: TimingResult) -> dict[str, object]:
                 "landmarks": one.landmarks,
             }
             for one in result.trials
-        ],
-        "apart": [
-            {
-                "trial": trial.trial,
-                "found": found,
-                **{f"{name}_percent": percent for name, percent in asdict(apart).items()},
-            }
-            for trial, found, apart in result.points
         ],
         "timings": [asdict(timing) for timing in result.timings],
     }

@@ -13,13 +13,11 @@ import json
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Final, Literal
 
 import numpy as np
 
-from kogao_core import __version__
 from kogao_core.base.atomic import atomic_write
 from kogao_core.base.json_reader import BadFile, Node, parse, read
 from kogao_core.base.language import Text
@@ -56,11 +54,6 @@ class Origin:
     program: str  # version of Kogao
     made: str  # when, ISO 8601 in UTC
     landmarks: str  # name of the landmark source; empty if unknown
-
-    @staticmethod
-    def now(landmarks: str) -> Origin:
-        """Return the origin for a study made now by this program."""
-        return Origin(__version__, datetime.now(UTC).isoformat(timespec="seconds"), landmarks)
 
     @staticmethod
     def parse(node: Node) -> Origin:
