@@ -27,12 +27,6 @@ def slider(driver):
     return driver.panel("recipe").percent.slider
 
 
-def test_what_is_shown_is_the_pipelines_result(opened, pixels):
-    expected = render(pixels, opened.state.active, opened.state.recipe).pixels
-    np.testing.assert_array_equal(opened.shown, expected)
-    assert (expected != pixels).any()
-
-
 def test_slider_keys_change_the_result_and_are_one_step_each(opened, pixels):
     slider(opened).setFocus()
     for _ in range(3):
@@ -160,31 +154,6 @@ def test_a_dragged_target_stays_until_it_is_made_automatic(opened):
     steps = opened.editor.document.undo.count()
     opened.key(KEYS.Key_Delete)
     assert opened.editor.document.undo.count() == steps, "there was none to take back"
-
-
-def test_arrows_nudge_the_selected_point(opened):
-    at = opened.on_screen(CHIN)
-    opened.press(at)
-    opened.release(at)
-    assert opened.editor.document.undo.count() == 0
-    old = position(opened.state, CHIN)
-    QTest.keyClick(opened.canvas, KEYS.Key_Right)
-    QTest.keyClick(opened.canvas, KEYS.Key_Up, Qt.KeyboardModifier.ShiftModifier)
-    np.testing.assert_allclose(position(opened.state, CHIN) - old, [1.0, -10.0])
-    assert opened.editor.document.undo.count() == 2
-
-
-def test_escape_lets_go_of_a_point(opened):
-    before = opened.state
-    at = opened.on_screen(LEFT)
-    opened.press(at)
-    opened.move(at + QPoint(30, 10))
-    assert opened.editor.document.in_gesture
-    opened.key(KEYS.Key_Escape)
-    opened.move(at + QPoint(60, 20))
-    opened.release(at + QPoint(60, 20))
-    assert opened.state is before
-    assert opened.editor.document.undo.count() == 0
 
 
 def test_a_handle_is_taken_from_twelve_pixels_away_but_not_from_far(opened):
