@@ -262,7 +262,12 @@ def _worth_knowing(
     if photo.icc_profile and form.becomes_colour(pixels):
         grey = Text("grey became RGB, without its colour profile")
     spread = _spread(photo, pixels)
-    lost, lacks = form.not_kept(photo, extras, along, is_export=is_export), form.lacks(photo)
+    lost, lacks = form.not_kept(photo, extras, along, is_export=is_export), ""
+    if photo.exif and not form.holds_exif(photo.exif):
+        lacks = Text(
+            "the EXIF block is damaged, and {format} can't hold it as it is: it is left out",
+            format=form.title,
+        )
     film = ""
     if kinds.VIDEO in along:
         film = Text("the motion photo's video still shows the face as it was")

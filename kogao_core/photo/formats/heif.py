@@ -82,11 +82,7 @@ def _opened(source: Source) -> Any:
         import pi_heif  # an extra
     except ImportError:
         raise UnreadablePhoto(
-            Text(
-                "{path} is a HEIC photo, which an extra reads: {how}",
-                path=source.path,
-                how=adding("heic"),
-            )
+            Text("is a HEIC photo, which an extra reads: {how}", how=adding("heic"))
         ) from None
     return pi_heif.open_heif(source.file, convert_hdr_to_8bit=source.bits == 8)
 
