@@ -315,15 +315,6 @@ def test_replies_are_kept_by_nobody_and_framed_by_nobody(serve):
         assert not any(name.startswith("Access-Control") for name in headers)
 
 
-def test_nobody_hears_of_other_raters(serve):
-    page = Page(serve())
-    page.open()
-    page.judge(2)
-    code, told = refusal(page.ask, "sessions")
-    assert (code, told) == (404, {"problem": "there is no such picture"})
-    assert b"r1" not in page.ask("")
-
-
 @pytest.mark.parametrize(
     "order", [[], NAMES[:-1], [*NAMES[1:], NAMES[0]], [*NAMES[:-1], NAMES[0]], ["../x"], "x"]
 )
