@@ -20,7 +20,7 @@ from kogao_core import photo
 from kogao_core.photo import originals
 from kogao_core.photo.originals import Originals
 from kogao_core.projects import forgetting
-from kogao_core.projects.interchange.formats import faces_text
+from kogao_core.projects.interchange import faces_text
 
 
 @pytest.fixture(autouse=True)

@@ -116,8 +116,7 @@ def test_a_study_of_ones_own_design(works, portrait, tmp_path):
 
 
 def test_points_of_a_file_are_the_photos_and_practice_needs_none(works, small_png, tmp_path):
-    points = interchange.own_points(oval_face(300, 300))
-    interchange.write_points([points], tmp_path / "small.csv")
+    interchange.write([oval_face(300, 300)], tmp_path / "small.csv")
     works(
         "make", small_png, "-o", tmp_path / "own", "--points", tmp_path / "small.csv", *FEW,
         "--practice", "1",
