@@ -94,7 +94,7 @@ class BothModes(Feature):
         super().__init__(context)
         self._faces, self._clock = faces, manual.clock
         self._surface: Surface | None = None
-        self._revision, self._on = 0, False
+        self._revision, self._on, self._listens = 0, False, False
         self._followed: tuple[object, ...] = ()
         self._compared: tuple[FaceCompared, ...] = ()
         self._computing_s: dict[Mode, float] = {}
@@ -123,12 +123,16 @@ class BothModes(Feature):
         self._clock.ticked.connect(self._show_times)
         self._faces.found.connect(lambda _: self._show_times())
         self._show_views()
-        self.document.watch(self._follow)
 
     def _arrange(self, workspace: Workspace) -> None:
         self._on, self._followed = self.name in workspace.panels, ()
         self._show_views()
-        self._follow()
+        # Other workspaces have one listener less.
+        if self._on and not self._listens:
+            self._listens = True
+            self.document.watch(self._follow)
+        else:
+            self._follow()
 
     def _show_views(self) -> None:
         for widget in (self.beside, self.here, self.guide):

@@ -10,7 +10,6 @@ from kogao_app.canvas.overlays.glyphs import outward_plate, plate
 from kogao_app.canvas.overlays.listed import LISTED
 from kogao_app.i18n import translated
 from kogao_app.view_state import Handle
-from kogao_app.widgets.docks import ColumnArea
 from PySide6.QtCore import QPoint, QPointF, QRectF, Qt
 from PySide6.QtGui import QImage, QKeySequence
 from PySide6.QtTest import QTest
@@ -258,20 +257,6 @@ def test_readings_show_the_pipelines_own_numbers(opened, pixels):
         assert [cell.text() for cell in shown[name]] == [f"{count:,} px", f"{share:.1f} %"]
     warp = opened.panel("readings").timings.rows["warp"][1].text()
     assert warp == f"{rendering.timings_ms['warp']:.1f} ms"
-
-
-def test_the_side_panel_is_never_wider_than_its_place(opened):
-    panel = opened.panel("recipe")
-    area = next(one for one in opened.window.findChildren(ColumnArea) if one.isAncestorOf(panel))
-    move_alone(opened)
-    for slider in (panel.lattice.slider, panel.percent.slider):
-        opened.press_key(slider, Qt.Key.Key_Home)
-    QTest.keyClick(panel.percent.slider, Qt.Key.Key_End)
-    opened.settle()
-    assert "At least 70 %" in panel.gauge.text.text()
-    assert "⚠" in panel.one_to_one.text()
-    room = area.width() - area.verticalScrollBar().sizeHint().width()
-    assert area.widget().minimumSizeHint().width() <= room
 
 
 def test_inspect_shows_the_values_of_the_field_under_the_cursor(opened):

@@ -35,8 +35,6 @@ CASE: Final = QColor(0, 0, 0, 230)
 _CASE_PX: Final = 1.1  # on either side of a line
 WIDTH_PX: Final = 1.4
 _FINE_PX: Final = 1.0
-# Light enough for the same without a halo, which a thin line has no room for.
-_LIGHT: Final = 0.5
 _HEAD_TURN: Final = np.deg2rad(28.0)
 PLATE: Final = QColor(0, 0, 0, 170)
 HALO: Final = QColor(255, 255, 255, 230)
@@ -57,37 +55,24 @@ _HATCHES: Final = {
 }
 
 
-def luminance(colour: QColor) -> float:
-    """Return a colour's relative luminance after WCAG, 0 to 1."""
-    shares = colour.redF(), colour.greenF(), colour.blueF()
-    linear = [x / 12.92 if x <= 0.04045 else ((x + 0.055) / 1.055) ** 2.4 for x in shares]
-    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
-
-
-def light(colour: QColor) -> QColor:
-    """Return the colour, lightened towards white until lines have enough contrast."""
-    for share in range(101):
-        parts = (colour.red(), colour.green(), colour.blue())
-        mixed = QColor(*(round(part + (255 - part) * share / 100) for part in parts))
-        if luminance(mixed) >= _LIGHT:
-            break
-    return mixed
-
-
 def translucent(colour: QColor, alpha: int) -> QColor:
     """Return a colour with an opacity of 0 to 255."""
     return QColor(colour.red(), colour.green(), colour.blue(), alpha)
 
 
-# Lines.
-OUTLINE: Final = light(LANDMARK)
-WAY: Final = light(TARGET)
-DISPLACEMENT: Final = light(QColor(OKABE_ITO["orange"]))
-LATTICE: Final = light(QColor(OKABE_ITO["purple"]))
-STRAIGHT: Final = light(QColor(OKABE_ITO["sky"]))
-BENT: Final = light(QColor(OKABE_ITO["vermilion"]))
-READ: Final = light(QColor(OKABE_ITO["green"]))
-DOMAIN_EDGES: Final = {name: light(colour) for name, colour in DOMAINS.items()}
+# Lines have no room for a halo: the palette's colours, mixed with white to a luminance of 0.5.
+OUTLINE: Final = QColor("#7dc5ee")
+WAY: Final = QColor("#eab082")
+DISPLACEMENT: Final = QColor("#ebb336")
+LATTICE: Final = QColor("#e0afca")
+STRAIGHT: Final = OUTLINE
+BENT: Final = WAY
+READ: Final = QColor("#78ccb5")
+DOMAIN_EDGES: Final = {
+    "image": QColor("#bcbcbc"),
+    "control-points": QColor("#94c4df"),
+    "threshold": READ,
+}
 
 
 def _cased(colour: QColor, width: float, style: Qt.PenStyle) -> tuple[QPen, QPen]:
