@@ -281,8 +281,8 @@ def landmarks() -> None:
 @landmarks.command("export")
 @options.takes_photos
 @words.option(
-    "--format", "form", type=click.Choice(("json", "csv", "pts")), required=True,
-    help="The format of detect --json, a table, or iBUG points",
+    "--format", "form", type=click.Choice(("json", "csv")), required=True,
+    help="The format of detect --json, or a table",
 )  # fmt: skip
 @words.option(
     "-o", "--output", "folder", required=True, type=common.FOLDER, metavar="DIR",

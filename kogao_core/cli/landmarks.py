@@ -28,14 +28,12 @@ def run(args: SimpleNamespace) -> int:
         read = reading.read_photo(photo, args.max_megapixels)
         found = reading.find_faces(read, args.landmarks, args.points)
         faces = reading.selected(found, args.which)
-        for file in interchange.files(target, faces):
-            common.check_free(file, args.force)
+        common.check_free(target, args.force)
         with ending.writing(target):
             args.folder.mkdir(parents=True, exist_ok=True)
             written = interchange.write(faces, target)
-        for one in written:
-            note = f" ({translated(one.note)})" if one.note else ""
-            ending.print_text(f"{photo}: {one.path}{note}")
+        note = f" ({translated(written)})" if written else ""
+        ending.print_text(f"{photo}: {target}{note}")
 
     return common.each(photos, write)
 

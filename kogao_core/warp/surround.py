@@ -65,6 +65,11 @@ _SHRINK: Final = 0.4
 # outline. Larger: eyes and mouth change their shape more.
 _TOLERANCE: Final = 0.01
 _NEAR: Final = (0.75, 1.0)
+# A face that moves alone needs room beside its outline where a landmark moves more than this, in
+# landmark spacings: none up to the first value, all from the second.
+_STEEP: Final = (0.6, 0.9)
+_ROOM: Final = 5.0  # width of that room, in moves; larger: less squeezed, more background moves
+_DEPTH: Final = 0.4  # the rho from which it moves the face; larger: a steeper cheek
 _DIRECTIONS: Final = 73  # in which the ends of the displaced region are sampled
 _TURN: Final = 2.0 * np.pi
 _STEPS: Final = 3  # of a fixed-point iteration, each ten times nearer to the solution
@@ -143,11 +148,7 @@ class HeadDisplacement:
         lens correction alone, the points are the corners of eyes and mouth.
         """
         if not self.strength:
-            source, target = (
-                np.vstack([face.eyes, face.mouth])
-                for face in (self.lens.heads[self.which].face, self.face)
-            )
-            return source, target, np.full(len(source), _TOLERANCE)
+            return self._corners()
         eyes, mouth = self.face.eyes, self.face.mouth
         rings = [_ring(eyes[:2], _EYE), _ring(eyes[2:], _EYE), _ring(mouth, _MOUTH)]
         source = np.vstack(rings)
@@ -163,6 +164,14 @@ class HeadDisplacement:
         rho, _ = self._rim.at(target)
         near = smoothstep((rho - _NEAR[0]) / (_NEAR[1] - _NEAR[0]))
         return source + self.lens.at(source), target, _TOLERANCE / np.maximum(1.0 - near, 1e-6)
+
+    def _corners(self) -> tuple[Array, Array, Array]:
+        """Return the corners of eyes and mouth, and where lens correction alone shows them."""
+        source, target = (
+            np.vstack([face.eyes, face.mouth])
+            for face in (self.lens.heads[self.which].face, self.face)
+        )
+        return source, target, np.full(len(source), _TOLERANCE)
 
     def _shown(self, points: Array) -> Array:
         """Return where points of shape (N, 2) are shown, px: ``x + d(x) = point``."""
@@ -219,6 +228,40 @@ class HeadDisplacement:
         for hull in self.hulls:
             away = np.minimum(away, _beyond(points, hull))
         return smoothstep((away / self.face.anchor.spacing_px - _APART) / _ALL)
+
+
+class OutlineDisplacement(HeadDisplacement):
+    """Room beside the outline of a face that moves alone, for the steep part of its moves."""
+
+    @classmethod
+    def steep(cls, pairs: Pairs, spacing_px: float) -> Pairs:
+        """Return pairs with the part of each move that needs room."""
+        length = np.hypot(*pairs.displacement_px.T) / spacing_px
+        share = smoothstep((length - _STEEP[0]) / (_STEEP[1] - _STEEP[0]))
+        moves = share[:, None] * pairs.displacement_px
+        return dataclasses.replace(pairs, source_px=pairs.target_px + moves)
+
+    @property
+    def strength(self) -> float:
+        """How far the outline moves, as a share of its distance to the middle."""
+        moves = np.hypot(*self.pairs.displacement_px.T)
+        return float(moves.max() / self._rim.radii_px.mean())
+
+    @cached_property
+    def features(self) -> tuple[Array, Array, Array]:
+        """Corners of eyes and mouth for lens correction: see `HeadDisplacement`."""
+        return self._corners() if self.lens.heads else (NOBODY, NOBODY, np.zeros(0))
+
+    def _keep_and_fade(self, angles: Array) -> tuple[Array, Array]:
+        width = _ROOM * np.hypot(*self._rim.moved_px(angles, self._rim.moves_px).T)
+        return np.ones_like(angles), np.maximum(width, 1e-6) / self._rim.radius_px(angles)
+
+    def _moved(self, points: Array) -> Array:
+        rho, angles = self._rim.at(points)
+        keep, fade = self._keep_and_fade(angles)
+        within, outside = (rho - _DEPTH) / (1.0 - _DEPTH), 1.0 - ramp((rho - keep) / fade)
+        share = np.where(rho < 1.0, smoothstep(within), outside)
+        return self._rim.moved_px(angles, self._rim.moves_px) * share[:, None]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -289,7 +332,7 @@ def surrounds_of(
     neighbours_px: Sequence[Array] = (),
     lens: LensCorrection = NO_LENS,
 ) -> tuple[HeadDisplacement | None, ...]:
-    """Return the displacement of each head; None where the face alone moves, or nothing does.
+    """Return the displacement of each head; None where landmarks alone move, or nothing does.
 
     `faces` and `pairs` are those after the correction by `lens`. `neighbours_px` are points of
     people beside each face, who don't go along (`Held.neighbours`).
@@ -298,9 +341,12 @@ def surrounds_of(
     found: list[HeadDisplacement | None] = []
     for k, (face, pair, recipe) in enumerate(zip(faces, pairs, recipes, strict=True)):
         beside = neighbours_px[k] if neighbours_px else NOBODY
-        shape = Shape.of(face, recipe) if recipe.scope == "head" else None
-        middle = shape_center(face, recipe)
-        head = HeadDisplacement(face, pair, middle, photo, shape, beside, lens, k)
+        kind, shape, middle = HeadDisplacement, Shape.of(face, recipe), shape_center(face, recipe)
+        if recipe.scope == "face":
+            kind, shape = OutlineDisplacement, None
+            room = OutlineDisplacement.steep(pair, face.anchor.spacing_px)
+            pair = room if recipe.guard else dataclasses.replace(pair, source_px=pair.target_px)
+        head = kind(face, pair, middle, photo, shape, beside, lens, k)
         if head.strength:
             others = (hull for other, hull in enumerate(hulls) if other != k)
             near = tuple(hull for hull in others if head.is_near(hull))

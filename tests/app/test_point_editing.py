@@ -57,6 +57,16 @@ def test_neighbours_follow_a_dragged_landmark_and_all_is_one_step(opened):
     np.testing.assert_array_equal(outline(opened), before.outline)
 
 
+def test_switched_off_again_a_landmark_moves_alone_to_the_bit(opened):
+    before = opened.state.faces[0]
+    for _ in range(2):
+        opened.key(KEYS.Key_Q)
+        opened.key(KEYS.Key_Q, SHIFT)
+    opened.drag(opened.on_screen(CHEEK), BY)
+    alone = before.with_outline_point(5, outline(opened)[5])
+    np.testing.assert_array_equal(outline(opened), alone.outline)
+
+
 def test_the_wheel_changes_the_reach_of_a_drag_and_keys_do_between_drags(opened):
     opened.key(KEYS.Key_Q)
     at, zoom = opened.on_screen(CHEEK), opened.canvas.zoom
@@ -81,43 +91,22 @@ def test_the_wheel_changes_the_reach_of_a_drag_and_keys_do_between_drags(opened)
     assert opened.canvas.zoom > zoom, "with nothing in hand the wheel zooms"
 
 
-def shown(driver, point):
-    """Return what gives the points of a kind, which the mouse finds from now on."""
-    if point is CHEEKS_TARGET:
-        take_targets(driver)
-        return targets
-    return outline
-
-
-@POINTS
-def test_a_point_moves_alone_while_nothing_follows(opened, point):
-    points = shown(opened, point)
-    for _ in range(2):
-        opened.key(KEYS.Key_Q)
-        opened.key(KEYS.Key_Q, SHIFT)
-    at, zoom, before = opened.on_screen(point), opened.canvas.zoom, points(opened)
-    opened.drag(at, BY)
-    assert np.flatnonzero((points(opened) != before).any(axis=1)).tolist() == [5]
-    opened.press(opened.on_screen(point))
+def test_without_soft_selection_the_wheel_zooms_during_a_drag(opened):
+    at, zoom = opened.on_screen(CHEEK), opened.canvas.zoom
+    opened.press(at)
     opened.turn_wheel(opened.canvas.viewport(), 1, at)
     opened.release(at)
     assert opened.canvas.zoom > zoom
 
 
-@POINTS
-def test_both_sides_move_at_once_by_mouse_and_by_arrow_key(opened, point):
-    points = shown(opened, point)
-    before = points(opened)
+def test_both_sides_move_at_once(opened):
+    before = opened.state.faces[0]
     opened.key(KEYS.Key_Q, SHIFT)
-    opened.drag(opened.on_screen(point), BY)
-    by = points(opened) - before
-    np.testing.assert_allclose(by[15], by[5] * (-1.0, 1.0), atol=1e-6)
-    assert np.flatnonzero((np.abs(by) > 1e-6).any(axis=1)).tolist() == [5, 15]
+    opened.drag(opened.on_screen(CHEEK), BY)
+    by = outline(opened) - before.outline
+    np.testing.assert_allclose(by[15], by[5] * (-1.0, 1.0), atol=1e-9)
+    assert (np.flatnonzero(by.any(axis=1)) == [5, 15]).all()
     assert steps(opened) == 1
-    before = points(opened)
-    QTest.keyClick(opened.canvas, KEYS.Key_Left, SHIFT)
-    by = points(opened) - before
-    np.testing.assert_allclose(by[[5, 15]], [(-10.0, 0.0), (10.0, 0.0)], atol=1e-6)
 
 
 def test_arrow_keys_take_the_neighbours_along(opened):
@@ -200,25 +189,42 @@ def test_a_target_dragged_by_the_mouse_takes_its_neighbours_along_in_one_step(op
     assert opened.state.faces[0].targets is None
 
 
-def test_a_click_with_control_calls_the_nearest_landmark_to_be_dragged_on(opened):
-    before = outline(opened)
-    there = place(opened, before[5] + np.array([-30.0, 4.0]))
+def test_targets_of_both_sides_move_at_once_by_mouse_and_by_arrow_key(opened):
+    take_targets(opened)
+    before = targets(opened)
+    opened.key(KEYS.Key_Q, SHIFT)
+    opened.drag(opened.on_screen(CHEEKS_TARGET), BY)
+    by = targets(opened) - before
+    np.testing.assert_allclose(by[15], by[5] * (-1.0, 1.0), atol=1e-6)
+    assert np.flatnonzero((np.abs(by) > 1e-6).any(axis=1)).tolist() == [5, 15]
+    before = targets(opened)
+    QTest.keyClick(opened.canvas, KEYS.Key_Left, SHIFT)
+    by = targets(opened) - before
+    np.testing.assert_allclose(by[[5, 15]], [(-10.0, 0.0), (10.0, 0.0)], atol=1e-6)
+
+
+@pytest.mark.parametrize("by_key", [False, True])
+def test_a_click_with_control_or_a_key_calls_the_nearest_landmark(opened, by_key):
+    before = opened.state.faces[0]
+    there = place(opened, before.outline[5] + np.array([-30.0, 4.0]))
+    if by_key:
+        opened.move(there)
+        opened.key(KEYS.Key_R)
+    else:
+        control_click(opened, there)
+    np.testing.assert_allclose(outline(opened)[5], opened.canvas.to_photo(QPointF(there)))
+    assert (np.flatnonzero((outline(opened) != before.outline).any(axis=1)) == [5]).all()
+    assert steps(opened) == 1
+    assert opened.editor.view.selected == CHEEK
+
+
+def test_a_click_with_control_and_a_drag_are_one_step(opened):
+    there = place(opened, outline(opened)[5] + np.array([-30.0, 4.0]))
     view = opened.canvas.viewport()
     QTest.mousePress(view, Qt.MouseButton.LeftButton, CONTROL, there)
-    np.testing.assert_allclose(outline(opened)[5], opened.canvas.to_photo(QPointF(there)))
-    assert np.flatnonzero((outline(opened) != before).any(axis=1)).tolist() == [5]
-    assert opened.editor.view.selected == CHEEK
     opened.move(there + BY)
     opened.release(there + BY)
     np.testing.assert_allclose(outline(opened)[5], opened.canvas.to_photo(QPointF(there + BY)))
-    assert steps(opened) == 1
-
-
-def test_a_key_calls_the_nearest_landmark_to_the_mouse(opened):
-    there = place(opened, outline(opened)[5] + np.array([-30.0, 4.0]))
-    opened.move(there)
-    opened.key(KEYS.Key_R)
-    np.testing.assert_allclose(outline(opened)[5], opened.canvas.to_photo(QPointF(there)))
     assert steps(opened) == 1
 
 
@@ -228,13 +234,6 @@ def test_far_from_the_outline_nothing_is_called_and_it_is_said(opened):
     assert opened.state is before
     assert "No landmark of the selected face is near there" in opened.say()
     assert not opened.canvas.panning
-    opened.key(KEYS.Key_L)
-    control_click(opened, place(opened, outline(opened)[5]))
-    assert opened.state is before, "landmarks that are hidden are not called"
-    opened.key(KEYS.Key_L)
-    opened.key(KEYS.Key_B)
-    control_click(opened, place(opened, outline(opened)[5] + np.array([-20.0, 0.0])))
-    assert opened.state.faces == before.faces, "with the brush Control paints"
 
 
 def test_only_the_selected_face_is_called(two):
@@ -247,6 +246,20 @@ def test_only_the_selected_face_is_called(two):
     moved_faces = two.state.faces
     np.testing.assert_allclose(moved_faces[1].outline[5], two.canvas.to_photo(QPointF(there)))
     assert steps(two) == 1
+
+
+def test_landmarks_that_are_hidden_are_not_called(opened):
+    there = place(opened, outline(opened)[5])
+    opened.key(KEYS.Key_L)
+    control_click(opened, there)
+    assert steps(opened) == 0
+
+
+def test_with_the_brush_control_paints(opened):
+    before = opened.state.faces
+    opened.key(KEYS.Key_B)
+    control_click(opened, place(opened, outline(opened)[5] + np.array([-20.0, 0.0])))
+    assert opened.state.faces == before
 
 
 @pytest.mark.parametrize("index", few_of((1, 4, 7, 2, 3, 5, 6), 3))

@@ -92,8 +92,9 @@ def portrait() -> bytes:
 def points(name: str) -> bytes:
     """Return the face as a file of points."""
     with tempfile.TemporaryDirectory() as folder:
-        (written,) = interchange.write([face()], Path(folder, name))
-        return written.path.read_bytes()
+        path = Path(folder, name)
+        interchange.write([face()], path)
+        return path.read_bytes()
 
 
 def project() -> bytes:
@@ -143,7 +144,7 @@ def recipe_case(rng: Rng) -> Trial:
 
 def points_case(rng: Rng) -> Trial:
     """Return a warp by damaged points."""
-    name = f"p.{list(interchange.FORMATS)[rng.integers(3)]}"
+    name = f"p.{('json', 'csv')[rng.integers(2)]}"
     return _warp(f"points {name[1:]}", ["--points", name], {name: damaged(points(name), rng)})
 
 

@@ -8,7 +8,7 @@ import pytest
 from scenes import oval_face
 
 from kogao_core.base.json_reader import BadFile
-from kogao_core.lab.experiments.trials import Trial, apart, append, now, read
+from kogao_core.lab.experiments.trials import Trial, append, now, read
 from kogao_core.lab.subjects import set_by_hand
 from kogao_core.recipe.recipe import PAPER
 
@@ -48,18 +48,6 @@ def test_corrections_after_applying_are_part_of_the_same_trial(file):
     manual, automatic = read(file)
     assert manual.total_s == pytest.approx(22.8 + 2.2 + 1.2)
     assert automatic.total_s == 0.1
-
-
-def test_how_far_points_lie_apart_is_in_shares_of_the_eyes_distance():
-    found = set_by_hand((oval_face(960, 720),), PAPER)
-    (face,) = found
-    moved = replace(
-        face, outline=np.add(face.outline, [3, 4]), targets=np.add(face.targets, [0, 2])
-    )
-    far = apart((moved,), found)
-    assert far.landmarks == pytest.approx(500.0 / face.interocular_px)
-    assert far.targets == pytest.approx(200.0 / face.interocular_px)
-    assert apart((), found) is None
 
 
 @pytest.mark.parametrize("kept", [1, 30, 100])

@@ -526,7 +526,7 @@ def test_only_files_are_replaced(fails, small_portrait, tmp_path):
     for name, *command in (
         ("out.jpg", "warp", photo, "-o", tmp_path / "out.jpg"),
         ("photo.jpg.kogao.json", "warp", photo, "-o", tmp_path / "new.jpg", "--save-project"),
-        ("photo.pts", "landmarks", "export", photo, "--format", "pts", "-o", tmp_path),
+        ("photo.csv", "landmarks", "export", photo, "--format", "csv", "-o", tmp_path),
         ("photo-lattice.png", "experiment", "figures", photo, "-o", tmp_path),
         ("report.html", "experiment", "domains", photo, "--html", tmp_path / "report.html"),
     ):

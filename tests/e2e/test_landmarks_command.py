@@ -8,10 +8,10 @@ from PIL import Image
 from scenes import oval_face
 
 from kogao_core.projects import interchange
-from kogao_core.projects.interchange.pointmap import along
+from kogao_core.projects.interchange import along
 
 
-@pytest.mark.parametrize("form", ["json", "pts"])
+@pytest.mark.parametrize("form", ["json", "csv"])
 def test_exported_points_warp_like_those_found(cli, works, small_portrait, tmp_path, form):
     said = works("landmarks", "export", small_portrait, "--format", form, "-o", tmp_path / "lm")
     file = tmp_path / "lm" / f"small.{form}"
@@ -43,7 +43,7 @@ def test_what_cant_be_done_is_said_and_leaves_nothing(fails, small_portrait, tmp
     warp = ("warp", small_portrait, "-o", tmp_path / "out.png")
     for wanted, words, *arguments in (
         (2, "use --force", *export, "--format", "csv", "-o", tmp_path),
-        (2, "several photos", *export, small_portrait, "--format", "pts", "-o", tmp_path / "new"),
+        (2, "several photos", *export, small_portrait, "--format", "csv", "-o", tmp_path / "new"),
         (3, "n_points: N", *warp, "--points", tmp_path / "text.pts"),
         (3, "save points of other programs as .csv", *warp, "--points", tmp_path / "old.tem"),
         (3, "another photo or size", *warp, "--points", tmp_path / "far.json"),
@@ -78,7 +78,8 @@ def test_every_command_reads_landmarks_from_files(cli, small_png, tmp_path):
     every = _ibug(face)
     points = tmp_path / "points"
     points.mkdir()
-    interchange.write_points([every], points / "small.pts")
+    rows = "\n".join(f"{x:.3f},{y:.3f}" for x, y in every.tolist())
+    (points / "small.csv").write_text(f"x,y\n{rows}\n")
     ours = np.round(face.outline[0], 1).tolist()
     code, _, _ = cli("landmarks", "export", small_png, "--points", points, "--format", "json",
                      "-o", tmp_path / "json")  # fmt: skip

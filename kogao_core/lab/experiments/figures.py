@@ -15,6 +15,7 @@ from kogao_core.faces.face import Face
 from kogao_core.faces.naturalness import DISTANCES
 from kogao_core.faces.targets import Pairs, aim, center_candidates
 from kogao_core.lab.reports.drawing import Dots, Drawing, Mark, Strokes, Word
+from kogao_core.lab.study.design import LATTICES
 from kogao_core.lab.subjects import Subject, at_paper_size
 from kogao_core.pipeline import Rendering, render
 from kogao_core.recipe.recipe import Recipe
@@ -41,7 +42,6 @@ _FAR_PERCENT: Final = 30.0  # of D; large, to be visible in print
 _SEEN_PX: Final = 0.5  # minimum threshold of figure 13; large, to be visible in print
 # Lattice sizes of figures 8 to 10, in landmark spacings; the paper prints none.
 _SMALL_LATTICE, _LARGE_LATTICE = 0.25, 4.0
-_LATTICES: Final = (0.25, 0.5, 1.0, 2.0)
 
 
 def figures(subject: Subject, recipe: Recipe, width_px: int) -> list[Drawing]:
@@ -258,7 +258,7 @@ def large_lattice(shown: Subject, rendering: Rendering) -> Drawing:
 
 def lattice_sizes(shown: Subject, rendering: Rendering) -> Drawing:
     """Draw the results of the survey's four lattice sizes (figure 10)."""
-    panels = [_at_lattice(shown, rendering, size).pixels for size in _LATTICES]
+    panels = [_at_lattice(shown, rendering, size).pixels for size in LATTICES]
     return _side_by_side("lattice-sizes", panels)
 
 

@@ -14,7 +14,7 @@ from kogao_core.base.geometry import Box
 from kogao_core.base.language import Text
 from kogao_core.faces.face import Face, LandmarkSource
 from kogao_core.faces.targets import matching
-from kogao_core.lab.experiments.trials import Apart, Trial, apart
+from kogao_core.lab.experiments.trials import Trial
 from kogao_core.lab.reports.spread import Spread, in_turns
 from kogao_core.lab.subjects import Progress, Subject, at_paper_size, no_progress, set_by_hand
 from kogao_core.pipeline import render
@@ -94,18 +94,6 @@ class TimingResult:
         """Manual setting time with corrections, s; None without trials."""
         times = [one.total_s for one in self.trials_of("manual")]
         return Spread.of(times) if times else None
-
-    @property
-    def points(self) -> list[tuple[Trial, int, Apart]]:
-        """Manual trials, with the number of found landmarks and their distances."""
-        found = {one.trial: one.faces for one in self.trials if one.mode == "automatic"}
-        pairs = [(one, found.get(one.trial, ())) for one in self.trials_of("manual")]
-        compared = [(one, other, apart(one.faces, other)) for one, other in pairs]
-        return [
-            (one, sum(len(face.outline) for face in other), far)
-            for one, other, far in compared
-            if far is not None
-        ]
 
     def of(self, size: Size, procedure: str) -> list[Timing]:
         """Return the timings of one procedure at one size."""

@@ -103,7 +103,7 @@ _CLOCKS: Final[tuple[Callable[[Timing], Sequence[float]], ...]] = (
 
 
 def _by_hand(result: TimingResult) -> list[Table]:
-    """Return setting times, and the distance of the manual from the found points."""
+    """Return setting times by hand and of the machine."""
     trials = result.trials_of("manual")
     if not trials:
         return []
@@ -111,7 +111,7 @@ def _by_hand(result: TimingResult) -> list[Table]:
     for cold, called in ((True, Text("machine, cold")), (False, Text("machine, warm"))):
         found = [one for one in result.trials_of("automatic") if one.cold == cold]
         rows += [_set_by(called, found)] if found else []
-    times = Table(
+    return [Table(
         Text("Setting time"),
         (
             Text("who"), Text("n"), Text("looking, s"), Text("to applying, s"),
@@ -123,20 +123,7 @@ def _by_hand(result: TimingResult) -> list[Table]:
             "Looking ends with the first point. Corrections after Apply belong to the same trial. "
             "Cold: the time contains loading the networks."
         ),
-    )  # fmt: skip
-    beside = Table.of(
-        Text("Distances between manual and found points"),
-        result.points,
-        [
-            (Text("photo"), lambda of: of[0].photo),
-            (Text("set by hand"), lambda of: str(of[0].landmarks)),
-            (Text("found"), lambda of: str(of[1])),
-            (Text("landmarks, % of the eyes' distance"), lambda of: f"{of[2].landmarks:.1f}"),
-            (Text("targets, % of the eyes' distance"), lambda of: f"{of[2].targets:.1f}"),
-        ],
-        Text("Means over the points of a photo, each to the corresponding or nearest point."),
-    )
-    return [times, beside] if beside.rows else [times]
+    )]  # fmt: skip
 
 
 def _set_by(who: str, trials: Sequence[Trial]) -> list[str]:
@@ -238,14 +225,6 @@ def _document(result: TimingResult) -> dict[str, object]:
                 "landmarks": one.landmarks,
             }
             for one in result.trials
-        ],
-        "apart": [
-            {
-                "trial": trial.trial,
-                "found": found,
-                **{f"{name}_percent": percent for name, percent in asdict(apart).items()},
-            }
-            for trial, found, apart in result.points
         ],
         "timings": [asdict(timing) for timing in result.timings],
     }

@@ -15,22 +15,17 @@ from __future__ import annotations
 import dataclasses
 import json
 import os
-from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 from typing import Any, Final, Literal, get_args
 
-import numpy as np
-
 from kogao_core.base.atomic import appended
 from kogao_core.base.json_reader import BadFile, Node, parse
 from kogao_core.base.language import Text
 from kogao_core.faces.face import Face
-from kogao_core.faces.targets import differences, matching
 from kogao_core.projects.json import MOST_FACES, face_dict
 from kogao_core.projects.json import faces as faces_of
-from kogao_core.recipe.recipe import PAPER
 
 VERSION: Final = 2
 Mode = Literal["manual", "automatic"]
@@ -67,26 +62,6 @@ class Trial:
     def landmarks(self) -> int:
         """Number of landmarks on outlines."""
         return sum(len(face.outline) for face in self.faces)
-
-
-@dataclass(frozen=True, slots=True)
-class Apart:
-    """Mean distances between manual and found points, % of the eye distance."""
-
-    landmarks: float
-    targets: float
-
-
-def apart(by_hand: Sequence[Face], found: Sequence[Face]) -> Apart | None:
-    """Compare the points of two modes on one photo; None without a matching face."""
-    pairs = []
-    for face in by_hand:
-        place = matching(face, found)
-        if place is not None:
-            far = differences(face, found[place], (PAPER, PAPER))
-            unit = 100.0 / found[place].interocular_px
-            pairs.append((unit * far.landmarks_px.mean(), unit * far.targets_px.mean()))
-    return Apart(*np.mean(pairs, axis=0).tolist()) if pairs else None
 
 
 def now() -> str:

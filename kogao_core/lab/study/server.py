@@ -56,11 +56,7 @@ _HEADERS: Final = {
 
 
 class Behind(Exception):
-    """Another window continued the session; `session` is the newer state."""
-
-    def __init__(self, session: dict[str, Any]) -> None:
-        super().__init__("the session went on in another window")
-        self.session = session
+    """Another window continued the session; the argument is the newer state."""
 
 
 class Sessions:
@@ -253,7 +249,7 @@ class _Handler(BaseHTTPRequestHandler):
         try:
             self._reply_json(HTTPStatus.OK, act())
         except Behind as behind:
-            self._reply_json(HTTPStatus.CONFLICT, behind.session)
+            self._reply_json(HTTPStatus.CONFLICT, behind.args[0])
         except BadFile as problem:
             self._refuse(HTTPStatus.BAD_REQUEST, str(problem))
         except OSError as problem:

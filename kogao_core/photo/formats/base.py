@@ -98,12 +98,10 @@ class FileFormat:
         a `Photo`. None: Pillow recognises and decodes the format.
     behind : callable, optional
         Yields the extras after the end of the picture. The file must be at its start.
-    note : Kind, optional
-        Kind of a maker's note in EXIF. None: `inside` yields the maker's note.
-    lacks : callable
-        Returns a note about metadata of a photo too damaged for this format, or "".
-    recoded : callable
-        Returns a note about a change of compression when saving a photo of this format, or "".
+    note : Kind
+        Kind of a maker's note in EXIF.
+    holds_exif : callable
+        Returns False for an EXIF block too damaged for this format.
     keeps_turn : bool
         Whether saving in this format preserves the stored orientation and EXIF's orientation tag.
     keep : callable, optional
@@ -126,9 +124,8 @@ class FileFormat:
     recognises: Callable[[IO[bytes], Path], bool] | None = None
     decode: Callable[[Source], Photo] | None = None
     behind: Callable[[IO[bytes]], Iterator[Extra]] | None = None
-    note: Kind | None = kinds.MAKER_NOTE
-    lacks: Callable[[Photo], str] = lambda _: ""
-    recoded: Callable[[Photo], str] = lambda _: ""
+    note: Kind = kinds.MAKER_NOTE
+    holds_exif: Callable[[bytes], bool] = lambda _: True
     keeps_turn: bool = False
     keep: Callable[[Photo, Image, Encode, Path], tuple[Chunks, str]] | None = None
 
