@@ -55,8 +55,8 @@ class ReadingsPanel(QWidget):
         row = QHBoxLayout(self)
         row.setContentsMargins(12, 8, 12, 8)
         row.setSpacing(8 * GRID_PX)
-        row.addWidget(self.timings, 1)
-        row.addWidget(right, 1)
+        row.addWidget(self.timings, 2)
+        row.addWidget(right, 3)
         self.forget()
         self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
 

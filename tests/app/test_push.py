@@ -158,16 +158,6 @@ def test_a_pens_pressure_is_kept_with_the_stroke(opened):
     assert opened.canvas.pressure == 1.0
 
 
-def test_strokes_are_kept_and_come_back_with_the_photo(opened, photo):
-    draw(opened)
-    draw(opened, KEYS.Key_R, QPoint(10, 20))
-    shown = opened.shown.copy()
-    opened.editor.files.open(photo)
-    opened.settle()
-    assert len(strokes(opened)) == 2
-    np.testing.assert_array_equal(opened.shown, shown)
-
-
 def test_a_saved_copy_has_the_strokes_and_keeps_what_is_protected(opened, tmp_path, pixels):
     draw(opened)
     paint(opened)

@@ -5,18 +5,14 @@
 PHOTO are portraits of one face; those of ``KOGAO_SHARED`` or ``../shared/data`` when not given.
 Median and worst decile of:
 
-- width, chin, hairline: width at mid forehead, and distances from the eyes to chin and hairline,
-  after / before;
+- width, chin: width at mid forehead, and distance from the eyes to the chin, after / before;
 - skull: width at mid forehead over height from the eyes to the top of the hair, after / before;
 - strip: width of the strip from the outline to 1.25 half widths at ear height, change in %;
-- up: how far the eyes come up, % of the outer eye distance (iod);
 - det J: the smallest;
-- apart: how far the widths of the two eyes come apart, %;
-- sag: of a straight bar from outline to outline on the eye line, % of iod;
-- moved: the farthest move of a corner of eyes or mouth, % of iod;
+- sag: of a straight bar from outline to outline on the eye line, % of the outer eye distance (iod);
 - outside: farthest read outside the photo, % of iod;
 - missed: landmarks off their targets, % of iod;
-- amount: the Amount that the photo allows, %; changed: share of the photo's 16 x 16 blocks, %.
+- changed: share of the photo's 16 x 16 blocks, %.
 """
 
 from __future__ import annotations
@@ -46,11 +42,8 @@ from kogao_core.warp.field import shown_at
 from kogao_core.warp.one_to_one import least_det
 from kogao_core.warp.protection import NOTHING
 
-COLUMNS = (
-    *("width", "chin", "hairline", "skull", "strip", "up", "det J", "apart", "sag", "moved"),
-    *("outside", "missed", "amount", "changed"),
-)
-LOW_IS_WORSE = {"skull", "det J", "amount"}
+COLUMNS = ("width", "chin", "skull", "strip", "det J", "sag", "outside", "missed", "changed")
+LOW_IS_WORSE = {"skull", "det J"}
 
 
 def of_one_face(files: Sequence[Path]) -> Iterator[tuple[Image, Face]]:
@@ -98,27 +91,20 @@ def figures(photo: Image, face: Face, made: Rendering, hair: float) -> list[floa
     line = 0.6 * chin if face.forehead is None else float((eye - face.forehead[6]) @ below)
     middle = eye - 0.5 * line * below
     brow = np.stack([middle + 0.8 * sign * half * right for sign in (-1, 1)])
-    width, *heights = (
+    width, to_chin, to_hair = (
         _length(shown_at(field, ends)) / _length(ends)
-        for ends in (brow, *(np.stack([eye, eye + far * below]) for far in (chin, -line, -hair)))
+        for ends in (brow, *(np.stack([eye, eye + far * below]) for far in (chin, -hair)))
     )
     bar = shown_at(field, np.linspace(*ends, 60))
     chord = (bar[-1] - bar[0]) / _length(bar[[0, -1]])
-    corners = np.vstack([face.eyes, face.mouth])
-    moved = shown_at(field, corners)
-    left, right_eye = (_length(moved[k : k + 2]) / _length(corners[k : k + 2]) for k in (0, 2))
     missed = np.abs(field.at(pairs.target_px) - pairs.displacement_px).max()
     return [
-        *(width, *heights[:2], width / heights[2]),
+        *(width, to_chin, width / to_hair),
         float(np.mean(strips)),
-        100.0 * float((eye - shown_at(field, eye[None])[0]) @ below) / iod,
         least_det(field),
-        100.0 * abs(left / right_eye - 1.0),
         100.0 * float(np.abs((bar - bar[0]) @ [-chord[1], chord[0]]).max()) / iod,
-        100.0 * float(np.hypot(*(moved - corners).T).max()) / iod,
         100.0 * read_outside_px(field, Box.of(photo)) / iod,
         100.0 * float(missed) / iod,
-        100.0 * pairs.head_share,
         100.0 * float(_blocks(photo != made.pixels).mean()),
     ]
 

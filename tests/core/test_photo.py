@@ -289,12 +289,9 @@ def test_reading_leaves_pillow_as_it_was(tmp_path, picture):
     assert limit == Image.MAX_IMAGE_PIXELS
 
 
-def test_deep_layouts_that_opencv_gets_wrong_are_refused_or_put_right(tmp_path, deep_picture):
+def test_deep_layouts_that_opencv_gets_wrong_are_refused(tmp_path, deep_picture):
     path = tmp_path / "in.tif"
     data = cv2.imencode(".tiff", deep_picture[..., 0])[1].tobytes()
-    white_is_zero = struct.pack("<HHIHH", 262, 3, 1, 0, 0)
-    path.write_bytes(data.replace(struct.pack("<HHIHH", 262, 3, 1, 1, 0), white_is_zero))
-    np.testing.assert_array_equal(photo.read(path).pixels, 65535 - deep_picture[..., 0])
     # Two thirds of the picture would be what happens to lie in memory.
     rgb = struct.pack("<HHIHH", 262, 3, 1, 2, 0)
     path.write_bytes(data.replace(struct.pack("<HHIHH", 262, 3, 1, 1, 0), rgb))
@@ -303,26 +300,6 @@ def test_deep_layouts_that_opencv_gets_wrong_are_refused_or_put_right(tmp_path, 
     separate = struct.pack("<HHIHH", 284, 3, 1, 2, 0)
     path.write_bytes(data.replace(struct.pack("<HHIHH", 284, 3, 1, 1, 0), separate))
     assert_refused(path, "damaged|an extra reads")
-
-
-@pytest.mark.parametrize("kind", ["jpg", "png", "webp", "tif", "deep.png", "deep.tif"])
-def test_damaged_bytes_never_raise_anything_else(tmp_path, picture, kind):
-    rng = np.random.default_rng(10)
-    path = tmp_path / f"in.{kind}"
-    pixels = picture.astype(np.uint16) * 257 if kind.startswith("deep") else picture
-    source = photo.Photo(pixels, path, "PNG", files.SRGB, EXIF, XMP, (72.0, 72.0))
-    photo.write(source, pixels, path)
-    whole = np.frombuffer(path.read_bytes(), np.uint8)
-    for _ in range(60):
-        damaged = whole.copy()
-        where = rng.integers(0, min(len(whole), 4000), 12)
-        damaged[where] = rng.integers(0, 256, 12)
-        path.write_bytes(damaged.tobytes())
-        try:
-            found = photo.read(path, max_megapixels=1)
-            photo.write(found, inverted(found), tmp_path / f"out{path.suffix}", force=True)
-        except (UnreadablePhoto, CannotWrite):
-            pass
 
 
 def test_numbers_without_a_profile_are_said_to_be_seen_as_srgb(tmp_path, deep_picture):

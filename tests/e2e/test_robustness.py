@@ -40,7 +40,7 @@ def test_programs_killed_while_saving_harm_nothing():
     ("trial", "inputs"),
     few_of(
         [
-            *(("hostile", 20), ("hostile_texts", 30)),
+            *(("hostile", 80), ("hostile_texts", 30)),
             *(("hostile", 300), ("hostile_texts", 150)),
         ],
         2,

@@ -120,16 +120,6 @@ def found(file: IO[bytes], *, is_turned: bool) -> Iterator[Extra]:
         yield Extra(kinds.SECOND_PROFILE, Text("an incomplete colour profile"))
 
 
-def late(found: list[tuple[int, bytes]]) -> Iterator[Extra]:
-    """Yield the extras between scans, from (marker, segment) pairs."""
-    judged = list(_judged(found))
-    kept = [one for kind, one in judged if kind in (kinds.COMMENTS, kinds.SEGMENTS)]
-    if kept:
-        yield Extra(kinds.LATE_SEGMENTS, data=b"".join(kept))
-    if len(kept) < len(judged):
-        yield Extra(kinds.UNKNOWN, Text("metadata between the scans"))
-
-
 def _found(file: IO[bytes]) -> list[tuple[int, bytes]]:
     """Return marker and bytes of the segments before the first scan.
 

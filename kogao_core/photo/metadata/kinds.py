@@ -28,7 +28,7 @@ class Extra:
 
     kind: Kind
     more: str = ""
-    data: bytes = b""  # data between scans or after the picture that a changed photo can preserve
+    data: bytes = b""  # data after the picture that a changed photo can preserve
 
     @property
     def name(self) -> str:
@@ -57,7 +57,6 @@ ADOBE: Final = Kind(Text("Adobe's colour coding"), is_reported=False)
 COMMENTS: Final = Kind(Text("comments"))
 SEGMENTS: Final = Kind(Text("makers' segments"))
 PREVIEW: Final = Kind(Text("a maker's segment with a preview"))
-LATE_SEGMENTS: Final = Kind(Text("comments or segments between the scans"))
 JUMBF: Final = Kind(Text("JUMBF data"))
 TEXTS: Final = Kind(Text("PNG texts"))
 COLOURS: Final = Kind(Text("gamma and colours without a profile"))
