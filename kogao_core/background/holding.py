@@ -23,7 +23,7 @@ from kogao_core.base.geometry import Affine, Array
 from kogao_core.faces.face import Face
 from kogao_core.recipe.recipe import LOSSLESS_PX
 from kogao_core.warp.field import Field
-from kogao_core.warp.fit import Problem, quantised, summed
+from kogao_core.warp.fit import Problem, quantised
 from kogao_core.warp.frame import edges_px, zero_on_edges
 from kogao_core.warp.guard import LEAST_DET, bisected, is_safe
 from kogao_core.warp.lattice import ORDER, Grid, Lattice, basis, groups
@@ -100,7 +100,7 @@ def hold(field: Field, problems: Sequence[Problem], faces: Sequence[Face], held:
             if changes:
                 after = before
                 for steady in changes:
-                    after = summed(after, steady.change(after, targets))
+                    after = after.plus(steady.change(after, targets))
                 changed[k] = quantised(zero_on_edges(after, problems[k].photo))
         allowed = _allowed(field, [*changed], [*changed.values()])
         for k, lattice in zip(changed, allowed, strict=True):

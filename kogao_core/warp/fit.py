@@ -164,7 +164,7 @@ def solve(problems: Sequence[Problem], recipes: Sequence[Recipe]) -> tuple[Latti
     left = [one.requesting(one.displacement_px - made.at(one.target_px)) for one in problems]
     for _ in range(_ROUNDS):
         whole = [
-            lattice if done is None else summed(lattice, done)
+            lattice if done is None else lattice.plus(done)
             for lattice, done in zip(_fitted(left, recipes), total, strict=True)
         ]
         inside = [zero_on_edges(a, one.photo) for a, one in zip(whole, problems, strict=True)]
@@ -194,18 +194,6 @@ def _fitted(problems: Sequence[Problem], recipes: Sequence[Recipe]) -> list[Latt
             case unknown:
                 assert_never(unknown)
     return fitted
-
-
-def summed(lattice: Lattice, other: Lattice) -> Lattice:
-    """Return the sum of two lattices on grids that differ only by halvings.
-
-    Result: on the finer grid of the two.
-    """
-    while other.grid.spacing_px > lattice.grid.spacing_px:
-        other = other.refined()
-    while lattice.grid.spacing_px > other.grid.spacing_px:
-        lattice = lattice.refined()
-    return lattice.plus(other)
 
 
 def _check_control_points(requested: Sequence[_Request]) -> None:

@@ -161,7 +161,14 @@ class Lattice:
         return range(first, max(first + 1, min(end, mine.stop)))
 
     def plus(self, other: Lattice) -> Lattice:
-        """Return the sum of two fields on the same grid, over the nodes of both."""
+        """Return the sum of two fields over the nodes of both, on the finer of their grids.
+
+        The grids must differ only by halvings.
+        """
+        if other.grid.spacing_px > self.grid.spacing_px:
+            return self.plus(other.refined())
+        if self.grid.spacing_px > other.grid.spacing_px:
+            return self.refined().plus(other)
         first = (min(self.first[0], other.first[0]), min(self.first[1], other.first[1]))
         last_i = max(self.first[0] + self.shape[1], other.first[0] + other.shape[1])
         last_j = max(self.first[1] + self.shape[0], other.first[1] + other.shape[0])
@@ -169,7 +176,7 @@ class Lattice:
         return Lattice(self.grid, first, self.window(first, shape) + other.window(first, shape))
 
     def minus(self, other: Lattice) -> Lattice:
-        """Return the difference of two fields on the same grid, over the nodes of both."""
+        """Return the difference of two fields; see `plus`."""
         return self.plus(other.scaled(-1.0))
 
     def scaled(self, factor: float) -> Lattice:

@@ -47,8 +47,11 @@ def least_dets(field: Field, lattice: Lattice, below: float = np.inf) -> Array:
     low = (slope >= 1.0) | ((1.0 - slope) ** 2 < below)
     if not field.is_plain:
         low = np.ones_like(low)
-    least, cells = np.full(low.shape, np.inf), _block(low)
-    least[cells] = _least(field.det_jacobian(*_places_px(lattice, cells)))
+    least, (rows, columns) = np.full(low.shape, np.inf), _block(low)
+    det = field.det_jacobian(*_samples_px(lattice, rows, columns))
+    down, along = (size // SAMPLES_PER_CELL for size in det.shape)
+    each = det.reshape(down, SAMPLES_PER_CELL, along, SAMPLES_PER_CELL)
+    least[rows, columns] = each.min(axis=(1, 3), initial=np.inf)
     return least
 
 
@@ -59,9 +62,7 @@ def largest_det(field: Field) -> float:
     """
     most = 1.0
     for lattice in field.lattices:
-        h = lattice.grid.spacing_px
-        xs, ys = ((span[0][:, None] + h * _PLACES).ravel() for span in lattice.cell_spans_px)
-        most = max(most, float(field.det_jacobian(xs, ys).max()))
+        most = max(most, float(field.det_jacobian(*_samples_px(lattice)).max()))
     return most
 
 
@@ -72,19 +73,13 @@ def _block(cells: npt.NDArray[np.bool_]) -> tuple[slice, slice]:
     return rows, columns
 
 
-def _places_px(lattice: Lattice, cells: tuple[slice, slice]) -> tuple[Array, Array]:
+def _samples_px(
+    lattice: Lattice, rows: slice = slice(None), columns: slice = slice(None)
+) -> tuple[Array, Array]:
     """Return the coordinates of the samples in a block of cells along x and y, px."""
-    (ox, oy), h, (i0, j0) = lattice.grid.origin_px, lattice.grid.spacing_px, lattice.first_cell
-    rows, columns = (np.arange(part.start, part.stop) for part in cells)
-    xs = ox + h * ((i0 + columns)[:, None] + _PLACES).ravel()
-    return xs, oy + h * ((j0 + rows)[:, None] + _PLACES).ravel()
-
-
-def _least(det: Array) -> Array:
-    """Return the smallest sample in each cell."""
-    rows, columns = (side // SAMPLES_PER_CELL for side in det.shape)
-    by_row = det.reshape(rows, SAMPLES_PER_CELL, det.shape[1]).min(axis=1)
-    return np.asarray(by_row.reshape(rows, columns, SAMPLES_PER_CELL).min(axis=2))
+    (left, _), (top, _) = lattice.cell_spans_px
+    within = lattice.grid.spacing_px * _PLACES
+    return (left[columns, None] + within).ravel(), (top[rows, None] + within).ravel()
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,7 +1,5 @@
 """The pivot of a head, and the Amount that the photo allows."""
 
-import dataclasses
-
 import numpy as np
 import pytest
 from scenes import textured_photo
@@ -85,12 +83,3 @@ def test_a_limited_move_is_whole_far_below_the_limit_and_never_beyond_it():
     assert (np.abs(limited(np.full(4, -5.0), most)) <= most).all()
     assert float(limited(5.0, 1e3)) == pytest.approx(5.0)
     assert float(limited(0.0, 0.0)) == 0.0
-
-
-def test_the_head_of_each_face_has_its_own_pivot():
-    other = FACE.mapped(Affine(np.eye(2), np.array([500.0, -400.0])))
-    faces = FACE, dataclasses.replace(other, recipe=Recipe(percent=3.0))
-    made = render(
-        np.zeros((8, 8), np.uint8), faces, Recipe(percent=6.0), whole=photo(5.0, 5.0, 6.0)
-    )
-    assert made.achieved == pytest.approx((6.0, 3.0), abs=0.05)

@@ -255,12 +255,6 @@ def test_by_random_settings_it_never_folds_nor_reads_outside_the_photo(seed):
         assert read_outside_px(made.field, PHOTO) < 0.02
 
 
-def test_at_usual_amounts_the_guard_has_no_more_to_do_and_less_is_squeezed():
-    on, off = rendered(ON), rendered(ALONE)
-    assert on.shares == off.shares == (1.0,)
-    assert on.one_to_one.min_det > off.one_to_one.min_det - 0.02
-
-
 @pytest.mark.parametrize("recipe", [ON, dataclasses.replace(ON, lens=26.0)])
 def test_a_part_of_a_photo_moves_as_it_does_in_the_whole(recipe):
     photo, face = textured_photo(), face_at(y=150.0)

@@ -226,12 +226,3 @@ def test_nothing_is_added_to_what_nobody_has_written(monkeypatch):
     with np.errstate(invalid="raise"):
         pixels = render(photo, faces, Recipe(percent=4), threads=1).pixels
     np.testing.assert_array_equal(pixels, expected)
-
-
-@pytest.mark.parametrize("shape", [(3, 5), (1300, 900), (1300, 900, 3)])
-def test_a_canvas_begins_as_a_copy_of_its_source_however_that_lies_in_memory(shape):
-    source = np.rot90(np.random.default_rng(1).integers(0, 256, shape, np.uint8))
-    pixels = Canvas(source).pixels
-    np.testing.assert_array_equal(pixels, source)
-    assert pixels.flags.c_contiguous
-    assert not np.shares_memory(pixels, source)
