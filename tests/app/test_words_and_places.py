@@ -10,7 +10,6 @@ from kogao_app.canvas.overlays.overlay import Place, affine
 from kogao_app.canvas.overlays.unlisted import badges
 from kogao_app.features.commands import Palette
 from kogao_app.features.recent import EmptyState
-from kogao_app.workspaces import COMPARE, RETOUCH
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QColor
 from PySide6.QtTest import QTest
@@ -50,14 +49,6 @@ def test_a_double_click_shows_the_place_1_to_1_and_another_one_all(opened):
         if zoom == 1.0:
             assert abs(opened.canvas.to_photo(at.toPointF()) - there).max() < 1.0
     assert not opened.editor.document.undo.canUndo()
-
-
-def test_before_and_after_and_the_brush_are_on_the_bar_where_one_starts(start, photo):
-    driver = start(photo, workspace=RETOUCH.name)
-    for name in ("compare-wipe", "compare-side", "tool-brush"):
-        assert name in RETOUCH.tools
-        assert not driver.window.actions_by_name[name].icon().isNull()
-    assert COMPARE.title == "Manual vs auto", "not before and after"
 
 
 @pytest.mark.parametrize(
