@@ -95,7 +95,7 @@ def test_leaving_changes_asks_for_no_copy_and_no_project(asked, photo):
     box = asked.dialog(QMessageBox)
     offered = {button.text().replace("&", "") for button in box.buttons()}
     assert "Save" in offered
-    assert not offered & {"Save a copy…", "Save project"}
+    assert not offered & {"Save a copy…", "Save project…"}
     box.button(QMessageBox.StandardButton.Discard).click()
     assert not asked.window.isVisible()
     assert photo.read_bytes() == before

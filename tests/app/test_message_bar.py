@@ -61,10 +61,11 @@ def test_what_came_a_moment_ago_goes_once_it_could_be_read(opened, photo, monkey
 def test_a_refusal_goes_when_something_else_is_saved(opened, photo):
     opened.editor.files.save(photo)
     assert "never written over" in opened.say()
-    opened.editor.projects.save()
+    file = photo.with_name("portrait.png.kogao.json")
+    opened.editor.projects.save_to(file)
     opened.settle()
     assert opened.say() == ""
-    assert photo.with_name("portrait.png.kogao.json").exists()
+    assert file.exists()
 
 
 @pytest.fixture

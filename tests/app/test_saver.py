@@ -277,7 +277,7 @@ def test_a_copy_holds_one_mode_and_a_project_both(opened, tmp_path):
     opened.editor.files.save(tmp_path / "other.png")
     opened.settle()
     assert opened.window.isWindowModified(), "no picture of the faces has the line"
-    opened.editor.projects.save()
+    opened.editor.projects.save_to(tmp_path / "one.kogao.json")
     opened.settle()
     assert not opened.window.isWindowModified()
     opened.editor.manual.switch("automatic")
