@@ -6,7 +6,8 @@ interface with the object. Python would free an interface without an object too 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any, Final
 
 from PySide6.QtCore import QObject, Qt
@@ -47,6 +48,33 @@ def _interface(_: str, thing: QObject) -> QAccessibleInterface | None:
     return next((make(thing) for make in made), None)
 
 
+class Actions(QAccessibleActionInterface):
+    """The actions of an accessible object: functions by name."""
+
+    def __init__(self, now: Callable[[], Mapping[str, Callable[[], object]]]) -> None:
+        super().__init__()
+        self._now = now
+
+    def actionNames(self) -> list[str]:
+        """Return the names of the available actions."""
+        return list(self._now())
+
+    def keyBindingsForAction(self, name: str) -> list[str]:  # noqa: ARG002
+        """Return no keys: screen readers read the keys of menus."""
+        return []
+
+    def doAction(self, name: str) -> None:
+        """Call the function of an action."""
+        if name in self._now():
+            self._now()[name]()
+
+
+def actions_of(widget: QWidget, acts: Mapping[str, Callable[[], object]]) -> Actions:
+    """Return the actions of a widget while enabled, and the action that sets the focus."""
+    focus = partial(widget.setFocus, Qt.FocusReason.OtherFocusReason)
+    return Actions(lambda: {**acts, FOCUS: focus} if widget.isEnabled() else {})
+
+
 def announce(widget: QWidget, text: str, *, urgent: bool = False) -> None:
     """Send an announcement to screen readers."""
     event = QAccessibleAnnouncementEvent(widget, text)
@@ -78,7 +106,7 @@ class SpokenRadio(QAccessibleWidget):
 
     def __init__(self, button: QToolButton) -> None:
         super().__init__(button, QAccessible.Role.RadioButton)
-        self._button, self._actions = button, _RadioActions(button)
+        self._button, self._actions = button, actions_of(button, {PRESS: button.click})
 
     def state(self) -> QAccessible.State:
         """Return the state with `checkable` and `checked`."""
@@ -90,23 +118,3 @@ class SpokenRadio(QAccessibleWidget):
         """Return the action interface."""
         wanted = kind == QAccessible.InterfaceType.ActionInterface
         return self._actions if wanted else NOTHING
-
-
-class _RadioActions(QAccessibleActionInterface):
-    """Actions of an accessible radio button."""
-
-    def __init__(self, button: QToolButton) -> None:
-        super().__init__()
-        self._button = button
-
-    def actionNames(self) -> list[str]:
-        return [PRESS, FOCUS] if self._button.isEnabled() else []
-
-    def keyBindingsForAction(self, name: str) -> list[str]:  # noqa: ARG002
-        return []
-
-    def doAction(self, name: str) -> None:
-        if name == PRESS:
-            self._button.click()
-        elif name == FOCUS:
-            self._button.setFocus(Qt.FocusReason.OtherFocusReason)

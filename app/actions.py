@@ -18,7 +18,6 @@ from kogao_core.base.language import looked_up
 from .i18n import bare
 
 Names = tuple[str | None, ...]
-_FIRST_KEY: Final = "first_key"
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,7 +36,6 @@ class Item:
         action, tip = QAction(parent), looked_up(self.tip)
         call(action, looked_up(self.text))
         action.setShortcuts([QKeySequence(key) for key in (self.key, *self.also) if key])
-        action.setProperty(_FIRST_KEY, self.key)
         action.setToolTip(f"{tip} ({self.key})" if self.key else tip)
         action.setStatusTip(tip)
         return action
@@ -157,8 +155,6 @@ MENUS: Final = (
         "E&xperiments",
         "landmarks-",
         None,
-        Item("import-landmarks", "Import landmarks…", "Ctrl+Shift+I", "Load points", True),
-        Item("export-landmarks", "Export landmarks…", "Ctrl+Shift+E", "Save the points"),
         Item("export-figure", "Export figure…", "Shift+F12", "Save canvas and figures", True),
         None,
         "experiment-",
@@ -169,7 +165,6 @@ MENUS: Final = (
         Item("documentation", "&Documentation", "F1", "Read the manual offline"),
         Item("tour", "&Tour", "Ctrl+F1", "Try the sample in three steps"),
         Item("palette", "&Commands…", "Ctrl+Shift+P", "Find a command by name"),
-        Item("keys", "&Keys…", "Ctrl+K", "Change shortcuts"),
         None,
         Item("about", "&About Kogao", "Ctrl+Shift+F1", "Version, paper and licences"),
     ),
@@ -204,7 +199,6 @@ KEYS_ONLY: Final = (
     Item("farther", "Zoom out", "-", "Show more of the photo", True, ("Ctrl+-",)),
     Item("wipe-left", "Move divider left", ",", "Show more of the result"),
     Item("wipe-right", "Move divider right", ".", "Show more of the original"),
-    Item("move-panels", "Move panels", "F9", "Show title bars to drag"),
     Item("more-settings", "More settings", "Ctrl+Shift+M", "Show or hide the group “More”"),
     Item("invert-faces", "Invert faces", "Ctrl+I", "Switch each face on or off"),
     Item("next-point", "Next point", "Ctrl+.", "Select the next point"),
@@ -224,8 +218,3 @@ def call(action: QAction, text: str) -> None:
     action.setText(text)
     # Qt would keep the letter of ``開く(&O)`` on buttons.
     action.setIconText(bare(text).rstrip("…"))
-
-
-def first_key(action: QAction) -> QKeySequence:
-    """Return the default shortcut of an action."""
-    return QKeySequence(str(action.property(_FIRST_KEY)))

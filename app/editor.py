@@ -27,7 +27,7 @@ from .features.files.saver import Saver
 from .features.groups import Groups
 from .features.help import Documentation
 from .features.history import History
-from .features.landmarks import Exchange, LandmarkSources
+from .features.landmarks import LandmarkSources
 from .features.manual import Manual
 from .features.overlays import Marks, Overlays, Surroundings
 from .features.points import Points, SoftSelection
@@ -124,7 +124,6 @@ class Editor(QObject):
         self.manual = Manual(context, self.points, self.protect)
         self.batch = Batch(context, self.landmarks, self.save_options, self.strip, self.saver)
         self.exporting = Exporting(context, self.files, self.strip, self.batch, self.save_options)
-        self.exchange = Exchange(context)
         methods = self._add_experiments(context) if has_laboratory() else None
         self.both = BothModes(context, self.faces, self.manual, methods)
         self.readings = Readings(context)
@@ -142,13 +141,11 @@ class Editor(QObject):
     def _add_experiments(self, context: Context) -> QAction:
         """Add the lab's features; return the action that compares methods."""
         # Import the lab package here: the folder may be missing.
-        from .features.experiments import Experiments, evidence, session
+        from .features.experiments import Experiments, evidence, trials
 
         self.experiments = Experiments(context, self.landmarks)
-        self.session = session.TimingSession(
-            context, self.files, self.saver, self.faces, self.manual, self.experiments
-        )
-        self.evidence = evidence.EvidenceFiles(context)
+        trials.Trials(context, self.faces, self.manual)
+        evidence.EvidenceFiles(context)
         return self.experiments.starts["methods"]
 
     def _mount(self) -> None:
@@ -168,7 +165,6 @@ class Editor(QObject):
         self.faces.found.connect(lambda _: window.stage.place_bar())
         window.lay_out({it.name: (it.panel, it.dock) for it in shown if it.panel is not None})
         self.speech.listen()
-        self.commands.restore()
         self.screen.restore()
 
     @property

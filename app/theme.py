@@ -50,7 +50,8 @@ def current(app: QApplication, choice: Choice = "system") -> Theme:
 def apply(app: QApplication, choice: Choice = "system") -> Theme:
     """Apply a theme to the application and return the theme."""
     theme = current(app, choice)
-    sheet = _sheet(theme)
+    text = assets.path("look/kogao.qss").read_text(encoding="utf-8")
+    sheet = Template(text).substitute(asdict(theme))
     # Each call below updates every widget, so skip them if nothing changes.
     if app.styleSheet() != sheet:
         app.setStyle("Fusion")
@@ -89,11 +90,6 @@ def _palette(theme: Theme) -> QPalette:
     for which in (role.WindowText, role.Text, role.ButtonText):
         palette.setColor(QPalette.ColorGroup.Disabled, which, QColor(theme.muted))
     return palette
-
-
-def _sheet(theme: Theme) -> str:
-    text = assets.path("look/kogao.qss").read_text(encoding="utf-8")
-    return Template(text).substitute(asdict(theme))
 
 
 DARK: Final = Theme(

@@ -140,8 +140,6 @@ class ViewState:
     marking: bool = False  # True while a press on the photo adds a landmark
     # Straight lines of the background and the bend of each, most bent first.
     lines: tuple[BentLine, ...] = ()
-    # Uint8 (H, W): mask of people, at a reduced size; 255 is a person.
-    people: Rgb8 | None = None
     compare: CompareName = "off"  # comparison mode
     wipe: float = 0.5  # divider position, as a fraction of the canvas width
     retouched: RetouchedCopy | None = None

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Final
 
 import numpy as np
-from PySide6.QtCore import QByteArray, QEvent, QRectF, QSize, QSizeF, Qt, Signal
+from PySide6.QtCore import QEvent, QRectF, QSize, QSizeF, Qt, Signal
 from PySide6.QtGui import QAction, QCloseEvent, QDragEnterEvent, QDropEvent, QKeyEvent, QResizeEvent
 from PySide6.QtWidgets import (
     QGridLayout,
@@ -109,7 +109,7 @@ class Window(QMainWindow):
         self.setStatusBar(self.status)
         self.canvas.setFocus()
 
-    def arrange(self, workspace: Workspace, docks: QByteArray | None = None) -> None:
+    def arrange(self, workspace: Workspace, docks: str = "") -> None:
         """Show a workspace."""
         self._workspace = workspace
         there = {**self.actions_by_name, "hold-original": self._before_action}

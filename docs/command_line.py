@@ -13,7 +13,7 @@ from typing import Final
 import click
 
 from kogao_core.cli import words
-from kogao_core.cli.commands import EPILOG, PROGRAM, program
+from kogao_core.cli.declarations import EPILOG, PROGRAM, program
 
 PAGE: Final = Path(__file__).with_name("command-line.md")
 _SHARED: Final = 3
@@ -32,7 +32,7 @@ kogao-cli warp big.jpg -o big-small.jpg --project portrait.jpg.kogao.json
 kogao-cli warp - -o - < portrait.jpg > piped.jpg
 kogao-cli batch photos/ 'more/*.jpg' -o small/ --jobs 4     # run again to resume
 kogao-cli detect portrait.jpg --json -                      # 27 landmarks per face
-kogao-cli landmarks export portrait.jpg --format pts -o points/
+kogao-cli landmarks export portrait.jpg --format csv -o points/
 kogao-cli experiment timing portrait.jpg -o report/         # Table 2
 kogao-cli experiment study make portrait.jpg -o study/      # pictures for a survey
 kogao-cli doctor                                            # check the installation

@@ -343,8 +343,8 @@ def render(
     with one_blas_thread():
         with watch.lap("targets"):
             edges = whole or Box.of(photo)
-            heads = LensCorrection.of(faces, recipe, edges)
-            seen = heads.faces or faces
+            lens = LensCorrection.of(faces, recipe, edges)
+            seen = lens.faces or faces
             recipes = [recipe.of_face(face.recipe) for face in faces]
             requested = tuple(map(aim, faces, recipes, seen, repeat(edges)))
             pairs = (
@@ -354,8 +354,7 @@ def render(
             )
             beside = held.neighbours if recipe.hold_background else ()
             around = [pair.started for pair in pairs]
-            alone = surrounds_of(seen, around, recipes, edges, beside)
-            surrounds = heads.around(alone, beside)
+            surrounds = surrounds_of(seen, around, recipes, edges, beside, lens)
         with watch.lap("lattice"):
             anchors = [face.anchor for face in faces]
             inside = edges if recipe.guard else None

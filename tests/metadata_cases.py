@@ -317,12 +317,11 @@ CASES = [
          files.segment(0xE1, b"Exif\0\0II*\0" + MARK)), kinds.SECOND_EXIF),
     Case("extended XMP", ".jpg", _extended(MARK), kinds.XMP_EXTENSION, (MARK, b"HasExtendedXMP")),
     Case("comment", ".jpg", jpeg(files.segment(0xFE, MARK)), kinds.COMMENTS),
-    Case("comment between scans", ".jpg", between_scans(files.segment(0xFE, MARK)),
-         kinds.LATE_SEGMENTS),
     *(Case(f"{label} between scans", ".jpg", between_scans(files.segment(code, head + MARK)),
            kinds.UNKNOWN, name="metadata between the scans")
       for label, code, head in (
-          ("preview", 0xE4, files.THUMBNAIL), ("XMP", 0xE1, XMP_HEAD), ("EXIF", 0xE1, b"Exif\0"))),
+          ("comment", 0xFE, b""), ("preview", 0xE4, files.THUMBNAIL), ("XMP", 0xE1, XMP_HEAD),
+          ("EXIF", 0xE1, b"Exif\0"))),
     *(Case(label, ".jpg", jpeg(files.segment(code, head + MARK)), kinds.SEGMENTS)
       for label, code, head in (
           ("CIFF", 0xE0, b"II\x1a\0\0\0HEAPJPGM"), ("AVI1", 0xE0, b"AVI1\0"),

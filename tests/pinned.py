@@ -34,7 +34,7 @@ from kogao_core.warp.protection import NOTHING, Protection
 FILE: Final = Path(__file__).parent / "labels" / "pinned.json"
 _GRID: Final = 14  # displacements are stored on so many positions per axis
 _DIGITS: Final = 3
-_TOLERANCES: Final = {"": 0.3, "faces": 0.04, "displacement": 0.012, "bends": 0.03}
+_TOLERANCES: Final = {"": 0.3, "faces": 0.04, "displacement": 0.012, "bends": 0.03, "edges": 0.05}
 
 
 def _portrait(name: str = "average") -> Image:
@@ -150,6 +150,8 @@ def result(name: str) -> dict[str, Any]:
         "shares": _rounded(rendering.shares, _DIGITS),
         "brush": _rounded(rendering.brush_shares, _DIGITS),
         "bends": _rounded(sorted(line.bend_px for line in bends.lines), 2),
+        "edges": _rounded([(line.before_px, line.after_px) for line in bends.lines], 2),
+        "holding": " ".join(line.holding for line in bends.lines),
     }
 
 

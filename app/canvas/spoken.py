@@ -8,7 +8,6 @@ import numpy as np
 from PySide6.QtCore import QObject, QPoint, QPointF, QRect, QRectF, Qt, QTimer
 from PySide6.QtGui import (
     QAccessible,
-    QAccessibleActionInterface,
     QAccessibleEvent,
     QAccessibleInterface,
     QAccessibleObject,
@@ -19,8 +18,8 @@ from kogao_core.base.geometry import Array
 from kogao_core.faces.doubt import SEEN
 from kogao_core.faces.targets import matching
 
-from ..accessibility import FOCUS, NOTHING, PRESS, speak
-from ..document import Document
+from ..accessibility import FOCUS, NOTHING, PRESS, Actions, speak
+from ..document import Document, State
 from ..i18n import tr
 from ..view_state import Handle, ViewState
 from . import handles
@@ -42,6 +41,7 @@ class Part(QObject):
     def __init__(self, canvas: PhotoCanvas, face: int, handle: Handle | None = None) -> None:
         super().__init__(canvas)
         self.canvas, self.face, self.handle = canvas, face, handle
+        self.said = self.name, self.description
 
     @property
     def name(self) -> str:
@@ -76,13 +76,6 @@ class Part(QObject):
         corners = (left, top), (left + width, top + height)
         return QRectF(*(seen(np.array(corner)) for corner in corners))
 
-    @property
-    def there(self) -> bool:
-        """Whether the face or point still exists. Qt may query a deleted part once more."""
-        state = self.canvas.shown.document.state
-        point = self.handle is None or handles.exists(state, self.handle)
-        return self.face < len(state.faces) and point
-
     def take(self) -> None:
         """Select the face or the point, as a click or “Next point” does."""
         if self.handle is None:
@@ -93,99 +86,85 @@ class Part(QObject):
 
 
 class Parts(QObject):
-    """Rebuilds the accessible parts of a canvas and emits accessibility events."""
+    """Keeps the accessible parts of a canvas up to date and emits accessibility events."""
 
     def __init__(self, canvas: PhotoCanvas) -> None:
         super().__init__(canvas)
         speak(type(canvas), SpokenCanvas)
         speak(Part, SpokenPart)
         self._canvas, self._view = canvas, canvas.shown
-        self._faces: list[Part] = []
-        self._points: list[Part] = []
-        self._shape: object = None
-        self._names: list[str] = []
-        self._focused: tuple[Part | None, str] = (None, "")
+        self._parts: dict[tuple[int, Handle | None], Part] = {}
+        self._state: State | None = None
+        self._hand: int | None = None
+        self._focused: Part | None = None
         self._view.document.watch(self.follow, "faces", "off", "mode", "in_gesture")
         canvas.redrawn.connect(self.follow)
         canvas.entered.connect(self._enter)
 
+    def all(self) -> list[Part]:
+        """Return parts for all faces, and for the points of the selected face."""
+        state, hand = self._view.document.state, self._view.face_in_hand
+        if self._state is state and self._hand == hand:
+            return list(self._parts.values())
+        self._state, self._hand = state, hand
+        wanted: list[tuple[int, Handle | None]] = [(face, None) for face in range(len(state.faces))]
+        movable = handles.handles(state, handles.MOVABLE)
+        wanted += [(at.face, at) for at, _ in movable if at.face == hand]
+        for key in self._parts.keys() - wanted:
+            gone = self._parts.pop(key)
+            _tell(gone, Event.ObjectDestroyed)
+            gone.deleteLater()
+        known, self._parts = self._parts, {}
+        for key in wanted:
+            self._parts[key] = known.get(key) or Part(self._canvas, *key)
+            if key not in known:
+                _tell(self._parts[key], Event.ObjectCreated)
+        return list(self._parts.values())
+
     @property
     def faces(self) -> list[Part]:
         """Parts for all current faces."""
-        self._keep_up()
-        return self._faces
+        return [part for part in self.all() if part.handle is None]
 
     @property
     def points(self) -> list[Part]:
         """Parts for the points of the selected face."""
-        self._keep_up()
-        return self._points
+        return [part for part in self.all() if part.handle is not None]
 
     @property
     def in_focus(self) -> Part | None:
         """The selected point, or the selected face without a point: the focused part."""
-        parts = (*self.points, *self.faces)
-        return next((part for part in parts if part.chosen), None)
+        return next((part for part in reversed(self.all()) if part.chosen), None)
+
+    def has(self, part: Part) -> bool:
+        """Return whether a part still exists. Qt may query a deleted part once more."""
+        return part in self.all()
 
     def follow(self) -> None:
         """Announce changed faces, points, names and selection, if a screen reader is active."""
-        if not QAccessible.isActive():
-            return
-        self._keep_up()
-        if not self._view.document.in_gesture:
-            self._tell_names()
-            self._tell_place()
-
-    def _keep_up(self) -> None:
-        """Rebuild the parts if the faces or points have changed."""
-        state, hand = self._view.document.state, self._view.face_in_hand
-        # The selected face may be deleted already: `ViewState` is updated later.
-        shown = hand is not None and hand < len(state.faces) and hand not in state.off
-        points = len(state.faces[hand].outline) if shown and hand is not None else None
-        shape = len(state.faces), hand, points, state.mode
-        if shape != self._shape:
-            self._shape = shape
-            self._take_apart()
+        if QAccessible.isActive():
+            self.all()
+            if not self._view.document.in_gesture:
+                self._tell_changes()
 
     def _enter(self) -> None:
         """Move the focus to a part, after Qt has announced the focus of the canvas."""
-        self._focused = None, ""
-        QTimer.singleShot(0, self, self._tell_place)
+        self._focused = None
+        QTimer.singleShot(0, self, self._tell_changes)
 
-    def _take_apart(self) -> None:
-        """Rebuild the parts. Keep the face parts if the number of faces is the same."""
-        state, hand = self._view.document.state, self._view.face_in_hand
-        if len(self._faces) != len(state.faces):
-            self._replace(self._faces, [(face, None) for face in range(len(state.faces))])
-        movable = [handle for handle, _ in handles.handles(state, handles.MOVABLE)]
-        self._replace(self._points, [(at.face, at) for at in movable if at.face == hand])
-
-    def _replace(self, parts: list[Part], wanted: list[tuple[int, Handle | None]]) -> None:
-        for part in parts:
-            _tell(part, Event.ObjectDestroyed)
-            part.deleteLater()
-        parts[:] = [Part(self._canvas, *which) for which in wanted]
-        for part in parts:
-            _tell(part, Event.ObjectCreated)
-
-    def _tell_names(self) -> None:
-        names = [part.name for part in self.faces]
-        for part, name, before in zip(self.faces, names, self._names, strict=False):
-            if name != before:
+    def _tell_changes(self) -> None:
+        """Announce new names, a newly focused part, or a new description of the focused part."""
+        before, self._focused = self._focused, self.in_focus
+        for part in self.all():
+            name, description = part.said
+            part.said = part.name, part.description
+            if part.name != name and part.handle is None:
                 _tell(part, Event.NameChanged)
-        self._names = names
-
-    def _tell_place(self) -> None:
-        """Announce a newly focused part, or a new description of the focused part."""
-        (before, was), part = self._focused, self.in_focus
-        self._focused = part, "" if part is None else part.description
-        if part is None:
-            return
-        if part is before and part.description != was:
-            _tell(part, Event.DescriptionChanged)
-        elif part is not before and self._canvas.hasFocus():
-            _tell(part, Event.Selection)
-            _tell(part, Event.Focus)
+            if part is before is self._focused and part.description != description:
+                _tell(part, Event.DescriptionChanged)
+        if self._focused not in (None, before) and self._canvas.hasFocus():
+            _tell(self._focused, Event.Selection)
+            _tell(self._focused, Event.Focus)
 
 
 def _tell(part: Part, event: QAccessible.Event) -> None:
@@ -249,8 +228,8 @@ class _WithParts:
         return _query(parts[index]) if 0 <= index < len(parts) else None
 
     def indexOfChild(self, child: QAccessibleInterface) -> int:
-        asked = child.object()
-        return next((place for place, part in enumerate(self._parts) if part is asked), -1)
+        parts, asked = self._parts, child.object()
+        return parts.index(asked) if asked in parts else -1
 
 
 class SpokenCanvas(_WithParts, QAccessibleWidget):
@@ -266,7 +245,7 @@ class SpokenCanvas(_WithParts, QAccessibleWidget):
 
     def childAt(self, x: int, y: int) -> Any:
         """Return the face at a screen position; prefer the selected face."""
-        faces = sorted(self._canvas.parts.faces, key=lambda part: not part.chosen)
+        faces = sorted(self._parts, key=lambda part: not part.chosen)
         found = map(_query, faces)
         return next((face for face in found if face.rect().contains(x, y)), None)
 
@@ -288,21 +267,20 @@ class SpokenPart(_WithParts, QAccessibleObject):
 
     def __init__(self, part: Part) -> None:
         super().__init__(part)
-        self._part = part
-        self._actions = _PartActions(part)
+        self._part, self._all = part, part.canvas.parts
+        act = {PRESS: part.take, FOCUS: part.take}
+        self._actions = Actions(lambda: act if self._all.has(part) else {})
 
     @property
     def _parts(self) -> list[Part]:
-        points = self._part.canvas.parts.points
-        inside = self._part.handle is None and points and points[0].face == self._part.face
-        return points if inside else []
+        if self._part.handle is not None:
+            return []
+        return [point for point in self._all.points if point.face == self._part.face]
 
     def parent(self) -> QAccessibleInterface:
         """Return the face of a point, or the canvas."""
-        canvas = self._part.canvas
-        faces = canvas.parts.faces
-        inside = self._part.handle is not None and self._part.face < len(faces)
-        return _query(faces[self._part.face] if inside else canvas)
+        inside = self._part.handle is not None and self._all.has(self._part)
+        return _query(self._all.faces[self._part.face] if inside else self._part.canvas)
 
     def role(self) -> QAccessible.Role:
         """Return the role of a list item."""
@@ -310,7 +288,7 @@ class SpokenPart(_WithParts, QAccessibleObject):
 
     def rect(self) -> QRect:
         """Return the bounding rectangle, px of the screen."""
-        if not self._part.there:
+        if not self._all.has(self._part):
             return QRect()
         seen, viewport = self._part.rect.toAlignedRect(), self._part.canvas.viewport()
         return seen.translated(viewport.mapToGlobal(QPoint()))
@@ -318,11 +296,11 @@ class SpokenPart(_WithParts, QAccessibleObject):
     def state(self) -> QAccessible.State:
         """Return the selection, focus and visibility of the part."""
         state, part = QAccessible.State(), self._part
-        state.invalid = not part.there
-        if part.there:
+        state.invalid = not self._all.has(part)
+        if not state.invalid:
             state.focusable = state.selectable = True
             state.selected = part.chosen
-            state.focused = part.canvas.hasFocus() and part.canvas.parts.in_focus is part
+            state.focused = part.canvas.hasFocus() and self._all.in_focus is part
             state.invisible = not part.canvas.isVisible()
             area = part.canvas.viewport().rect().toRectF()
             state.offscreen = not area.intersects(part.rect)
@@ -330,7 +308,7 @@ class SpokenPart(_WithParts, QAccessibleObject):
 
     def text(self, kind: QAccessible.Text) -> str:
         """Return the name or the description; empty for a deleted part."""
-        if not self._part.there:
+        if not self._all.has(self._part):
             return ""
         texts = QAccessible.Text
         said = {texts.Name: self._part.name, texts.Description: self._part.description}
@@ -339,21 +317,3 @@ class SpokenPart(_WithParts, QAccessibleObject):
     def interface_cast(self, kind: QAccessible.InterfaceType) -> Any:
         """Return the action interface; no other interface is available."""
         return self._actions if kind == QAccessible.InterfaceType.ActionInterface else NOTHING
-
-
-class _PartActions(QAccessibleActionInterface):
-    """Actions that select the face or the point."""
-
-    def __init__(self, part: Part) -> None:
-        super().__init__()
-        self._part = part
-
-    def actionNames(self) -> list[str]:
-        return [PRESS, FOCUS]
-
-    def keyBindingsForAction(self, name: str) -> list[str]:  # noqa: ARG002
-        return []
-
-    def doAction(self, name: str) -> None:
-        if name in self.actionNames() and self._part.there:
-            self._part.take()

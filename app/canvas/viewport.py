@@ -260,7 +260,7 @@ class OriginalView(SecondView):
 
     alike = (
         *SecondView.alike,
-        *("frame", "pointed", "face", "hovered", "selected", "lines", "people", "following"),
+        *("frame", "pointed", "face", "hovered", "selected", "lines", "following"),
     )
 
     def __init__(self, main: Viewport) -> None:

@@ -99,8 +99,8 @@ class BothModes(Feature):
         self._compared: tuple[FaceCompared, ...] = ()
         self._computing_s: dict[Mode, float] = {}
         self._lane = self.lane(self._take, self._not_drawn)
-        # Created when first shown: not needed for retouching.
-        self.view_beside: OtherModeView | None = None
+        self.beside = OtherModeView(self.window.canvas)
+        self.window.stage.add_view(self.beside)
         self.here = QLabel(self.window.canvas)
         self.guide = QLabel()
         self.here.setProperty("plate", "true")
@@ -122,10 +122,12 @@ class BothModes(Feature):
         manual.changed.connect(self._follow)
         self._clock.ticked.connect(self._show_times)
         self._faces.found.connect(lambda _: self._show_times())
+        self._show_views()
 
     def _arrange(self, workspace: Workspace) -> None:
         self._on, self._followed = self.name in workspace.panels, ()
         self._show_views()
+        # Other workspaces have one listener less.
         if self._on and not self._listens:
             self._listens = True
             self.document.watch(self._follow)
@@ -133,10 +135,8 @@ class BothModes(Feature):
             self._follow()
 
     def _show_views(self) -> None:
-        overlaid: list[QWidget | None] = [self.view_beside, self.here, self.guide]
-        for widget in overlaid:
-            if widget is not None:
-                widget.setVisible(self._on and self.document.photo is not None)
+        for widget in (self.beside, self.here, self.guide):
+            widget.setVisible(self._on and self.document.photo is not None)
 
     def _open(self) -> None:
         self._lane.drop()
@@ -144,24 +144,13 @@ class BothModes(Feature):
         self._followed, self._computing_s = (), {}
         if pyramid is not None and photo is not None:
             self._surface = Surface(pyramid, Holding(photo.pixels, self.live.finder))
-            if self.view_beside is not None:
-                self.view_beside.open(pyramid)
+            self.beside.open(pyramid)
         self._show_views()
-
-    def _beside(self) -> OtherModeView:
-        """Return the view of the other mode; create the view on first use."""
-        if self.view_beside is None:
-            self.view_beside = OtherModeView(self.window.canvas)
-            self.window.stage.add_view(self.view_beside)
-            self.view_beside.show()
-            if self.document.pyramid is not None:
-                self.view_beside.open(self.document.pyramid)
-        return self.view_beside
 
     def _follow(self) -> None:
         if not self._on or self._surface is None:
             return
-        state, beside = self.document.state, self._beside()
+        state, beside = self.document.state, self.beside
         self.here.setText(title_of(state.mode))
         self.here.adjustSize()
         beside.plate.setText(title_of(state.other_mode))
@@ -189,7 +178,7 @@ class BothModes(Feature):
         frame, faces = compared
         if self._surface is not None:
             self._surface.shown()
-        self._beside().show_frame(frame)
+        self.beside.show_frame(frame)
         self._computing_s[self.document.state.other_mode] = computing_s_of(frame.rendering)
         self._compared = faces
         self._show_distances()

@@ -1,42 +1,26 @@
-"""Command palette, keyboard shortcuts and About box."""
+"""Command palette, About box and bug report."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import Final
 
-from PySide6.QtCore import QEvent, QObject, QSettings, QSysInfo, Qt, qVersion
-from PySide6.QtGui import QAction, QGuiApplication, QKeyEvent, QKeySequence
-from PySide6.QtWidgets import (
-    QHeaderView,
-    QKeySequenceEdit,
-    QLabel,
-    QLineEdit,
-    QListWidget,
-    QListWidgetItem,
-    QMessageBox,
-    QPushButton,
-    QTableWidget,
-    QTableWidgetItem,
-    QWidget,
-)
+from PySide6.QtCore import QEvent, QObject, QSysInfo, Qt, qVersion
+from PySide6.QtGui import QAction, QGuiApplication, QKeyEvent
+from PySide6.QtWidgets import QLineEdit, QListWidget, QListWidgetItem, QMessageBox, QWidget
 
 from kogao_core import __version__
 from kogao_core.base.language import Text
 from kogao_core.cli import doctor, licences
 
-from ..actions import first_key
 from ..i18n import bare, tr, translated
 from ..render.colour import told_screen
-from ..theme import GRID_PX
-from ..widgets.controls import column_of, muted_label, row_of
+from ..widgets.controls import column_of, muted_label
 from ..widgets.dialogs import Dialog, question
 from .feature import Context, Feature
 
 _PALETTE_PX: Final = (440, 360)
-_KEYS_PX: Final = (480, 520)
 _ROWS: Final = (Qt.Key.Key_Up, Qt.Key.Key_Down, Qt.Key.Key_PageUp, Qt.Key.Key_PageDown)
-_GROUP = "shortcuts"
 _SEARCHED: Final = Qt.ItemDataRole.UserRole
 # Search terms from other programs, by action name.
 _ALSO_CALLED: Final = {
@@ -123,81 +107,6 @@ def _title(action: QAction) -> str:
     return f"{name}   {key}" if key else name
 
 
-class ShortcutsDialog(Dialog):
-    """A list of actions, and a field for a new shortcut of the selected action."""
-
-    def __init__(
-        self, actions: Mapping[str, QAction], settings: QSettings, parent: QWidget
-    ) -> None:
-        super().__init__(tr("Keys"), parent, _KEYS_PX)
-        self._actions, self._settings = actions, settings
-        self._names = list(actions)
-        self.table = self._table()
-        self.key = QKeySequenceEdit()
-        self.key.setMaximumSequenceLength(1)
-        self.key.setAccessibleName(tr("New key"))
-        self.key.setClearButtonEnabled(True)
-        self.key.editingFinished.connect(lambda: self._give(self.key.keySequence()))
-        self.reset = QPushButton(tr("&First key again"))
-        self.reset.clicked.connect(lambda: self._give(first_key(self._actions[self._name])))
-        self.note = muted_label()
-        self.table.currentCellChanged.connect(self._show_current)
-        self._lay_out()
-        self.table.setCurrentCell(0, 0)
-
-    def _lay_out(self) -> None:
-        label = QLabel(tr("&New key"))
-        label.setBuddy(self.key)
-        row = row_of(label, self.key, self.reset)
-        row.setStretchFactor(self.key, 1)
-        content = self.table, row, self.note, self.closing()
-        column = column_of(self, *content, margin=3 * GRID_PX, spacing=2 * GRID_PX)
-        column.setStretchFactor(self.table, 1)
-
-    def _table(self) -> QTableWidget:
-        table = QTableWidget(len(self._names), 2)
-        table.setAccessibleName(tr("Actions and their keys"))
-        table.setHorizontalHeaderLabels([tr("Action"), tr("Key")])
-        modes = QHeaderView.ResizeMode
-        for column, mode in enumerate((modes.Stretch, modes.ResizeToContents)):
-            table.horizontalHeader().setSectionResizeMode(column, mode)
-        table.verticalHeader().hide()
-        table.setEditTriggers(QTableWidget.EditTrigger.NoEditTriggers)
-        table.setSelectionBehavior(QTableWidget.SelectionBehavior.SelectRows)
-        for row, name in enumerate(self._names):
-            action = self._actions[name]
-            table.setItem(row, 0, QTableWidgetItem(bare(action.text())))
-            table.setItem(row, 1, QTableWidgetItem(action.shortcut().toString()))
-        return table
-
-    @property
-    def _name(self) -> str:
-        return self._names[self.table.currentRow()]
-
-    def _show_current(self) -> None:
-        self.key.setKeySequence(self._actions[self._name].shortcut())
-        self.note.clear()
-
-    def _give(self, key: QKeySequence) -> None:
-        name = self._name
-        if key == self._actions[name].shortcut():
-            return
-        others = (action for other, action in self._actions.items() if other != name)
-        owner = next((one for one in others if not key.isEmpty() and one.shortcut() == key), None)
-        if owner is not None:
-            what = bare(owner.text())
-            self.note.setText(tr("{key} belongs to “{what}”", key=key.toString(), what=what))
-            self.key.setKeySequence(self._actions[name].shortcut())
-            return
-        self._actions[name].setShortcut(key)
-        if key == first_key(self._actions[name]):
-            self._settings.remove(f"{_GROUP}/{name}")
-        else:
-            self._settings.setValue(f"{_GROUP}/{name}", key.toString())
-        self.table.setItem(self.table.currentRow(), 1, QTableWidgetItem(key.toString()))
-        self._show_current()
-
-
 def about_box(parent: QWidget) -> QMessageBox:
     """Return the About box; `open` shows the box without blocking."""
     text = tr("Kogao {version}, an exact small-face editor", version=__version__)
@@ -218,22 +127,13 @@ def about_box(parent: QWidget) -> QMessageBox:
 
 
 class Commands(Feature):
-    """Shows the palette, the shortcuts and the About box."""
+    """Shows the palette and the About box, and copies the bug report."""
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         self.bind("palette", self._show_palette)
-        self.bind("keys", self._show_keys)
         self.bind("copy-report", self._copy_report)
         self.bind("about", lambda: about_box(self.window).open())
-
-    def restore(self) -> None:
-        """Apply the user's shortcuts to all actions."""
-        self.settings.beginGroup(_GROUP)
-        for name in self.settings.childKeys():
-            if name in self.actions:
-                self.actions[name].setShortcut(QKeySequence(str(self.settings.value(name))))
-        self.settings.endGroup()
 
     def _show_palette(self) -> None:
         named = {name: action for name, action in self.actions.items() if name != "palette"}
@@ -247,6 +147,3 @@ class Commands(Feature):
         text = f"{doctor.text(doctor.examine())}\n{window}\n{told_screen()}\n"
         QGuiApplication.clipboard().setText(text)
         self.say(tr("The report is on the clipboard."), wrong=False)
-
-    def _show_keys(self) -> None:
-        ShortcutsDialog(self.actions, self.settings, self.window).open()

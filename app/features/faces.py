@@ -357,7 +357,7 @@ def _caption(index: int, face: Face, verdict: Verdict) -> list[str]:
     doubted = [] if verdict.reason is None else [_doubts()[verdict.reason]]
     if verdict.look_at:
         doubted = [tr("check")]
-    own = [] if face.recipe is None else [tr("own: {n:g} %", n=face.recipe.percent)]
+    own = [] if face.recipe is None else [tr("amount: {n:g} %", n=face.recipe.percent)]
     return [tr("Face {n}", n=index + 1), score, *doubted, *own]
 
 
@@ -377,14 +377,14 @@ def _distance(face: Face, state: State) -> list[str]:
 def _spoken(index: int, face: Face, verdict: Verdict) -> str:
     what = _caption(index, face, verdict)
     if face.recipe is not None:
-        what[-1] = tr("settings of its own, {n:g} %", n=face.recipe.percent)
+        what[-1] = tr("own settings, {n:g} %", n=face.recipe.percent)
     return ", ".join(what)
 
 
 def _tip(index: int, verdict: Verdict) -> str:
     """Return the tooltip of a row: usage, the reason for switching off, or a warning."""
     if verdict.reason is None:
-        tip = tr("Face {n}: select it for settings of its own, uncheck to leave it", n=index + 1)
+        tip = tr("Face {n}: select to change it alone, uncheck to leave it as it is", n=index + 1)
         return f"{tip}\n{sentence(verdict.why)}" if verdict.look_at else tip
     return tr(
         "Face {n} starts switched off: {why}. Check it to make it smaller all the same.",

@@ -4,22 +4,17 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import partial
 from typing import Final
 
 import numpy as np
 from PySide6.QtCore import QSize, QTimer, Signal
 from PySide6.QtGui import QAction, QActionGroup, QIcon
-from PySide6.QtWidgets import QCheckBox, QGridLayout, QLabel, QWidget
+from PySide6.QtWidgets import QCheckBox, QGridLayout, QWidget
 
 from kogao_core.background.find import BackgroundFinder, Bends, measure
 from kogao_core.background.lines import BentLine
-from kogao_core.background.people import PersonFinder, PersonMask
-from kogao_core.base.assets import AssetMissing
-from kogao_core.base.display import Rgb8
-from kogao_core.base.geometry import Affine, Image, Line
-from kogao_core.faces.landmarks import ModelRefused
+from kogao_core.base.geometry import Image, Line
 from kogao_core.projects.json import as_line
 
 from ..actions import Item
@@ -41,7 +36,6 @@ from .recipe import RecipeEditing
 REST_MS: Final = 700
 # Distance from a face within which the cursor selects the marks, in landmark spacings.
 _MARGIN: Final = 1.5
-_MASK_PX: Final = 1600  # longer side of the mask of people
 
 
 class OverlaysPanel(QWidget):
@@ -55,7 +49,7 @@ class OverlaysPanel(QWidget):
         grid.setColumnStretch(0, 1)
         for row, (overlay, action) in enumerate(zip(LISTED, actions, strict=True)):
             grid.addWidget(self._box(overlay, action), row, 0)
-            grid.addWidget(_key_label(action), row, 1)
+            grid.addWidget(muted_label(action.shortcut().toString()), row, 1)
         column_of(self, heading(tr("Overlays")), grid, spacing=2 * GRID_PX)
 
     def hide_all(self, hidden: bool) -> None:
@@ -74,12 +68,6 @@ class OverlaysPanel(QWidget):
         box.toggled.connect(action.setChecked)
         action.toggled.connect(box.setChecked)
         return box
-
-
-def _key_label(action: QAction) -> QLabel:
-    label = muted_label(action.shortcut().toString())
-    action.changed.connect(lambda: label.setText(action.shortcut().toString()))
-    return label
 
 
 class Overlays(Feature):
@@ -192,17 +180,8 @@ class Marks(Feature):
         return frozenset(face for face in faces if face is not None)
 
 
-@dataclass(frozen=True, eq=False)
-class BackgroundSeen:
-    """Result of a background analysis; contains only the requested parts."""
-
-    bends: Bends  # lines and the bend of each
-    people: Rgb8 | None  # uint8 (H, W): see `ViewState.people`
-    note: str  # note for the user; may be empty
-
-
 class Surroundings(Feature):
-    """Updates lines and people after each full result while the overlays are enabled."""
+    """Updates the lines after each full result while their overlay is enabled."""
 
     seen = Signal()
     not_seen = Signal(str)
@@ -217,8 +196,7 @@ class Surroundings(Feature):
         self.window.canvas.line_clicked.connect(self.toggle)
         self.live.drawn.connect(self._follow)
         self.document.opened.connect(self._forget)
-        for name in ("straight", "people"):
-            overlays.switches[name].toggled.connect(self._look)
+        overlays.switches["straight"].toggled.connect(self._look)
 
     def toggle(self, line: BentLine) -> None:
         """Toggle whether a line is kept straight, as one undo step."""
@@ -252,19 +230,18 @@ class Surroundings(Feature):
             self._look()
 
     def _look(self) -> None:
-        """Start the analysis if one of the overlays is enabled."""
+        """Start the analysis if the overlay is enabled."""
         photo, frame, finder = self.document.photo, self._frame, self.live.finder
-        wanted = self._wanted
         self.window.bar.refresh()
-        if photo is not None and frame is not None and wanted:
-            self._lane.submit(lambda: look(photo.pixels, frame, finder, wanted))
+        if photo is not None and frame is not None and self._wanted:
+            self._lane.submit(lambda: look(photo.pixels, frame, finder))
 
     @property
-    def _wanted(self) -> set[str]:
-        return self.view.visible & {"straight", "people"}
+    def _wanted(self) -> bool:
+        return "straight" in self.view.visible
 
-    def _show(self, seen: BackgroundSeen) -> None:
-        self.view.lines, self.view.people = seen.bends.lines, seen.people
+    def _show(self, seen: Bends) -> None:
+        self.view.lines = seen.lines
         if seen.note not in ("", self._note):
             self.say(sentence(seen.note), wrong=False)
         self._note = seen.note
@@ -274,41 +251,17 @@ class Surroundings(Feature):
     def _fail(self, problem: Exception) -> None:
         text = tr("The background can't be measured ({why}).", why=reason(problem))
         frame = self._frame
-        self.say(text, applies=lambda: self._frame is frame and bool(self._wanted))
+        self.say(text, applies=lambda: self._frame is frame and self._wanted)
         self.not_seen.emit(text)
 
     def _forget(self) -> None:
         self._lane.drop()
         self._frame = None
-        self.view.lines, self.view.people = (), None
+        self.view.lines = ()
 
 
-def look(
-    photo: Image, frame: RenderedFrame, finder: BackgroundFinder, wanted: set[str]
-) -> BackgroundSeen:
-    """Analyse the background of a full result."""
-    bends, people, note = Bends(()), None, ""
-    if frame.done.faces and "people" in wanted:
-        people, note = _people(photo, frame, finder.people)
-    if frame.done.faces and "straight" in wanted:
-        bends = measure(photo, frame.rendering, frame.done, finder)
-        note = bends.note or note
-    return BackgroundSeen(bends, people, note)
-
-
-def _people(photo: Image, frame: RenderedFrame, finder: PersonFinder) -> tuple[Rgb8 | None, str]:
-    """Return the mask of people, and a note on missed people or a missing model."""
-    try:
-        found = finder.find(photo, frame.done.faces)
-    except (AssetMissing, ModelRefused) as problem:
-        return None, str(problem)
-    note = tr("Some faces couldn't be told from the background.") if found.missed else ""
-    return _picture(found, photo), note
-
-
-def _picture(people: PersonMask, photo: Image) -> Rgb8:
-    sides = [photo.shape[1], photo.shape[0]]
-    scale = min(1.0, _MASK_PX / max(sides))
-    width, height = (max(1, round(scale * side)) for side in sides)
-    smaller = Affine.resize(width / sides[0], height / sides[1])
-    return people.mapped(smaller).picture(width, height)
+def look(photo: Image, frame: RenderedFrame, finder: BackgroundFinder) -> Bends:
+    """Measure the lines of the background in a full result."""
+    if not frame.done.faces:
+        return Bends(())
+    return measure(photo, frame.rendering, frame.done, finder)

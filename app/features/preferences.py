@@ -92,8 +92,7 @@ def prefer(settings: QSettings, what: FormField, text: str) -> None:
 
 def recipe(settings: QSettings) -> Recipe:
     """Return the settings for new photos."""
-    text = preferred(settings, RECIPE)
-    return recipe_in(text) or Recipe()
+    return recipe_in(preferred(settings, RECIPE)) or Recipe()
 
 
 def folder(settings: QSettings, what: FormField) -> Path | None:
@@ -140,18 +139,17 @@ class PreferencesDialog(Dialog):
         super().__init__(tr("Preferences"), parent, _SIZE_PX)
         now = {what.name: preferred(settings, what) for what in PREFERENCES}
         texts = _texts(recipes, now["recipe"])
-        known = [
-            dataclasses.replace(it, choices=lambda: texts) if it is RECIPE else it
-            for it in PREFERENCES
-        ]
-        self.form = Form(known, now)
-        self.form.changed.connect(lambda name: self._take(settings, name, self.form.values()[name]))
+        offered = dataclasses.replace(RECIPE, choices=lambda: texts)
+        fields = {what.name: what for what in PREFERENCES} | {"recipe": offered}
+        self.form = form = Form([*fields.values()], now)
+
+        def take(name: str) -> None:
+            prefer(settings, fields[name], form.values()[name])
+            self.changed.emit()
+
+        form.changed.connect(take)
         content = self.form, *more, None, self.closing()
         column_of(self, *content, margin=4 * GRID_PX, spacing=3 * GRID_PX)
-
-    def _take(self, settings: QSettings, name: str, text: str) -> None:
-        settings.setValue(f"preferences/{name}", text)
-        self.changed.emit()
 
 
 def _texts(recipes: Mapping[str, Recipe], now: str) -> dict[str, str]:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
-from PySide6.QtCore import QPoint, QRectF, Qt
+from PySide6.QtCore import QPoint, QRect, QRectF, Qt
 from PySide6.QtGui import QAction, QPainter, QPaintEvent, QPixmap
 from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QSizePolicy, QWidget
 
@@ -55,23 +55,20 @@ class ReadingsPanel(QWidget):
         row = QHBoxLayout(self)
         row.setContentsMargins(12, 8, 12, 8)
         row.setSpacing(8 * GRID_PX)
-        row.addWidget(self.timings, 1)
-        row.addWidget(right, 1)
+        row.addWidget(self.timings, 2)
+        row.addWidget(right, 3)
         self.forget()
         self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
 
     def show_rendering(self, rendering: Rendering) -> None:
         """Show times and pixel counts of a full result; dashes without a displaced face."""
-        if rendering.pairs:
-            self.timings.show_laps(rendering.timings_ms)
-            self.domains.show_counts(rendering.pixel_counts)
-        else:
-            self.forget()
+        self.timings.show_laps(rendering.timings_ms if rendering.pairs else {})
+        self.domains.show_counts(rendering.pixel_counts if rendering.pairs else {})
 
     def forget(self) -> None:
         """Show dashes: no measurements yet."""
-        self.timings.forget()
-        self.domains.forget()
+        self.timings.show_laps({})
+        self.domains.show_counts({})
 
 
 class _Timings(QWidget):
@@ -89,20 +86,13 @@ class _Timings(QWidget):
         grid.setColumnMinimumWidth(2, 64)
 
     def show_laps(self, laps_ms: Mapping[str, float]) -> None:
-        """Show the time of each stage, in ms."""
+        """Show the time of each stage, in ms; dashes without times."""
         total = sum(laps_ms.values())
-        self.total.setText(tr("full photo {ms:.0f} ms", ms=total))
+        self.total.setText(tr("full photo {ms:.0f} ms", ms=total) if laps_ms else "")
         for stage, (bar, value) in self.rows.items():
             lap = laps_ms.get(stage, 0.0)
             bar.show_share(lap / total if total else 0.0)
-            value.setText(tr("{ms:.1f} ms", ms=lap))
-
-    def forget(self) -> None:
-        """Show a dash for each stage."""
-        self.total.clear()
-        for bar, value in self.rows.values():
-            bar.show_share(0.0)
-            value.setText(_NONE)
+            value.setText(tr("{ms:.1f} ms", ms=lap) if laps_ms else _NONE)
 
 
 class _Domains(QWidget):
@@ -124,18 +114,12 @@ class _Domains(QWidget):
         grid.setRowStretch(len(DOMAINS), 1)
 
     def show_counts(self, counts: Mapping[DomainName, int]) -> None:
-        """Show the pixels of each domain and their share of the photo."""
+        """Show the pixels of each domain and their share of the photo; dashes without counts."""
         whole = max(1, counts.get("image", 0))
         for name, (pixels, share) in self.rows.items():
             count = counts.get(name, 0)
-            pixels.setText(tr("{n:,} px", n=count))
-            share.setText(tr("{n:.1f} %", n=100 * count / whole))
-
-    def forget(self) -> None:
-        """Show a dash for each domain."""
-        for row in self.rows.values():
-            for cell in row:
-                cell.setText(_NONE)
+            pixels.setText(tr("{n:,} px", n=count) if counts else _NONE)
+            share.setText(tr("{n:.1f} %", n=100 * count / whole) if counts else _NONE)
 
 
 class _Bar(QWidget):
@@ -321,26 +305,19 @@ class Figure(Feature):
         """Return canvas, caption and readings in one picture, one below the other."""
         canvas, figures = self._canvas(), self._readings.grab()
         ratio = canvas.devicePixelRatio()
-        font = self.window.font()
         line = self.window.fontMetrics().height() + 2 * _CAPTION_PX
         width = max(canvas.width(), figures.width())
         whole = QPixmap(width, round(canvas.height() + line * ratio + figures.height()))
         whole.setDevicePixelRatio(ratio)
         whole.fill(self.window.palette().window().color())
         painter = QPainter(whole)
-        painter.setFont(font)
+        painter.setFont(self.window.font())
         painter.setPen(self.window.palette().windowText().color())
         below = round(canvas.height() / ratio)
         painter.drawPixmap(QPoint(round((width - canvas.width()) / ratio / 2), 0), canvas)
         area = whole.deviceIndependentSize().toSize()
-        painter.drawText(
-            _CAPTION_PX,
-            below,
-            area.width() - 2 * _CAPTION_PX,
-            line,
-            Qt.AlignmentFlag.AlignVCenter,
-            self.caption(),
-        )
+        place = QRect(_CAPTION_PX, below, area.width() - 2 * _CAPTION_PX, line)
+        painter.drawText(place, Qt.AlignmentFlag.AlignVCenter, self.caption())
         painter.drawPixmap(QPoint(0, below + line), figures)
         painter.end()
         return whole

@@ -40,7 +40,6 @@ class Screen(Feature):
         self.bind("closer", lambda: self._zoom_by(_STEP))
         self.bind("farther", lambda: self._zoom_by(1 / _STEP))
         self.bind("hide-panels", toggled=docks.hide_all)
-        self.bind("move-panels", toggled=lambda on: docks.fix(not on))
         self.window.original_wanted.connect(canvas.show_original)
         canvas.view_changed.connect(self._show_zoom)
         status = self.window.status

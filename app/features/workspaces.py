@@ -6,8 +6,6 @@ from collections.abc import Collection
 from functools import partial
 from typing import Final
 
-from PySide6.QtCore import QByteArray
-
 from ..actions import Item
 from ..canvas.overlays.listed import LISTED
 from ..i18n import translated
@@ -45,7 +43,7 @@ class Workspaces(Feature):
             one,
             self._kept_names(_place(one, "overlays"), one.overlays),
             self._kept_names(_place(one, "unfolded"), one.unfolded),
-            docks if isinstance(docks, QByteArray) else None,
+            docks if isinstance(docks, str) else "",
         )
 
     def reset(self) -> None:
@@ -65,7 +63,7 @@ class Workspaces(Feature):
         one: Workspace,
         overlays: Collection[str],
         unfolded: Collection[str],
-        docks: QByteArray | None = None,
+        docks: str = "",
     ) -> None:
         self._shown = one
         self.actions[f"workspace-{one.name}"].setChecked(True)

@@ -188,50 +188,27 @@ def profile_of(screen: QScreen, window: int) -> bytes | None:
     return None
 
 
-class _Reply(ctypes.Structure):
-    # The property's reply after the common header. The reply with the atom starts alike.
-    _fields_ = (
-        *(("kind", ctypes.c_uint8), ("format", ctypes.c_uint8), ("sequence", ctypes.c_uint16)),
-        *(("length", ctypes.c_uint32), ("atom", ctypes.c_uint32)),
-    )
-
-
-class _Screens(ctypes.Structure):
-    _fields_ = (
-        *(("root", ctypes.POINTER(ctypes.c_uint32)),),
-        *(("left", ctypes.c_int), ("index", ctypes.c_int)),
-    )
-
-
 def _on_x(number: int) -> bytes | None:
     """Return the ICC profile that colord or a similar daemon stored on X's root window."""
-    x, libc = ctypes.CDLL("libxcb.so.1"), ctypes.CDLL(None)
-    handle, reply = ctypes.c_void_p, ctypes.POINTER(_Reply)
-    for name, result in (
-        *(("xcb_connect", handle), ("xcb_get_setup", handle), ("xcb_get_property_value", handle)),
-        *(("xcb_intern_atom_reply", reply), ("xcb_get_property_reply", reply)),
-        ("xcb_setup_roots_iterator", _Screens),
-    ):
-        getattr(x, name).restype = result
-    connection = handle(x.xcb_connect(None, None))
+    x = ctypes.CDLL("libX11.so.6")  # Qt's plugin for X needs this library, too
+    x.XOpenDisplay.restype = ctypes.c_void_p
+    x.XInternAtom.restype = x.XDefaultRootWindow.restype = ctypes.c_ulong
+    display = ctypes.c_void_p(x.XOpenDisplay(None))
+    if not display:
+        return None
     try:
-        if x.xcb_connection_has_error(connection):
-            return None
-        root = x.xcb_setup_roots_iterator(handle(x.xcb_get_setup(connection))).root[0]
-        wanted = f"_ICC_PROFILE_{number}".removesuffix("_0").encode()
-        asked = x.xcb_intern_atom(connection, 1, len(wanted), wanted)
-        named = x.xcb_intern_atom_reply(connection, asked, None)
-        atom = named.contents.atom if named else 0
-        libc.free(named)
+        name = f"_ICC_PROFILE_{number}".removesuffix("_0").encode()
+        atom, root = x.XInternAtom(display, name, True), x.XDefaultRootWindow(display)
         if not atom:
             return None
-        asked = x.xcb_get_property(connection, 0, root, atom, _ANY, 0, _MOST_BYTES // 4)
-        found = x.xcb_get_property_reply(connection, asked, None)
-        if not found:
-            return None
-        size = x.xcb_get_property_value_length(found)
-        profile = ctypes.string_at(x.xcb_get_property_value(found), size)
-        libc.free(found)
+        data, length = ctypes.c_void_p(), ctypes.c_ulong()
+        kind, bits, more = ctypes.c_ulong(), ctypes.c_int(), ctypes.c_ulong()
+        answers = map(ctypes.byref, (kind, bits, length, more, data))
+        where = ctypes.c_ulong(root), ctypes.c_ulong(atom)
+        part = ctypes.c_long(0), ctypes.c_long(_MOST_BYTES // 4)
+        x.XGetWindowProperty(display, *where, *part, False, ctypes.c_ulong(_ANY), *answers)
+        profile = ctypes.string_at(data, length.value) if data else b""
+        x.XFree(data)
         return profile or None
     finally:
-        x.xcb_disconnect(connection)
+        x.XCloseDisplay(display)

@@ -5,16 +5,16 @@ from __future__ import annotations
 import dataclasses
 import time
 from functools import partial
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from PySide6.QtCore import QObject, QThreadPool, QTimer, Signal
 
 from kogao_core.background.find import Background, BackgroundFinder
 from kogao_core.background.holding import NOTHING_HELD, Held
-from kogao_core.base.geometry import Image
-from kogao_core.pipeline import Rendering, render
+from kogao_core.base.geometry import Affine, Image
+from kogao_core.pipeline import render
 from kogao_core.warp.canvas import Canvas
-from kogao_core.warp.protection import NOTHING
+from kogao_core.warp.protection import Protection
 
 from ..document import State
 from ..view_state import RenderedFrame, VisiblePart
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
 # Delay before the full photo is rendered, ms. A new movement restarts the delay.
 REST_MS: Final = 80
+_Mapped = TypeVar("_Mapped", Protection, Held)
 
 
 class Holding:
@@ -67,17 +68,16 @@ class Surface:
         self._part: VisiblePart | None = None
         self._front: tuple[Canvas, PicturePyramid] | None = None
         self._back: tuple[Canvas, PicturePyramid] | None = None
-        self._protection = self._mapped = NOTHING
-        self._held_here = NOTHING_HELD, NOTHING_HELD
+        # Protection and constraints, and each mapped to the part. The warp is updated partially
+        # only if the protection is the same object; the mapped constraints cache results.
+        self._mapped: dict[type, tuple[Any, Any]] = {}
         self._is_lent = False
 
     def render(self, revision: int, state: State, part: VisiblePart | None = None) -> RenderedFrame:
         """Render to the buffer off screen and return the frame."""
         start = time.perf_counter()
         if part != self._part:
-            self._part, self._front, self._back = part, None, None
-            self._protection = self._mapped = NOTHING
-            self._held_here = NOTHING_HELD, NOTHING_HELD
+            self._part, self._front, self._back, self._mapped = part, None, None, {}
         (canvas, result), self._back = self._back or self._buffer(), None
         faces, recipe, protection = state.active, state.done.recipe, state.protection
         brushwork = state.brushwork
@@ -85,14 +85,9 @@ class Surface:
         if part is not None:
             back = to_photo(part.level, (part.box.left, part.box.top))
             there = back.inverse
-            if protection is not self._protection:
-                # The warp is updated partially only if the protection is the same object.
-                self._protection, self._mapped = protection, protection.mapped(there)
-            faces, protection = [face.mapped(there) for face in faces], self._mapped
-            brushwork = brushwork.mapped(there)
-            if held is not self._held_here[0]:  # the mapped object caches results
-                self._held_here = held, held.mapped(there)
-            held, whole = self._held_here[1], self._photo.whole_of(part.level, part.box)
+            faces, brushwork = [face.mapped(there) for face in faces], brushwork.mapped(there)
+            protection, held = self._mapped_to(there, protection), self._mapped_to(there, held)
+            whole = self._photo.whole_of(part.level, part.box)
             recipe = dataclasses.replace(recipe.at_scale(there.scale), interpolation="bilinear")
         rendering = render(
             canvas.source,
@@ -109,7 +104,16 @@ class Surface:
         took_ms = (time.perf_counter() - start) * 1e3
         # Compute cached properties here, off the GUI thread: panels read these values at once.
         _ = rendering.one_to_one, rendering.residual, rendering.achieved
+        if part is None:
+            _ = rendering.pixel_counts
         return RenderedFrame(revision, rendering, state.done, result.shown, back, took_ms, part)
+
+    def _mapped_to(self, there: Affine, what: _Mapped) -> _Mapped:
+        known = self._mapped.get(type(what))
+        if known is None or known[0] is not what:
+            known = self._mapped[type(what)] = what, what.mapped(there)
+        mapped: _Mapped = known[1]
+        return mapped
 
     def _held(self, state: State, part: VisiblePart | None) -> Held:
         if self._holding is None:
@@ -142,7 +146,7 @@ class Live(QObject):
     2. A worker renders the preview into the buffer off screen.
     3. `_show_preview` swaps the buffers and paints, unless a newer full result is shown.
     4. After a pause, the full photo is rendered the same way, with the recipe's kernel.
-    5. A worker counts the pixels. `settled` is emitted when all lanes are idle.
+       `settled` is emitted when both lanes are idle.
     """
 
     drawn = Signal(object)
@@ -160,13 +164,12 @@ class Live(QObject):
         self._holding: Holding | None = None
         self._whole: Surface | None = None
         self._preview: Surface | None = None
-        self._lanes = tuple(Lane(pool, self.failed.emit, self) for _ in range(3))
-        self._preview_lane, self._whole_lane, self._count_lane = self._lanes
+        self._lanes = tuple(Lane(pool, self.failed.emit, self) for _ in range(2))
+        self._preview_lane, self._whole_lane = self._lanes
         self._rest = QTimer(self, singleShot=True, interval=REST_MS)
         self._rest.timeout.connect(self._render_whole)
         self._preview_lane.done.connect(self._show_preview)
         self._whole_lane.done.connect(self._show_whole)
-        self._count_lane.done.connect(self._show_counts)
         self._document.opened.connect(self._open)
         self._document.recoloured.connect(self._recolour)
         self._document.watch(self._follow)
@@ -208,9 +211,7 @@ class Live(QObject):
         if waited and self._document.in_gesture:
             self._follow()
         elif waited and self._document.state is not self._followed:
-            self._followed = self._document.state
-            self._revision += 1
-            self._render_whole()
+            self._render_now()
 
     def stop(self) -> None:
         """Cancel the timer and the waiting jobs."""
@@ -237,9 +238,12 @@ class Live(QObject):
         self._whole, self._preview = (Surface(photo, self._holding) for _ in range(2))
         self._canvas.photo.open(photo)
         if not self._waits:
-            self._followed = self._document.state
-            self._revision += 1
-            self._render_whole()
+            self._render_now()
+
+    def _render_now(self) -> None:
+        self._followed = self._document.state
+        self._revision += 1
+        self._render_whole()
 
     def _follow(self) -> None:
         # The overlays are drawn with the preview. Drawing the overlays now, too, would delay the
@@ -283,7 +287,8 @@ class Live(QObject):
             self._whole.shown()
         self._canvas.photo.show_full(frame)
         self._show(frame)
-        self._count_lane.submit(lambda: _counted(frame.rendering))
+        self.measured.emit(frame.rendering)
+        self._tell_settled(self._whole_lane)
 
     def _show(self, frame: RenderedFrame) -> None:
         newest = self._view.frame
@@ -292,18 +297,9 @@ class Live(QObject):
             self._canvas.redraw()
             self.drawn.emit(frame)
 
-    def _show_counts(self, rendering: Rendering) -> None:
-        self.measured.emit(rendering)
-        self._tell_settled(self._count_lane)
-
     def _tell_settled(self, last: Lane) -> None:
         """Emit `settled` if the final frame is visible, the timer stopped and other lanes idle."""
         others = (lane for lane in self._lanes if lane is not last)
         under_way = self._rest.isActive() or any(lane.busy for lane in others)
         if self.is_final(self._view.frame) and not under_way:
             self.settled.emit()
-
-
-def _counted(rendering: Rendering) -> Rendering:
-    _ = rendering.pixel_counts
-    return rendering

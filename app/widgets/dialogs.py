@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Literal
 
 from PySide6.QtCore import QMimeData, QSize, Qt, QUrl
-from PySide6.QtGui import QDesktopServices, QDragEnterEvent, QDropEvent, QShowEvent
+from PySide6.QtGui import QDesktopServices, QShowEvent
 from PySide6.QtWidgets import (
     QDialog,
     QDialogButtonBox,
@@ -72,12 +72,6 @@ class Dialog(QDialog):
         buttons.accepted.connect(take)
         buttons.rejected.connect(self.reject)
         return buttons
-
-    def present(self) -> None:
-        """Show the dialog in front, with the focus."""
-        self.show()
-        self.raise_()
-        self.activateWindow()
 
     def showEvent(self, event: QShowEvent) -> None:
         """Grow until no line is cut: Qt computes the height for a wider dialog."""
@@ -190,32 +184,14 @@ def files_in(data: QMimeData) -> list[Path]:
     return [Path(url.toLocalFile()) for url in data.urls() if url.isLocalFile()]
 
 
-class PathEdit(QLineEdit):
-    """A text field for a path; accepts dropped files and folders."""
-
-    def dragEnterEvent(self, event: QDragEnterEvent) -> None:
-        """Accept files and text."""
-        super().dragEnterEvent(event)
-        if files_in(event.mimeData()):
-            event.acceptProposedAction()
-
-    def dropEvent(self, event: QDropEvent) -> None:
-        """Insert the path of the first file or folder, else the text."""
-        files = files_in(event.mimeData())
-        if files:
-            self.setText(str(files[0]))
-            event.acceptProposedAction()
-        else:
-            super().dropEvent(event)
-
-
 class PathLine(QWidget):
     """A field for the path of a folder, with a button for a file dialog."""
 
     def __init__(self, title: str, path: str) -> None:
         super().__init__()
         self._title = title
-        self.line = PathEdit(path)
+        self.line = QLineEdit(path)
+        self.line.setAcceptDrops(False)  # Qt would insert a URL
         self.line.setAccessibleName(title)
         self.line.setPlaceholderText(title)
         self.choose = button(tr("Choose…"), self._ask)

@@ -1,4 +1,4 @@
-"""Docks around the canvas: flat while fixed, with title bars while movable.
+"""Flat docks around the canvas.
 
 Oversized content scrolls, so that small windows cut nothing off.
 """
@@ -7,9 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from dataclasses import dataclass
-from typing import Final
 
-from PySide6.QtCore import QByteArray, QEvent, QObject, QSize, Qt, QTimer
+from PySide6.QtCore import QEvent, QObject, QSize, Qt, QTimer
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import (
     QDockWidget,
@@ -24,16 +23,6 @@ from PySide6.QtWidgets import (
 
 from ..i18n import tr
 
-# Layout version: a window state with another version is not restored.
-_VERSION: Final = 1
-_FREE: Final = (
-    QDockWidget.DockWidgetFeature.DockWidgetMovable
-    | QDockWidget.DockWidgetFeature.DockWidgetFloatable
-    | QDockWidget.DockWidgetFeature.DockWidgetClosable
-)
-# Without a title bar; the menu still closes the dock.
-_FIXED: Final = QDockWidget.DockWidgetFeature.DockWidgetClosable
-
 
 @dataclass(frozen=True, slots=True)
 class Dock:
@@ -45,15 +34,13 @@ class Dock:
 
 
 class Docks(QObject):
-    """Adds and moves docks, and saves the layout."""
+    """Adds and shows docks, and saves the layout."""
 
     def __init__(self, window: QMainWindow) -> None:
         super().__init__(window)
         self._window = window
         self._docks: dict[str, QDockWidget] = {}
-        self._hidden: list[QDockWidget] = []
-        self._in_front: list[QDockWidget] = []
-        self._first: QByteArray | None = None
+        self._layout = ""
         window.setCorner(Qt.Corner.BottomRightCorner, Qt.DockWidgetArea.RightDockWidgetArea)
         window.setCorner(Qt.Corner.BottomLeftCorner, Qt.DockWidgetArea.LeftDockWidgetArea)
         window.setTabPosition(Qt.DockWidgetArea.BottomDockWidgetArea, QTabWidget.TabPosition.North)
@@ -64,6 +51,9 @@ class Docks(QObject):
         widget.setObjectName(name)
         widget.installEventFilter(self)
         widget.setWidget(content)
+        # An empty title bar widget makes the dock flat; the menu still closes the dock.
+        widget.setTitleBarWidget(QWidget())
+        widget.setFeatures(QDockWidget.DockWidgetFeature.DockWidgetClosable)
         bottom, area_of = Qt.DockWidgetArea.BottomDockWidgetArea, self._window.dockWidgetArea
         front = next((d for d in self._docks.values() if area_of(d) == bottom), None)
         self._docks[name] = widget
@@ -71,7 +61,6 @@ class Docks(QObject):
         if front is not None and dock.area == bottom:
             self._window.tabifyDockWidget(front, widget)
             front.raise_()
-        self._fix(widget, True)
 
     def show(self, name: str) -> None:
         """Show a dock in front of the other tabs."""
@@ -88,43 +77,36 @@ class Docks(QObject):
         """Return the show and hide actions of all docks."""
         return [dock.toggleViewAction() for dock in self._docks.values()]
 
-    def fix(self, fixed: bool) -> None:
-        """Fix all docks, or allow moving, floating and closing."""
-        for dock in self._docks.values():
-            self._fix(dock, fixed)
-
     def hide_all(self, hidden: bool) -> None:
         """Hide all docks, or show the hidden docks again."""
         if hidden:
-            self._hidden = [dock for dock in self._docks.values() if not dock.isHidden()]
-            # Of tabbed docks only the front dock is visible.
-            self._in_front = [dock for dock in self._hidden if not dock.visibleRegion().isEmpty()]
-        for dock in self._hidden:
-            dock.setHidden(hidden)
-        if not hidden:
-            for dock in self._in_front:
-                dock.raise_()
-            self._hidden = self._in_front = []
+            self._layout = self.state()
+            for dock in self._docks.values():
+                dock.hide()
+        else:
+            opened = [name for name, dock in self._docks.items() if not dock.isHidden()]
+            self.arrange((), opened, self._layout)
 
-    def state(self) -> QByteArray:
-        """Return the layout, for `arrange`."""
-        return self._window.saveState(_VERSION)
+    def state(self) -> str:
+        """Return names and sizes of the visible docks, front tabs first, for `arrange`."""
+        shown = [(name, dock) for name, dock in self._docks.items() if not dock.isHidden()]
+        shown.sort(key=lambda one: one[1].visibleRegion().isEmpty())
+        return ",".join(f"{name} {dock.width()} {dock.height()}" for name, dock in shown)
 
-    def arrange(
-        self, shown: Collection[str], staying: Collection[str], state: QByteArray | None = None
-    ) -> None:
-        """Restore a layout; without a valid layout, show the docks in `shown`."""
-        first = self._first = self._first or self.state()
-        before = {name: self._docks[name].isHidden() for name in staying}
-        if state is None or not self._window.restoreState(state, _VERSION):
-            self._window.restoreState(first, _VERSION)
-            for name, dock in self._docks.items():
-                dock.setVisible(name in shown)
-            for name in reversed(list(self._docks)):
-                if name in shown:
-                    self._docks[name].raise_()
-        for name, hidden in before.items():
-            self._docks[name].setHidden(hidden)
+    def arrange(self, shown: Collection[str], staying: Collection[str], state: str = "") -> None:
+        """Restore a layout; without a valid layout, show the docks in `shown`.
+
+        `QMainWindow.restoreState` would leave tab bars on the canvas.
+        """
+        sizes = {name: size for name, size in _sizes(state).items() if name in self._docks}
+        names = list(sizes) or [name for name in self._docks if name in shown]
+        for name in self._docks.keys() - set(staying):
+            self._docks[name].setVisible(name in names)
+        docks = [self._docks[name] for name in sizes]
+        for side, way in enumerate((Qt.Orientation.Horizontal, Qt.Orientation.Vertical)):
+            self._window.resizeDocks(docks, [size[side] for size in sizes.values()], way)
+        for name in reversed(names):
+            self._docks[name].raise_()
         for tabs in self._window.findChildren(QTabBar):
             _follow_place(tabs)
             tabs.installEventFilter(self)
@@ -137,10 +119,13 @@ class Docks(QObject):
             _follow_place(watched)
         return False
 
-    def _fix(self, dock: QDockWidget, fixed: bool) -> None:
-        # An empty title bar widget makes a fixed dock flat.
-        dock.setTitleBarWidget(QWidget() if fixed else None)  # type: ignore[arg-type]
-        dock.setFeatures(_FIXED if fixed else _FREE)
+
+def _sizes(state: str) -> dict[str, tuple[int, int]]:
+    """Return width and height by name of a stored layout; empty for damaged text."""
+    try:
+        return {name: (int(w), int(h)) for name, w, h in map(str.split, state.split(","))}
+    except ValueError:
+        return {}
 
 
 def _follow_place(widget: QWidget) -> None:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 from PySide6.QtCore import QRect, QSignalBlocker, Qt, QTimer, Signal
 from PySide6.QtGui import (
     QAccessible,
-    QAccessibleActionInterface,
     QAccessibleValueInterface,
     QFocusEvent,
     QKeyEvent,
@@ -26,7 +26,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from ..accessibility import DECREASE, FOCUS, INCREASE, NOTHING, speak
+from ..accessibility import DECREASE, INCREASE, NOTHING, actions_of, speak
 from ..i18n import bare, tr
 from .controls import column_of, muted_label, row_of, turn_in_focus_only
 from .typed import SliderScale, ValueField
@@ -35,6 +35,7 @@ from .typed import SliderScale, ValueField
 _REST_MS = 400
 # Speed factor of a drag with Ctrl or Shift.
 _FINE = 0.1
+_STEPS = {INCREASE: 1, DECREASE: -1}
 _FINELY = Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.ShiftModifier
 
 
@@ -85,11 +86,12 @@ class GestureSlider(QSlider):
     def take_figure(self, figure: float) -> None:
         """Set the value from an assistive tool as one gesture, clamped to the range."""
         ends = self.scale.value(self.minimum()), self.scale.value(self.maximum())
-        self.take_step(self.scale.step(min(max(self.scale.typed(figure), ends[0]), ends[1])))
+        step = self.scale.step(min(max(self.scale.typed(figure), ends[0]), ends[1]))
+        self.take_steps(step - self.value())
 
-    def take_step(self, step: int) -> None:
-        """Move to a step as one gesture."""
-        self.setValue(step)
+    def take_steps(self, by: int) -> None:
+        """Move by steps as one gesture."""
+        self.setValue(self.value() + by)
         self.rested.emit()
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
@@ -283,7 +285,9 @@ class SpokenSlider(QAccessibleWidget):
     def __init__(self, slider: GestureSlider) -> None:
         super().__init__(slider, QAccessible.Role.Slider)
         self._slider = slider
-        self._value, self._actions = _Value(slider), _SliderActions(slider)
+        self._value = _Value(slider)
+        steps = {name: partial(slider.take_steps, by) for name, by in _STEPS.items()}
+        self._actions = actions_of(slider, steps)
 
     def text(self, kind: QAccessible.Text) -> str:
         """Return the value with unit, or another text of the base class."""
@@ -322,24 +326,3 @@ class _Value(QAccessibleValueInterface):
         # Steps may differ in size: the smallest is at the low end.
         scale, low = self._slider.scale, self._slider.minimum()
         return abs(scale.value(low + 1) - scale.value(low))
-
-
-class _SliderActions(QAccessibleActionInterface):
-    """Actions of an accessible slider."""
-
-    def __init__(self, slider: GestureSlider) -> None:
-        super().__init__()
-        self._slider = slider
-
-    def actionNames(self) -> list[str]:
-        return [FOCUS, INCREASE, DECREASE] if self._slider.isEnabled() else []
-
-    def keyBindingsForAction(self, name: str) -> list[str]:  # noqa: ARG002
-        return []
-
-    def doAction(self, name: str) -> None:
-        if name == FOCUS:
-            self._slider.setFocus(Qt.FocusReason.OtherFocusReason)
-        elif name in (INCREASE, DECREASE):
-            step = 1 if name == INCREASE else -1
-            self._slider.take_step(self._slider.value() + step)

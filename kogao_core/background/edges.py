@@ -36,7 +36,6 @@ _WEIGHT: Final = 2000.0
 _LEAST_DENSITY: Final = 0.02
 # Subtracted from each weight, so that rows fade out instead of coming and going.
 _LEAST: Final = 2e-3
-_MOST: Final = 2.0  # the weights of a place and an arm are together at most this
 # Rows so near to a line that is let go lose all weight; from twice as far, none.
 _LOOSE: Final = 1.2
 _PERSON: Final = 0.05  # places of less opacity are left out
@@ -108,8 +107,6 @@ def edges_of(photo: Pyramid, look: PersonLook, spacing_px: float) -> Edges:
     for arm in _ARMS:
         ends = at - arm * h * way, at + arm * h * way
         product = weight * sample.at(ends[0], direction) * sample.at(ends[1], direction)
-        together = np.bincount(place, product, len(places))
-        product = product * np.minimum(1.0, _MOST / np.maximum(together, 1e-9))[place]
         product = product / arm - _LEAST
         on = product > 0.0
         rows.append((np.stack([ends[0], at, ends[1]], 1)[on], way[on], product[on]))

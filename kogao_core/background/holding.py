@@ -19,12 +19,12 @@ import numpy as np
 import numpy.typing as npt
 
 from kogao_core.background.edges import Edges, no_edges
-from kogao_core.base.geometry import Affine, Array, ramp
+from kogao_core.base.geometry import Affine, Array
 from kogao_core.faces.face import Face
 from kogao_core.recipe.recipe import LOSSLESS_PX
 from kogao_core.warp.field import Field
-from kogao_core.warp.fit import Problem, quantised, summed
-from kogao_core.warp.frame import edges_px
+from kogao_core.warp.fit import Problem, quantised
+from kogao_core.warp.frame import edges_px, zero_on_edges
 from kogao_core.warp.guard import LEAST_DET, bisected, is_safe
 from kogao_core.warp.lattice import ORDER, Grid, Lattice, basis, groups
 from kogao_core.warp.one_to_one import least_det
@@ -54,7 +54,8 @@ _HALF: Final = 16.0
 _WIDER: Final = 1.25  # factor if a lens correction displaces more than that square
 _HALF_NEAR: Final = 8.0  # the same of a first change, which holds neighbours alone
 _UP: Final = 2.5
-_SOFT: Final = 2.0  # its outermost control points change less and less
+# Shorter changes of a control point are dropped, those from twice as long on kept in full.
+_UNSEEN: Final = 0.012
 # The change's lattice is the fit's, or that at double the spacing until it is at least this share
 # of the landmark spacing.
 _FINEST: Final = 1.4
@@ -99,8 +100,8 @@ def hold(field: Field, problems: Sequence[Problem], faces: Sequence[Face], held:
             if changes:
                 after = before
                 for steady in changes:
-                    after = summed(after, steady.change(after, targets))
-                changed[k] = quantised(problems[k].within(after))
+                    after = after.plus(steady.change(after, targets))
+                changed[k] = quantised(zero_on_edges(after, problems[k].photo))
         allowed = _allowed(field, [*changed], [*changed.values()])
         for k, lattice in zip(changed, allowed, strict=True):
             lattices[k] = lattice
@@ -171,7 +172,7 @@ class _Steady:
         """
         source, h, self.edges = face.outline, face.anchor.spacing_px, edges
         size = (_HALF_NEAR, _FINEST_NEAR) if edges is None else (_HALF, _FINEST)
-        self._room, self._free = _room(problem, source, h, *size)
+        self._room, self._unseen_px = _room(problem, source, h, *size), _UNSEEN * h
         middle = source.mean(axis=0)
         swept = np.vstack(
             [middle + f * (source - middle) for f in (1.0, (1.0 + _INNERMOST) / 2.0, _INNERMOST)]
@@ -224,10 +225,13 @@ class _Steady:
         free, ways = sides[:, 0], sides[:, 1:]
         strength = np.linalg.solve(ways.T @ ways + _RIDGE * np.eye(2 * m), ways.T @ free)
         phi = self._whitening.T @ (free - ways @ strength)
-        phi = phi.reshape(2, *self._room.shape) * self._free
-        # Invisible steps away from landmarks: a drag elsewhere leaves these control points equal.
-        coarse = LOSSLESS_PX * np.round(phi / LOSSLESS_PX)
-        phi = np.where(rows_of_basis.any(axis=0).reshape(self._room.shape), phi, coarse)
+        phi = phi.reshape(2, *self._room.shape)
+        # Away from landmarks and neighbours the change ends where nobody sees it.
+        kept = 2.0 - 2.0 * self._unseen_px / np.maximum(np.hypot(*phi), self._unseen_px)
+        # Invisible steps: a drag elsewhere leaves these control points equal.
+        coarse = LOSSLESS_PX * np.round(np.minimum(kept, 1.0) * phi / LOSSLESS_PX)
+        exact = np.vstack([rows_of_basis, self._rows[count:]]).any(axis=0)
+        phi = np.where(exact.reshape(self._room.shape), phi, coarse)
         return dataclasses.replace(self._room, phi=np.ascontiguousarray(phi.transpose(1, 2, 0)))
 
     def _basis_rows(
@@ -249,9 +253,9 @@ class _Steady:
         row = np.broadcast_to((j - first[1])[:, None, None] + reach[:, None], weights.shape)
         on = (column >= 0) & (column < across) & (row >= 0) & (row < down)
         at = (rows[:, None, None] * down + row) * across + column
-        shape = int(rows.max(initial=-1)) + 1, self._free.size
-        rows_of_basis = np.bincount(at[on], weights[on], shape[0] * shape[1]).reshape(shape)
-        return np.asarray(rows_of_basis * self._free.ravel())
+        shape = int(rows.max(initial=-1)) + 1, down * across
+        rows_of_basis = np.bincount(at[on], weights[on], shape[0] * shape[1])
+        return np.asarray(rows_of_basis.reshape(shape), np.float64)
 
     def _built(self, problem: Problem, face: Face, edges: Edges | None, swept: Array) -> Array:
         """Return the symmetric matrix of the change's x, then y components."""
@@ -303,10 +307,8 @@ def _inverse(lower: Array) -> Array:
     return inverse
 
 
-def _room(
-    problem: Problem, outline: Array, h: float, half: float, finest: float
-) -> tuple[Lattice, Array]:
-    """Return the lattice that a change can move, and each control point's share of the change."""
+def _room(problem: Problem, outline: Array, h: float, half: float, finest: float) -> Lattice:
+    """Return the lattice that a change can move, of zeros."""
     spacing, origin = problem.grid.spacing_px, np.array(problem.grid.origin_px)
     while spacing < finest * h:
         spacing *= 2.0
@@ -316,17 +318,11 @@ def _room(
         half *= _WIDER
     middle = middle + _UP * h * up / max(1e-9, float(np.hypot(*up)))
     low, high = ((middle + way * half * h - origin) / spacing for way in (-1.0, 1.0))
-    first, last = np.floor(low).astype(int), np.ceil(high).astype(int)
-    columns, rows = (
-        ramp(np.minimum(nodes - a, b - nodes) / _SOFT)
-        for nodes, a, b in zip(
-            (np.arange(a, b + 1) for a, b in zip(first, last, strict=True)), low, high, strict=True
-        )
-    )
-    free = np.repeat((rows[:, None] * columns)[..., None], 2, axis=2)
-    room = Lattice(Grid(problem.grid.origin_px, spacing), (int(first[0]), int(first[1])), free)
-    room = room if problem.photo is None else room.within(problem.photo)
-    return dataclasses.replace(room, phi=np.zeros_like(room.phi)), room.phi[..., 0]
+    first, last = np.ceil(low).astype(int), np.floor(high).astype(int)
+    columns, rows = last - first + 1
+    zeros = np.zeros((rows, columns, 2))
+    room = Lattice(Grid(problem.grid.origin_px, spacing), (int(first[0]), int(first[1])), zeros)
+    return room if problem.photo is None else room.within(problem.photo)
 
 
 def _near_rows(

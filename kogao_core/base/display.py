@@ -84,11 +84,10 @@ def png(pixels: Image) -> bytes:
     return _file(pixels, ".png")
 
 
-def data_uri(pixels: Image, *, exact: bool) -> str:
-    """Return an 8-bit image as a data URI: PNG if `exact`, otherwise JPEG."""
-    jpeg = cv2.IMWRITE_JPEG_QUALITY, _QUALITY
-    data = png(pixels) if exact else _file(pixels, ".jpg", *jpeg)
-    return f"data:image/{'png' if exact else 'jpeg'};base64,{base64.b64encode(data).decode()}"
+def data_uri(pixels: Image) -> str:
+    """Return an 8-bit image as a JPEG data URI."""
+    data = _file(pixels, ".jpg", cv2.IMWRITE_JPEG_QUALITY, _QUALITY)
+    return f"data:image/jpeg;base64,{base64.b64encode(data).decode()}"
 
 
 def _file(pixels: Image, kind: str, *options: int) -> bytes:

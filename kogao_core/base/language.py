@@ -10,7 +10,7 @@ from __future__ import annotations
 import gettext
 import importlib
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from numbers import Number
 from pathlib import Path
 from typing import Any, Final
@@ -69,7 +69,11 @@ def translated(message: object) -> str:
         said = _catalogue.ngettext(text.template, text.many, text.values["n"])
     else:
         said = _catalogue.gettext(text.template) if text.template else ""
-    return said.format(**dict(_spoken(text.values))) if text.values else said
+    if not text.values:
+        return said
+    return said.format(
+        **{k: translated(v) if isinstance(v, Text) else v for k, v in text.values.items()}
+    )
 
 
 def tr(text: str, /, **values: object) -> str:
@@ -147,31 +151,6 @@ def _folder() -> Path | None:
     except ModuleNotFoundError:
         return None
     return Path(resources.__path__[0], "translations")
-
-
-def _spoken(values: dict[str, Any]) -> Iterator[tuple[str, Any]]:
-    point = in_context("decimal point", ".")
-    for name, value in values.items():
-        if isinstance(value, Text):
-            yield name, translated(value)
-        elif isinstance(value, float) and point != ".":
-            yield name, _Float(value, point)
-        else:
-            yield name, value
-
-
-class _Float(float):
-    """A number that formats with the decimal point of a language."""
-
-    def __new__(cls, value: float, point: str) -> _Float:
-        made = super().__new__(cls, value)
-        made.point = point
-        return made
-
-    point: str
-
-    def __format__(self, form: str) -> str:
-        return super().__format__(form).replace(".", self.point)
 
 
 _code, _catalogue = ENGLISH, gettext.NullTranslations()

@@ -5,12 +5,12 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from kogao_core.base.atomic import is_temporary
 from kogao_core.base.json_reader import BadFile
 from kogao_core.base.language import Text
 from kogao_core.batch.tasks import Task, keys_of
-from kogao_core.photo.disclosure.disclosing import NO_DISCLOSURE, Disclosure
 from kogao_core.photo.export import AS_IT_IS, Export
 from kogao_core.photo.formats import READABLE
 from kogao_core.projects.interchange import file_for
@@ -29,25 +29,20 @@ def plan(
     folder: Path,
     recipe: Recipe,
     *,
-    which: str = "all",
-    max_megapixels: float = 300.0,
-    landmarks: str | None = None,
     projects: bool = False,
     suffix: str = ".jpg",
-    disclosure: Disclosure = NO_DISCLOSURE,
     report: Path | None = None,
-    doubtful: bool = False,
     edits: Path | None = None,
     results: Results | None = None,
     export: Export = AS_IT_IS,
     points: Path | None = None,
-    points_map: str | None = None,
+    **choices: Any,
 ) -> list[Task]:
     """Return the tasks for files and folders, in order. Subfolders are kept in the output.
 
     `points`: file of landmarks, or folder with one file per photo name. `edits`: the user's folder
     of projects that are not stored next to their photos. `results`: list of photos that Kogao made
-    and that are skipped. Raises NothingToDo, BadFile.
+    and that are skipped. `choices`: further fields of `Task`. Raises NothingToDo, BadFile.
     """
     found: dict[Path, Path] = {}
     for path in inputs:
@@ -68,20 +63,17 @@ def plan(
         raise NothingToDo(Text("no photos there; name files or folders that hold some"))
     _check_places(found, folder)
     keys = keys_of(report)
-    choices = recipe.to_dict(), which, max_megapixels, landmarks
     return [
         Task(
             str(photo),
             str(output),
-            *choices,
+            recipe.to_dict(),
             project=str(kept(photo, edits) or "") if projects else "",
-            disclosure=disclosure,
             done=keys.get(str(output), ""),
-            doubtful=doubtful,
             results=str(results.file) if results else "",
             export=export,
             points="" if points is None else str(file_for(photo, points)),
-            points_map=points_map,
+            **choices,
         )
         for output, photo in found.items()
     ]

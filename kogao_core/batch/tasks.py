@@ -61,7 +61,6 @@ class Task:
     results: str = ""  # list of Kogao's own results to skip; "" processes them again
     export: Export = AS_IT_IS  # size, quality and colours of the result
     points: str = ""  # file of landmarks to use instead of face detection, or ""
-    points_map: str | None = None  # see `interchange.point_map`
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,8 +138,7 @@ def _found(task: Task, photo: Photo) -> Applied:
 
 
 def _given(task: Task, photo: Photo) -> list[Face]:
-    mapping = None if task.points_map is None else interchange.point_map(task.points_map)
-    faces = interchange.read(Path(task.points), mapping)
+    faces = interchange.read(Path(task.points))
     interchange.check_inside(faces, Box.of(photo.pixels))
     return faces
 
@@ -158,7 +156,7 @@ def _key(task: Task) -> str:
     """Return a hash of files and options; "" if a file can't be read."""
     choices = task.recipe, task.which, task.doubtful, task.landmarks, bool(task.project)
     told = asdict(task.disclosure), asdict(task.export)
-    points = [task.points_map or ""] * bool(task.points)
+    points = [""] * bool(task.points)
     chosen = json.dumps([*choices, *told, *points], sort_keys=True)
     total = hashlib.sha256(chosen.encode())
     files = task.source, task.project, task.points, task.output

@@ -1,6 +1,6 @@
 """``kogao-cli``: the same rendering as the editor, without Qt.
 
-It may import all packages. Only ``commands`` names a module of the laboratory.
+It may import all packages. Only ``declarations`` names a module of the laboratory.
 """
 
 from __future__ import annotations

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import dataclasses
-import os
 import sys
 import time
 from collections import Counter
 from pathlib import Path
-from typing import Any, Final
+from types import SimpleNamespace
+from typing import Final
 
 import click
 
@@ -18,113 +17,35 @@ from kogao_core.base.json_reader import BadFile
 from kogao_core.base.language import Text, tr, translated
 from kogao_core.batch import Outcome, Workers
 from kogao_core.batch.measures import codebook_of, write
-from kogao_core.cli import common, ending, options, reading, words
-from kogao_core.photo.disclosure.disclosing import Disclosure
-from kogao_core.photo.export import Export
+from kogao_core.cli import common, ending, options, reading
 from kogao_core.projects.results import Results
 from kogao_core.projects.sidecar import own_folder
 
 
-@words.command(
-    "batch",
-    examples=(
-        "kogao-cli batch photos/ -o slim/",
-        "kogao-cli batch photos/ 'more/*.jpg' -o slim/ --amount 6 --jobs 4",
-        "kogao-cli batch photos/ -o web/ --longest-side 2048 --srgb --to jpg",
-    ),
-)
-@click.argument("inputs", metavar="IN...", nargs=-1, required=True, type=common.PHOTO)
-@words.option(
-    "-o", "--output", "folder", required=True, type=common.FOLDER, metavar="DIR",
-    help="Folder for the results; created if missing",
-)  # fmt: skip
-@options.chooses
-@words.option(
-    "-j", "--jobs", type=click.IntRange(1, 256), default=lambda: os.cpu_count() or 1,
-    help="Photos processed in parallel; each needs about 8 times its pixels in memory "
-    "[processors]",
-)  # fmt: skip
-@words.option(
-    "--report", type=common.FILE, metavar="FILE", section=options.OUTPUT,
-    help="Report, one JSON line per photo; photos listed as done are skipped "
-    "[DIR/kogao-batch.jsonl]",
-)  # fmt: skip
-@words.option(
-    "--measures", type=common.FILE, metavar="FILE", section=options.OUTPUT,
-    help="Write requested and achieved amounts and face measures (CSV), with a codebook",
-)  # fmt: skip
-@words.option(
-    "--projects", is_flag=True, section=reading.INPUT,
-    help="Apply the saved edits of photos (PHOTO.kogao.json); options apply to the others",
-)  # fmt: skip
-@options.discloses
-@options.exports
-@words.option(
-    "--to", "form", type=click.Choice(reading.NAMED_ENDINGS), section=options.OUTPUT,
-    help="Format of all results [format of each photo]",
-)  # fmt: skip
-@words.option(
-    "--names", "name", metavar="PATTERN", default="{name}", section=options.OUTPUT,
-    help="File names of results, with {name}, {n} (001, 002, …) and {amount} [{name}]",
-)  # fmt: skip
-@words.option("--force", is_flag=True, help="Overwrite files in the output folder")
-@words.option(
-    "--as", "suffix", default="jpg", section=options.OUTPUT,
-    type=click.Choice(reading.NAMED_ENDINGS),
-    help="Format of results of HEIC and raw photos [jpg]",
-)  # fmt: skip
-@reading.takes_results
-@words.option("--again", is_flag=True, help="Ignore the report and process all photos again")
-@words.section(reading.INPUT, common.limits_megapixels)
-@reading.chooses_landmarks
-@reading.takes_point_files
-def command(
-    inputs: tuple[Path, ...],
-    folder: Path,
-    which: str,
-    doubtful: bool,
-    recipe_file: Path | None,
-    jobs: int,
-    report: Path | None,
-    measures: Path | None,
-    projects: bool,
-    disclosure: Disclosure,
-    export: Export,
-    form: str | None,
-    name: str,
-    force: bool,
-    suffix: str,
-    results: bool,
-    again: bool,
-    max_megapixels: float,
-    landmarks: str | None,
-    **choices: Any,
-) -> int:
-    """Make the faces in many photos smaller.
-
-    IN is a photo, a folder or a pattern such as 'in/*.jpg'.
-    """
-    recipe = options.recipe_of(recipe_file, choices)
-    report = report or folder / batch.REPORT
-    points, points_map = reading.point_files()
-    if measures is not None:
-        common.check_free(measures, force)
-        common.check_free(codebook_of(measures), force)
+def run(args: SimpleNamespace) -> int:
+    """Run the command."""
+    recipe = options.recipe_of(args.recipe_file, vars(args))
+    disclosure = reading.disclosure_of(args)
+    report = args.report or args.folder / batch.REPORT
+    if args.measures is not None:
+        common.check_free(args.measures, args.force)
+        common.check_free(codebook_of(args.measures), args.force)
     with ending.stopping(ValueError, ending.USAGE):
-        export = dataclasses.replace(export, ending=f".{form}" if form else "", name=name)
+        suffix = f".{args.form}" if args.form else ""
+        export = reading.export_of(args, ending=suffix, name=args.name)
     with (
         ending.stopping(BadFile, ending.UNREADABLE),
         ending.stopping(batch.NothingToDo, ending.USAGE),
     ):
         tasks = batch.plan(
-            _expanded(inputs), folder, recipe,
-            which=which, max_megapixels=max_megapixels, landmarks=landmarks,
-            projects=projects, suffix=f".{suffix}", disclosure=disclosure,
-            report=None if again else report, doubtful=doubtful, export=export,
-            points=points, points_map=points_map,
-            edits=own_folder(), results=None if results else Results.of_user(),
+            _expanded(args.inputs), args.folder, recipe,
+            which=args.which, max_megapixels=args.max_megapixels, landmarks=args.landmarks,
+            projects=args.projects, suffix=f".{args.suffix}", disclosure=disclosure,
+            report=None if args.again else report, doubtful=args.doubtful, export=export,
+            points=args.points, edits=own_folder(),
+            results=None if args.results else Results.of_user(),
         )  # fmt: skip
-        if not force and not report.exists():
+        if not args.force and not report.exists():
             try:
                 batch.check_free(tasks)
             except batch.NothingToDo as error:
@@ -132,7 +53,7 @@ def command(
                     Text("{error}, or use --force to overwrite", error=error)
                 ) from None
     reading.check_networks()
-    reading.mention_fallback(landmarks)
+    reading.mention_fallback(args.landmarks)
     progress = _Progress(len(tasks))
     with ending.refusing(
         lambda reason: Text(
@@ -143,11 +64,11 @@ def command(
         )
     ):
         batch.record(
-            batch.run(tasks, Workers.processes(jobs)), report, Results.of_user(), progress.add
+            batch.run(tasks, Workers.processes(args.jobs)), report, Results.of_user(), progress.add
         )
-    if measures is not None:
-        with ending.writing(measures):
-            write(batch.measures_of(report, tasks), measures)
+    if args.measures is not None:
+        with ending.writing(args.measures):
+            write(batch.measures_of(report, tasks), args.measures)
     progress.end(report)
     if progress.counts["failed"] or progress.counts["no face"]:
         return ending.SOME_FAILED

@@ -12,90 +12,17 @@ from collections.abc import Sequence
 
 import click
 
-from kogao_core.base.installed import has_laboratory
 from kogao_core.base.interrupts import CODE
-from kogao_core.base.language import Text, system_languages, tr, translated, use_language
+from kogao_core.base.language import system_languages, tr, translated, use_language
 from kogao_core.base.stderr import open_standard_streams
 from kogao_core.base.threads import reuse_freed_memory, skip_final_collection, without_blas_threads
 from kogao_core.base.wording import system_reason
-from kogao_core.cli import words
+from kogao_core.cli.declarations import PROGRAM, program
 from kogao_core.cli.ending import BROKEN, UNEXPECTED, UNREADABLE, USAGE, Stop, print_message
 
-PROGRAM = "kogao-cli"
 DEBUG = "KOGAO_DEBUG"
 """Environment variable that enables tracebacks."""
 _LONGEST_ERROR = 200
-_REMOVED = (
-    *("--label-picture", "--label-corner", "--label-share"),
-    *("--sign-certificate", "--sign-key"),
-)
-
-EPILOG = Text("""\
-Exit codes:
-  0    done
-  1    incomplete installation (see kogao-cli doctor)
-  2    wrong usage: unknown option, value out of range, unusable recipe or
-       project, existing output (overwrite with --force), or a format that
-       can't hold the photo
-  3    unreadable input or unwritable output
-  4    no face, or only doubtful faces (include these with --doubtful)
-  5    some photos of a batch failed; see the report
-  6    kogao --edit was closed without saving
-  7    input is a result of Kogao (accept with --results)
-  70   internal error or too little memory (traceback with KOGAO_DEBUG=1)
-  130  interrupted; run the same batch again to resume
-
-An error prints one line on stderr and leaves no partial file.
-""")
-
-
-# Each command with the first sentence of its help. Listing them takes 0.1 s instead of the 0.5 s
-# that loading all modules takes.
-_LATER = {
-    "warp": Text("Make the faces in a photo smaller and save the result."),
-    "restore": Text("Restore the original of a photo that was changed in place."),
-    "originals": Text("List the stored originals, newest first."),
-    "forget": Text("Delete everything Kogao stores about a photo."),
-    "verify": Text("Compare two JPEGs and list the blocks and metadata that differ."),
-    "batch": Text("Make the faces in many photos smaller."),
-    "detect": Text("Find the faces in a photo."),
-    "read": Text("Measure how a retouch moved the faces of a photo."),
-    "landmarks": Text("Export landmarks for other programs."),
-    "presets": Text("List the presets, or print the recipe of preset NAME as JSON."),
-    "experiment": Text("Repeat the paper's tables and figures on your own photos."),
-    "integrate": Text("Add Kogao to the desktop, darktable, GIMP or Krita."),
-    "doctor": Text("Check the installation: versions, networks, libraries."),
-    "licenses": Text("Print the licences of the program and its components."),
-}
-_MODULES = {
-    **{name: f"kogao_core.cli.{name}" for name in _LATER},
-    "experiment": "kogao_core.lab.commands.experiment",
-    "licenses": "kogao_core.cli.licences",
-    **{name: f"kogao_core.cli.originals:{name}" for name in ("originals", "restore", "forget")},
-}
-if not has_laboratory():
-    del _LATER["experiment"]
-
-
-HELP_NAMES = {"help_option_names": ["-h", "--help"]}
-
-
-@words.group(
-    later={name: (_MODULES[name], first) for name, first in _LATER.items()},
-    context_settings=HELP_NAMES,
-    examples=(
-        "kogao-cli warp portrait.jpg -o slim.jpg",
-        "kogao-cli batch photos/ -o slim/",
-        "kogao-cli warp --help",
-    ),
-)
-@words.chooses_language
-@words.shows_version
-def program() -> None:
-    """Make faces in photos slightly smaller (method of Seo, Chen and Aoki, 2011)."""
-
-
-program.codes = EPILOG
 
 
 def run(arguments: Sequence[str] | None) -> int:
@@ -118,15 +45,10 @@ def run(arguments: Sequence[str] | None) -> int:
     except Stop as stop:
         return _end(_sentence(stop), stop.code)
     except click.UsageError as error:
-        problem = _sentence(error)
-        if isinstance(error, click.NoSuchOption) and error.option_name in _REMOVED:
-            problem = tr(
-                "{option} was removed; use --label or --disclose", option=error.option_name
-            )
         return _end(
             tr(
                 "{problem} (see {command} --help)",
-                problem=problem,
+                problem=_sentence(error),
                 command=error.ctx.command_path if error.ctx else PROGRAM,
             ),
             USAGE,

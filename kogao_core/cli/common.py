@@ -16,6 +16,7 @@ from typing import Any, Final, TypeVar
 
 import click
 
+from kogao_core.base import assets
 from kogao_core.base.atomic import NotAFile, atomic_write, check_target
 from kogao_core.base.language import Text, tr
 from kogao_core.base.wording import sentence, shown, system_reason
@@ -143,6 +144,17 @@ def check_report(file: Path | None, force: bool) -> None:
             Text("folder {folder} isn't writable; choose another folder", folder=file.parent),
             ending.UNREADABLE,
         )
+
+
+def input_path(source: Path | None, sample: bool) -> Path:
+    """Return the path of the photo or the sample. Raises Stop unless exactly one is given."""
+    if (source is None) != sample:
+        raise ending.Stop(Text("name one photo, or use --sample"))
+    if source is not None:
+        return source
+
+    with ending.stopping(assets.AssetMissing, ending.BROKEN):
+        return assets.sample()
 
 
 @contextmanager

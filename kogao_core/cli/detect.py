@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
-
-import click
 
 from kogao_core.background.people import PersonFinder, PersonMask
 from kogao_core.base.assets import AssetMissing
@@ -15,7 +14,7 @@ from kogao_core.base.atomic import atomic_write
 from kogao_core.base.display import png
 from kogao_core.base.geometry import Box
 from kogao_core.base.language import Text, tr, translated
-from kogao_core.cli import common, ending, reading, words
+from kogao_core.cli import common, ending, reading
 from kogao_core.faces.doubt import Verdict, verdicts
 from kogao_core.faces.face import Face
 from kogao_core.faces.landmarks import ModelRefused
@@ -32,48 +31,16 @@ from kogao_core.warp.lens import (
 )
 
 
-def _png(_: click.Context, __: click.Parameter, file: Path | None) -> Path | None:
-    if file is not None and file.suffix.lower() != ".png":
-        raise words.bad_value(Text("{file} doesn't end in .png.", file=file))
-    return file
-
-
-@words.command(
-    "detect",
-    examples=(
-        "kogao-cli detect portrait.jpg",
-        "kogao-cli detect portrait.jpg --json",
-        "kogao-cli detect portrait.jpg --person-mask people.png",
-    ),
-)
-@reading.takes_photo
-@words.option(
-    "--person-mask", "mask_file", type=common.FILE,
-    metavar="FILE.png", callback=_png,
-    help="Write a mask of the people: a grey PNG, people white",
-)  # fmt: skip
-@common.writes_json
-@common.forces
-def command(
-    source: Path | None,
-    sample: bool,
-    max_megapixels: float,
-    landmarks: str | None,
-    mask_file: Path | None,
-    json_file: Path | None,
-    force: bool,
-) -> None:
-    """Find the faces in a photo.
-
-    Positions are pixels of the upright photo; 0,0 is the centre of the first pixel.
-    """
-    common.check_report(json_file, force)
-    common.check_report(mask_file, force)
-    path = reading.input_path(source, sample)
-    known = landmark_source(landmarks)
-    photo = reading.read_photo(path, max_megapixels)
-    faces = reading.find_faces(photo, landmarks, known)
+def run(args: SimpleNamespace) -> None:
+    """Run the command."""
+    common.check_report(args.json_file, args.force)
+    common.check_report(args.mask_file, args.force)
+    path = common.input_path(args.source, args.sample)
+    known = landmark_source(args.landmarks)
+    photo = reading.read_photo(path, args.max_megapixels)
+    faces = reading.find_faces(photo, args.landmarks, known=known)
     judged = list(zip(faces, verdicts(faces, Box.of(photo.pixels)), strict=True))
+    mask_file = args.mask_file
     people = None if mask_file is None else _people(photo, faces)
     if mask_file is not None and people is not None:
         with ending.refusing(
@@ -81,7 +48,9 @@ def command(
         ):
             atomic_write(png(people.picture(photo.width, photo.height)), mask_file)
     common.deliver(
-        lambda: _found(photo, judged, mask_file, people), lambda: _table(photo, judged), json_file
+        lambda: _found(photo, judged, mask_file, people),
+        lambda: _table(photo, judged),
+        args.json_file,
     )
 
 

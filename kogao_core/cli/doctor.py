@@ -9,15 +9,13 @@ import sys
 from collections.abc import Iterator
 from importlib import import_module, metadata
 from importlib.util import find_spec
-from pathlib import Path
+from types import SimpleNamespace
 from typing import Any, Final
-
-import click
 
 import kogao_core
 from kogao_core.base import assets, installed
 from kogao_core.base.language import Text, tr, translated
-from kogao_core.cli import common, ending, words
+from kogao_core.cli import common, ending
 from kogao_core.cli.licences import DEPENDENCIES, manifest
 
 OK: Final = Text("ok")
@@ -33,16 +31,12 @@ _IMPORTED: Final = {"numpy": "numpy", "opencv-contrib-python-headless": "cv2", "
 _FOUND: Final = {"PySide6-Essentials": "PySide6", "pyqtgraph": "pyqtgraph"}
 
 
-@words.command("doctor")
-@common.writes_json
-@common.forces
-@click.pass_context
-def command(context: click.Context, json_file: Path | None, force: bool) -> None:
-    """Check the installation: versions, networks, libraries."""
-    common.check_report(json_file, force)
+def run(args: SimpleNamespace) -> int:
+    """Print the findings."""
+    common.check_report(args.json_file, args.force)
     findings = examine()
-    common.deliver(lambda: findings, lambda: text(findings), json_file)
-    context.exit(0 if findings["ok"] else ending.BROKEN)
+    common.deliver(lambda: findings, lambda: text(findings), args.json_file)
+    return 0 if findings["ok"] else ending.BROKEN
 
 
 def examine() -> dict[str, Any]:

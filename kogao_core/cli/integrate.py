@@ -10,6 +10,7 @@ import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Final
 
 import click
@@ -18,7 +19,7 @@ from kogao_core.base import assets, installed
 from kogao_core.base.atomic import atomic_write
 from kogao_core.base.language import Text, translated
 from kogao_core.base.wording import system_reason
-from kogao_core.cli import common, desktop, ending, words
+from kogao_core.cli import desktop, ending
 from kogao_core.recipe.recipe import Recipe
 
 _MARK: Final = "-- by kogao-cli integrate"
@@ -130,36 +131,26 @@ HOSTS: Final[Mapping[str, tuple[Host, ...]]] = {
 }
 
 
-@words.command("integrate")
-@click.argument("host", type=click.Choice((_DESKTOP, *HOSTS)), required=False)
-@words.option("--remove", is_flag=True, help="Remove Kogao; from all programs if none is named")
-@words.option(
-    "--settings", type=common.FOLDER, metavar="FOLDER",
-    help="Folder of the program's settings, or of the desktop's menus [the system's]",
-)  # fmt: skip
-@click.pass_context
-def command(context: click.Context, host: str | None, remove: bool, settings: Path | None) -> None:
-    """Add Kogao to the desktop, darktable, GIMP or Krita.
-
-    Restart the other program afterwards.
-    """
-    if host is None and (not remove or settings):
+def run(args: SimpleNamespace) -> None:
+    """Add Kogao to a program or to the desktop, or remove it."""
+    if args.host is None and (not args.remove or args.settings):
         raise click.UsageError(
-            Text("name one of {hosts}", hosts=", ".join((_DESKTOP, *HOSTS))), context
+            Text("name one of {hosts}", hosts=", ".join((_DESKTOP, *HOSTS))),
+            click.get_current_context(),
         )
     messages = []
     try:
         with ending.stopping(assets.AssetMissing, ending.BROKEN):
-            for one in (_DESKTOP, *HOSTS) if host is None else (host,):
+            for one in (_DESKTOP, *HOSTS) if args.host is None else (args.host,):
                 if one != _DESKTOP:
-                    messages += _change_host(one, settings, remove)
-                elif host or sys.platform not in ("win32", "darwin"):
-                    messages += _change_desktop(settings, remove)
+                    messages += _change_host(one, args.settings, args.remove)
+                elif args.host or sys.platform not in ("win32", "darwin"):
+                    messages += _change_desktop(args.settings, args.remove)
     except OSError as error:
         raise ending.Stop(
             Text(
                 "{place} can't be changed ({why})",
-                place=error.filename or settings or host or _DESKTOP,
+                place=error.filename or args.settings or args.host or _DESKTOP,
                 why=system_reason(error),
             ),
             ending.UNREADABLE,

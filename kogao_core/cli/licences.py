@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from importlib import metadata
+from types import SimpleNamespace
 from typing import Any, Final
 
 import click
@@ -11,7 +12,6 @@ import click
 import kogao_core
 from kogao_core.base import assets
 from kogao_core.base.language import Text, tr, translated
-from kogao_core.cli import words
 
 OWN: Final = "Apache-2.0"
 # The dependencies in pyproject.toml, and their own. A test compares both.
@@ -29,9 +29,8 @@ _INDIRECT: Final = ("shiboken6", "colorama")
 _UNNAMED: Final = Text("see its documentation")
 
 
-@words.command("licenses")
-def command() -> None:
-    """Print the licences of the program and its components."""
+def run(_: SimpleNamespace) -> None:
+    """Print the licences."""
     click.echo(text())
 
 

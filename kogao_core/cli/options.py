@@ -1,12 +1,10 @@
-"""Options shared by `warp` and `batch`: settings of the recipe, disclosure, export."""
+"""Options of several commands: photos, landmarks, settings of the recipe, disclosure, export."""
 
 from __future__ import annotations
 
 import dataclasses
 import re
-from collections.abc import Callable
-from functools import wraps
-from inspect import signature
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, Final, TypeVar
 
@@ -14,16 +12,18 @@ import click
 
 from kogao_core.base.language import Text
 from kogao_core.base.wording import shown
-from kogao_core.cli import common, ending, reading, words
-from kogao_core.photo.disclosure.disclosing import Disclosure
-from kogao_core.photo.disclosure.label import check_label
-from kogao_core.photo.errors import CannotDisclose
-from kogao_core.photo.export import LONGEST_PX, Export
+from kogao_core.cli import common, ending, words
+from kogao_core.cli.common import PHOTO, limits_megapixels
 from kogao_core.recipe import presets
 from kogao_core.recipe.recipe import PAPER, SETTINGS, Recipe
 from kogao_core.recipe.settings import Setting
 
+# The first suffix of each output format. A test compares these names, and the sources of landmarks
+# below, with the modules that declare them and load numpy.
+FORMATS: Final = ("jpg", "png", "tif", "webp", "avif")
 # Headings of the help.
+INPUT: Final = Text("Input")
+FACES: Final = Text("Faces and landmarks")
 SHAPE: Final = Text("Shape of the face, % of the distance to the centre")
 SURROUNDINGS: Final = Text("Surroundings and lens")
 METHOD: Final = Text("Method, with sections of the paper")
@@ -34,6 +34,44 @@ _SURROUNDINGS: Final = ("hold_background", "lens", "lens_amount")
 _FACES = re.compile(r"all|largest|[0-9]+(,[0-9]+)*")
 _DEFAULTS = Recipe()
 _Command = TypeVar("_Command", bound=Callable[..., Any])
+
+
+chooses_landmarks = words.option(
+    "--landmarks",
+    type=click.Choice(("mesh", "aam", "chin")),
+    section=FACES,
+    help="Landmark source [mesh; aam if the networks are missing]",
+)
+
+
+_SEARCHING: Final = (
+    words.section(
+        INPUT,
+        words.option("--sample", is_flag=True, help="Use the built-in portrait"),
+        limits_megapixels,
+    ),
+    chooses_landmarks,
+)
+# Options to read one photo; below, any number of photos and folders.
+takes_photo = words.together(
+    click.argument("source", metavar="[IN]", required=False, type=PHOTO), *_SEARCHING
+)
+takes_points = words.option(
+    "--points", type=click.Path(path_type=Path), metavar="PATH", excludes=("--landmarks",),
+    section=FACES,
+    help="Read landmarks from a .pts, .csv or .json file, or from a folder (file with "
+    "the photo's name); skips the face search",
+)  # fmt: skip
+takes_photos = words.together(
+    click.argument("inputs", metavar="[PHOTO]...", nargs=-1, type=PHOTO),
+    *_SEARCHING,
+    takes_points,
+)
+
+
+takes_results = words.option(
+    "--results", is_flag=True, section=INPUT, help="Accept earlier results of Kogao as input"
+)
 
 
 def _face_choice(_: click.Context, __: click.Parameter, value: str) -> str:
@@ -135,7 +173,7 @@ chooses = words.together(
     words.option(
         "--doubtful",
         is_flag=True,
-        section=reading.FACES,
+        section=FACES,
         help="Include doubtful faces; detect lists the reasons",
     ),
     _recipe_file(Text("Load settings (JSON); options override the file")),
@@ -143,7 +181,8 @@ chooses = words.together(
 
 
 _DROP: Final = "drop"
-_DISCLOSING: Final = (
+discloses = words.section(
+    DISCLOSURE,
     words.option(
         "--disclose",
         "record",
@@ -172,30 +211,10 @@ _DISCLOSING: Final = (
         ),
     ),
 )
-
-
-def discloses(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Add the disclosure options. The command receives the checked value as ``disclosure``."""
-
-    @wraps(command)
-    def disclosing(**given: Any) -> Any:
-        told = {name: given.pop(name) for name in signature(_disclosure).parameters}
-        return command(**given, disclosure=_disclosure(**told))
-
-    return words.section(DISCLOSURE, *_DISCLOSING)(disclosing)
-
-
-def _disclosure(record: bool, label: str | None, font: str | None, motion: str) -> Disclosure:
-    """Return the checked disclosure. Raises Stop."""
-    if label is not None:
-        with ending.stopping(CannotDisclose, ending.USAGE):
-            check_label(label, font)
-    return Disclosure(record, label or "", font, film=motion == "keep")
-
-
-_EXPORTING: Final = (
+exports = words.section(
+    OUTPUT,
     words.option(
-        "--longest-side", "longest_px", type=click.IntRange(1, LONGEST_PX), metavar="PX",
+        "--longest-side", "longest_px", type=click.IntRange(1, 65500), metavar="PX",
         help="Downscale to this longer side in the same resampling as the warp, 1..65500",
     ),
     words.option(
@@ -214,20 +233,6 @@ _EXPORTING: Final = (
         help="Omit EXIF, XMP, IPTC and similar; keep the profile",
     ),
 )  # fmt: skip
-_EXPORTED: Final = ("longest_px", "quality", "srgb", "sharpen")
-
-
-def exports(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Add the export options. The command receives the value as ``export``."""
-
-    @wraps(command)
-    def exporting(**given: Any) -> Any:
-        chosen: dict[str, Any] = {name: given.pop(name) or 0 for name in _EXPORTED}
-        export = Export(**chosen, metadata=not given.pop("bare"))
-        return command(**given, export=export)
-
-    return words.section(OUTPUT, *_EXPORTING)(exporting)
-
 
 chooses_percent = _option(SETTINGS["percent"])
 # For commands that repeat the paper's experiments.
@@ -240,9 +245,11 @@ def paper_recipe_of(file: Path | None, percent: float | None) -> Recipe:
     return recipe_of(file, {"percent": percent}, PAPER)
 
 
-def recipe_of(file: Path | None, choices: dict[str, Any], otherwise: Recipe = _DEFAULTS) -> Recipe:
+def recipe_of(
+    file: Path | None, choices: Mapping[str, Any], otherwise: Recipe = _DEFAULTS
+) -> Recipe:
     """Return the recipe in `file`, or `otherwise`, with the given settings. Raises Stop."""
-    given = {name: value for name, value in choices.items() if value is not None}
+    given = {name: choices[name] for name in SETTINGS if choices.get(name) is not None}
     with ending.stopping(ValueError, ending.USAGE):
         recipe = dataclasses.replace(presets.read(file) if file else otherwise, **given)
         for setting in (SETTINGS[name] for name in given if not SETTINGS[name].counts(recipe)):

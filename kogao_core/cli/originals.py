@@ -4,31 +4,19 @@ from __future__ import annotations
 
 import shutil
 from datetime import UTC, datetime
-from pathlib import Path
-
-import click
+from types import SimpleNamespace
 
 from kogao_core.base.atomic import atomic_write
 from kogao_core.base.language import Text, tr
-from kogao_core.cli import common, ending, words
+from kogao_core.cli import common, ending
 from kogao_core.photo.originals import NoOriginal, Originals
 from kogao_core.projects import forgetting
 
 
-@words.command("originals")
-@click.argument("photo", metavar="[PHOTO]", required=False, type=common.PHOTO)
-@words.option(
-    "--export", "folder", type=common.FOLDER, metavar="FOLDER",
-    help="Copy the listed originals into FOLDER.",
-)  # fmt: skip
-def originals(photo: Path | None, folder: Path | None) -> None:
-    """List the stored originals, newest first.
-
-    Columns: number, date, size, file, photo. With PHOTO, list the originals that may belong to
-    PHOTO; restore --original takes the number.
-    """
+def originals(args: SimpleNamespace) -> None:
+    """List the stored originals."""
     store = Originals.of_user()
-    listed = store.all() if photo is None else store.of(photo)
+    listed = store.all() if args.photo is None else store.of(args.photo)
     listed = [one for one in listed if one.file.is_file()]
     total = 0
     for number, one in enumerate(listed, start=1):
@@ -39,10 +27,10 @@ def originals(photo: Path | None, folder: Path | None) -> None:
             f"{number}  {when:%Y-%m-%d %H:%M:%S}  {about.st_size / 1e6:.1f} MB  {one.file}  "
             f"{one.photo or '?'}"
         )
-        if folder is not None:
-            with ending.writing(folder):
-                folder.mkdir(parents=True, exist_ok=True)
-                copy = folder / one.file.name
+        if args.folder is not None:
+            with ending.writing(args.folder):
+                args.folder.mkdir(parents=True, exist_ok=True)
+                copy = args.folder / one.file.name
                 atomic_write(one.file.read_bytes(), copy, like=one.file)
                 shutil.copystat(one.file, copy)
     count = Text.counted(len(listed), "{n} original", "{n} originals")
@@ -52,18 +40,9 @@ def originals(photo: Path | None, folder: Path | None) -> None:
     )  # fmt: skip
 
 
-@words.command("restore")
-@click.argument("file", metavar="PHOTO", type=common.PHOTO)
-@words.option(
-    "--original", "number", type=click.IntRange(1), metavar="N",
-    help="Bring back number N of the list that kogao-cli originals PHOTO prints.",
-)  # fmt: skip
-@words.option("--force", is_flag=True, help="Replace the file even if it has changed since")
-def restore(file: Path, number: int | None, force: bool) -> None:
-    """Restore the original of a photo that was changed in place.
-
-    The original is the file as it was before Kogao wrote there for the first time.
-    """
+def restore(args: SimpleNamespace) -> None:
+    """Restore an original."""
+    file = args.file
     common.check_free(file, force=True)
     with (
         ending.stopping(NoOriginal, ending.USAGE),
@@ -71,7 +50,7 @@ def restore(file: Path, number: int | None, force: bool) -> None:
             lambda reason: Text("{file} can't be restored ({reason})", file=file, reason=reason)
         ),
     ):
-        is_restored = Originals.of_user().restore(file, number, force=force)
+        is_restored = Originals.of_user().restore(file, args.number, force=args.force)
     ending.print_text(
         tr("{file}: original restored", file=file)
         if is_restored
@@ -79,15 +58,9 @@ def restore(file: Path, number: int | None, force: bool) -> None:
     )
 
 
-@words.command("forget")
-@click.argument("photos", metavar="PHOTO...", nargs=-1, required=True, type=common.PHOTO)
-def forget(photos: tuple[Path, ...]) -> None:
-    """Delete everything Kogao stores about a photo.
-
-    Deleted: original, stored edits, list of results. PHOTO may be missing, or a file of the store
-    of originals. Files next to the photo stay.
-    """
-    for photo in photos:
+def forget(args: SimpleNamespace) -> None:
+    """Delete stored files."""
+    for photo in args.photos:
         with ending.writing(photo):
             gone = forgetting.forget(photo)
         ending.print_text(

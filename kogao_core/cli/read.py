@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
-import click
-
 from kogao_core.base.language import Text, tr, translated
-from kogao_core.cli import common, ending, reading, words
+from kogao_core.cli import common, ending, reading
 from kogao_core.photo import Photo
 from kogao_core.projects.project import Project, Sheet, save
 from kogao_core.projects.sidecar import original
@@ -18,55 +17,34 @@ from kogao_core.reading.flow import NotRead
 from kogao_core.recipe import presets
 
 
-@words.command("read")
-@click.argument("inputs", nargs=-1, required=True, type=common.PHOTO, metavar="BEFORE AFTER...")
-@words.option(
-    "--project", "project_file", type=click.Path(path_type=Path), metavar="FILE",
-    help="Write a project with the read outlines as targets, for warp --project.",
-)  # fmt: skip
-@words.option("--style", metavar="NAME", help="Save the median settings as a preset.")
-@common.limits_megapixels
-@reading.chooses_landmarks
-@common.writes_json
-@common.forces
-def command(
-    inputs: tuple[Path, ...],
-    project_file: Path | None,
-    style: str | None,
-    max_megapixels: float,
-    landmarks: str | None,
-    json_file: Path | None,
-    force: bool,
-) -> None:
-    """Measure how a retouch moved the faces of a photo.
-
-    BEFORE is the original, AFTER its retouched copy; it may be cropped, resized or toned. Name more
-    pairs to read a style.
-    """
-    if len(inputs) % 2:
+def run(args: SimpleNamespace) -> None:
+    """Run the command."""
+    if len(args.inputs) % 2:
         raise ending.Stop(Text("name photos in pairs: the original, then its retouched copy"))
-    if project_file is not None and len(inputs) > 2:
+    if args.project_file is not None and len(args.inputs) > 2:
         raise ending.Stop(Text("--project takes one pair"))
-    for report in (project_file, json_file):
-        common.check_report(report, force)
-    if style is not None:
-        if style in presets.BUILT_IN:
-            raise ending.Stop(Text("{name} is a built-in preset; choose another name", name=style))
+    for report in (args.project_file, args.json_file):
+        common.check_report(report, args.force)
+    if args.style is not None:
+        if args.style in presets.BUILT_IN:
+            raise ending.Stop(
+                Text("{name} is a built-in preset; choose another name", name=args.style)
+            )
         with ending.stopping(ValueError, ending.USAGE):
-            common.check_free(presets.file_of(presets.user_folder(), style), force)
+            common.check_free(presets.file_of(presets.user_folder(), args.style), args.force)
     found = []
-    for before, after in zip(inputs[::2], inputs[1::2], strict=True):
-        photo = reading.read_photo(before, max_megapixels)
-        found.append((photo, after, _matches(photo, after, max_megapixels, landmarks)))
-    if project_file is not None:
+    for before, after in zip(args.inputs[::2], args.inputs[1::2], strict=True):
+        photo = reading.read_photo(before, args.max_megapixels)
+        found.append((photo, after, _matches(photo, after, args.max_megapixels, args.landmarks)))
+    if args.project_file is not None:
         made = original(photo.path, reading.hash_of(photo.path), photo.pixels)
         sheet = Sheet(tuple(one.face for one in found[0][2]))
-        with ending.writing(project_file):
-            save(Project(made, "automatic", sheet), project_file)
+        with ending.writing(args.project_file):
+            save(Project(made, "automatic", sheet), args.project_file)
     recipe, spread = controls.style([one.recipe for _, _, faces in found for one in faces])
-    if style is not None:
+    if args.style is not None:
         with ending.writing(presets.user_folder()):
-            presets.add(presets.user_folder(), style, recipe)
+            presets.add(presets.user_folder(), args.style, recipe)
 
     def everything() -> dict[str, Any]:
         pairs = [
@@ -89,7 +67,7 @@ def command(
             lines.append(tr("style: {settings}", settings=recipe.amount))
         return "\n".join(lines)
 
-    common.deliver(everything, table, json_file)
+    common.deliver(everything, table, args.json_file)
 
 
 def _matches(

@@ -1,98 +1,38 @@
-"""Options and functions for input photos, and for the faces in these photos."""
+"""Functions for input photos, for the faces in these photos, and for the options of results."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from concurrent.futures import Future
 from pathlib import Path
-from typing import Any, Final
-
-import click
+from types import SimpleNamespace
+from typing import Any
 
 from kogao_core.base import assets
 from kogao_core.base.geometry import Box
 from kogao_core.base.json_reader import BadFile
 from kogao_core.base.language import Text
-from kogao_core.cli import ending, words
-from kogao_core.cli.common import PHOTO, limits_megapixels
+from kogao_core.cli import common, ending
 from kogao_core.faces import landmarks
 from kogao_core.faces.doubt import AllDoubted, Chosen, choose
 from kogao_core.faces.face import Face, LandmarkSource, select
-from kogao_core.faces.landmarks import CHOICES, ModelRefused, networks_are_here
+from kogao_core.faces.landmarks import ModelRefused, networks_are_here
 from kogao_core.faces.landmarks import source as landmark_source
-from kogao_core.photo import READABLE, Photo, UnreadablePhoto, bits_of, formats, read
+from kogao_core.photo import (
+    READABLE,
+    CannotDisclose,
+    Photo,
+    UnreadablePhoto,
+    bits_of,
+    formats,
+    read,
+)
+from kogao_core.photo.disclosure.disclosing import Disclosure
+from kogao_core.photo.disclosure.label import check_label
+from kogao_core.photo.export import Export
 from kogao_core.projects import interchange
 from kogao_core.projects.project import sha256_of
 from kogao_core.projects.results import Results
-
-# The first suffix of each output format.
-ENDINGS: Final = [form.suffixes[0] for form in formats.WRITTEN]
-NAMED_ENDINGS: Final = [ending.removeprefix(".") for ending in ENDINGS]
-OUTPUT_HELP: Final = Text("Output file: {endings}", endings=formats.either(ENDINGS))
-# Headings of the help.
-INPUT: Final = Text("Input")
-FACES: Final = Text("Faces and landmarks")
-
-
-_SOURCES: Final = [choice.name for choice in CHOICES]
-chooses_landmarks = words.option(
-    "--landmarks",
-    type=click.Choice(_SOURCES),
-    section=FACES,
-    help=Text(
-        "Landmark source [{first}; {instead} if the networks are missing]",
-        first=_SOURCES[0],
-        instead=next(choice.name for choice in CHOICES if not choice.needs_networks),
-    ),
-)
-
-
-_SEARCHING: Final = (
-    words.section(
-        INPUT,
-        words.option("--sample", is_flag=True, help="Use the built-in portrait"),
-        limits_megapixels,
-    ),
-    chooses_landmarks,
-)
-# Options to read one photo; below, any number of photos and folders.
-takes_photo = words.together(
-    click.argument("source", metavar="[IN]", required=False, type=PHOTO), *_SEARCHING
-)
-_POINTS: Final = "kogao_core.points"  # prefix of the values of `--points` in click's context
-
-
-def _keep(kind: str) -> Callable[[click.Context, click.Parameter, Any], None]:
-    def keep(context: click.Context, _: click.Parameter, value: Any) -> None:
-        context.meta[f"{_POINTS}.{kind}"] = value
-
-    return keep
-
-
-# `find_faces` and `points_of` read these options from click's context.
-takes_point_files = words.section(
-    FACES,
-    words.option(
-        "--points", type=click.Path(path_type=Path), metavar="PATH", excludes=("--landmarks",),
-        expose_value=False, callback=_keep("place"),
-        help="Read landmarks from a .pts, .csv or .json file, or from a folder (file with "
-        "the photo's name); skips the face search",
-    ),
-    words.option(
-        "--points-map", metavar="MAP", needs="--points", expose_value=False, callback=_keep("map"),
-        help="Point numbers of outline/eyes/mouth, such as 0-16/36,39,42,45/48,54 "
-        "[by count: 27 or 68]",
-    ),
-)  # fmt: skip
-takes_photos = words.together(
-    click.argument("inputs", metavar="[PHOTO]...", nargs=-1, type=PHOTO),
-    *_SEARCHING,
-    takes_point_files,
-)
-
-
-takes_results = words.option(
-    "--results", is_flag=True, section=INPUT, help="Accept earlier results of Kogao as input"
-)
 
 
 def refuse_result(path: Path) -> None:
@@ -105,23 +45,12 @@ def refuse_result(path: Path) -> None:
         )
 
 
-def input_path(source: Path | None, sample: bool) -> Path:
-    """Return the path of the photo or the sample. Raises Stop unless exactly one is given."""
-    if (source is None) != sample:
-        raise ending.Stop(Text("name one photo, or use --sample"))
-    if source is not None:
-        return source
-
-    with ending.stopping(assets.AssetMissing, ending.BROKEN):
-        return assets.sample()
-
-
 def input_paths(inputs: Sequence[Path], sample: bool) -> list[Path]:
     """Return the photos, including those in folders, or the sample. Raises Stop for both."""
     if bool(inputs) == sample:
         raise ending.Stop(Text("name photos or folders of photos, or use --sample"))
     if sample:
-        return [input_path(None, sample)]
+        return [common.input_path(None, sample)]
     paths: list[Path] = []
     for path in inputs:
         if not path.is_dir():
@@ -134,11 +63,19 @@ def input_paths(inputs: Sequence[Path], sample: bool) -> list[Path]:
     return paths
 
 
-def read_photo(path: Path, max_megapixels: float, output: Path | None = None) -> Photo:
-    """Read a photo with 8 or 16 bits, as the output format can store. Raises Stop."""
+def read_photo(
+    path: Path,
+    max_megapixels: float,
+    output: Path | None = None,
+    early: Future[Photo] | None = None,
+) -> Photo:
+    """Read a photo with 8 or 16 bits, as the output format can store. Raises Stop.
+
+    `early`: the photo, if a thread is already reading it.
+    """
     bits = 16 if output is None else bits_of(output)
     with ending.stopping(UnreadablePhoto, ending.UNREADABLE):
-        return read(path, max_megapixels=max_megapixels, bits=bits)
+        return early.result() if early else read(path, max_megapixels=max_megapixels, bits=bits)
 
 
 def suffix_for(photo: Photo) -> str:
@@ -161,37 +98,28 @@ def mention_fallback(wanted: str | None) -> None:
         )
 
 
-def point_files() -> tuple[Path | None, str | None]:
-    """Return the values of ``--points`` and ``--points-map``. Raises Stop for a bad map."""
-    given = click.get_current_context().meta
-    place, mapping = given.get(f"{_POINTS}.place"), given.get(f"{_POINTS}.map")
-    if mapping is not None:
-        with ending.stopping(ValueError, ending.USAGE):
-            interchange.point_map(mapping)
-    return place, mapping
-
-
-def points_of(photo: Photo) -> list[Face] | None:
-    """Return the faces of a photo from ``--points``, or None without ``--points``. Raises Stop."""
-    place, mapping = point_files()
+def points_of(photo: Photo, place: Path | None) -> list[Face] | None:
+    """Return the faces of a photo in the ``--points`` file or folder, if any. Raises Stop."""
     if place is None:
         return None
-    point_map = None if mapping is None else interchange.point_map(mapping)
     with ending.stopping(BadFile, ending.UNREADABLE):
-        faces = interchange.read(interchange.file_for(photo.path, place), point_map)
+        faces = interchange.read(interchange.file_for(photo.path, place))
         interchange.check_inside(faces, Box.of(photo.pixels))
     return faces
 
 
 def find_faces(
-    photo: Photo, landmarks: str | None, known: LandmarkSource | None = None
+    photo: Photo,
+    landmarks: str | None,
+    points: Path | None = None,
+    known: LandmarkSource | None = None,
 ) -> list[Face]:
     """Return the faces of a photo in reading order (`in_reading_order`).
 
-    ``--points`` takes precedence, then the source `known`, then the source named `landmarks`.
+    `points` takes precedence, then the source `known`, then the source named `landmarks`.
     Raises Stop if there is no face.
     """
-    if (given := points_of(photo)) is not None:
+    if (given := points_of(photo, points)) is not None:
         return given
     with ending.stopping((assets.AssetMissing, ModelRefused), ending.BROKEN):
         try:
@@ -243,3 +171,18 @@ def hash_of(path: Path) -> str:
     """Return the SHA-256 of a photo's file. Raises Stop."""
     with ending.stopping(OSError, ending.UNREADABLE):
         return sha256_of(path)
+
+
+def disclosure_of(args: SimpleNamespace) -> Disclosure:
+    """Return the disclosure of `options.discloses`. Raises Stop."""
+    if args.label is not None:
+        with ending.stopping(CannotDisclose, ending.USAGE):
+            check_label(args.label, args.font)
+    return Disclosure(args.record, args.label or "", args.font, film=args.motion == "keep")
+
+
+def export_of(args: SimpleNamespace, **more: Any) -> Export:
+    """Return the value of `options.exports`, with more fields."""
+    fields = ("longest_px", "quality", "srgb", "sharpen")
+    chosen: dict[str, Any] = {name: getattr(args, name) or 0 for name in fields}
+    return Export(**chosen, metadata=not args.bare, **more)

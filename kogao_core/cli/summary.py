@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
 from kogao_core.background.find import Bends
-from kogao_core.background.lines import SEEN_PX, BentLine
+from kogao_core.background.lines import SEEN_PX
 from kogao_core.base.language import Text, translated
 from kogao_core.base.wording import columns
 from kogao_core.cli import common
@@ -75,141 +75,147 @@ class WarpReport:
         )
         return translated(Text.joined("; ", [done, self.file_note]))
 
-    def warnings(self) -> list[Text | str]:
-        """Return sentences on anything the user should check."""
-        rendering, found = self.rendering, list[Text | str](self.notes)
-        for face, (share, point) in enumerate(
-            zip(rendering.shares, rendering.limited_points, strict=True), start=1
-        ):
+    def warnings(self) -> Iterator[str]:
+        """Yield sentences on anything the user should check."""
+        rendering = self.rendering
+        yield from self.notes
+        limited = zip(rendering.shares, rendering.limited_points, strict=True)
+        for face, (share, point) in enumerate(limited, start=1):
             if share < 1.0:
-                found.append(
-                    Text(
-                        "face {face} is reduced to {kept:.0f} % near point {point}; more would "
-                        "squeeze the picture",
-                        face=face,
-                        kept=100 * share,
-                        point=point,
-                    )
+                yield Text(
+                    "face {face} is reduced to {kept:.0f} % near point {point}; more would "
+                    "squeeze the picture",
+                    face=face,
+                    kept=100 * share,
+                    point=point,
                 )
         if min(rendering.brush_shares, default=1.0) < 1.0:
             limits = ", ".join(f"{100 * share:.0f} %" for share in rendering.brush_shares)
-            found.append(
-                Text(
-                    "brush strokes limited to {limits}, more would fold the picture", limits=limits
-                )
+            yield Text(
+                "brush strokes limited to {limits}, more would fold the picture", limits=limits
             )
         shares = (share for shares in rendering.protected_shares for share in shares)
-        slowed = [share for share in shares if share < NEARLY_WHOLE]
-        if slowed:
-            found.append(
-                Text.counted(
-                    len(slowed),
-                    "{n} outline point moves less because of protection, {least:.0f} % of its way",
-                    "{n} outline points move less because of protection, the least {least:.0f} % "
-                    "of its way",
-                    least=100 * min(slowed),
-                )
+        if slowed := [share for share in shares if share < NEARLY_WHOLE]:
+            yield Text.counted(
+                len(slowed),
+                "{n} outline point moves less because of protection, {least:.0f} % of its way",
+                "{n} outline points move less because of protection, the least {least:.0f} % "
+                "of its way",
+                least=100 * min(slowed),
             )
         if rendering.threshold_px < rendering.recipe.threshold_px:
-            found.append(
-                Text(
-                    "threshold {px:g} px ignored, because the edge could fold; all moving pixels "
-                    "were computed",
-                    px=rendering.recipe.threshold_px,
-                )
+            yield Text(
+                "threshold {px:g} px ignored, because the edge could fold; all moving pixels "
+                "were computed",
+                px=rendering.recipe.threshold_px,
             )
-        bent = [one for one in self.bends.lines if one.holding == "gave way"]
-        if bent:
-            found.append(
-                Text.counted(
-                    len(bent),
-                    "{n} straight line in the background bends by up to {px:.1f} px",
-                    "{n} straight lines in the background bend by up to {px:.1f} px",
-                    px=max(one.bend_px for one in bent),
-                )
+        if bent := [one.bend_px for one in self.bends.lines if one.holding == "gave way"]:
+            yield Text.counted(
+                len(bent),
+                "{n} straight line in the background bends by up to {px:.1f} px",
+                "{n} straight lines in the background bend by up to {px:.1f} px",
+                px=max(bent),
             )
-        if folds := self._folds():
-            found.append(folds)
-        return found
-
-    def details(self) -> str:
-        """Return the measurements, one labelled line each."""
-        rendering, share = self.rendering, self.photo.width * self.photo.height / 100.0
-        amounts = _amounts(rendering)
-        is_equal = len({(f"{a:.2f}", f"{b:.2f}") for a, b in amounts}) == 1
-        lines = [
-            (Text("centre"), str(rendering.recipe.center)),
-            *(
-                (Text("amount"), _amount(one, number if len(amounts) > 1 and not is_equal else 0))
-                for number, one in enumerate(amounts[:1] if is_equal else amounts, start=1)
-            ),
-            (
-                Text("accuracy"),
-                Text("largest error at the targets {px:.2f} px", px=rendering.residual.max_px),
-            ),
-            (
-                Text("folds"),
-                Text(
-                    "{count}; smallest Jacobian determinant of the samples {det:.2f}",
-                    count=len(rendering.one_to_one.folded_cells),
-                    det=rendering.one_to_one.min_det,
-                ),
-            ),
-            (
-                Text("domain"),
-                Text.joined(", ", (_part(*one, share) for one in rendering.pixel_counts.items())),
-            ),
-            *self._lines(),
-            (
-                Text("time"),
-                Text(
-                    "{stages} ms",
-                    stages=Text.joined(", ", (_lap(*one) for one in rendering.timings_ms.items())),
-                ),
-            ),
-        ]
-        return "\n".join(_labelled(label, said) for label, said in lines)
-
-    def _folds(self) -> Text | None:
-        found = self.rendering.one_to_one
+        found = rendering.one_to_one
         if found.folded_cells:
-            return Text.counted(
+            yield Text.counted(
                 len(found.folded_cells),
                 "the picture folds in {n} place; use a smaller --amount, a larger --lattice or "
                 "--guard",
                 "the picture folds in {n} places; use a smaller --amount, a larger --lattice or "
                 "--guard",
             )
-        if not found.edges_proven:
-            return Text("the edge of the threshold could fold; use --guard")
-        return (
-            None if found.settled else Text("folds between the samples are possible; use --guard")
-        )
+        elif not found.edges_proven:
+            yield Text("the edge of the threshold could fold; use --guard")
+        elif not found.settled:
+            yield Text("folds between the samples are possible; use --guard")
 
-    def _lines(self) -> list[tuple[Text, Text]]:
-        """Return the number of straight lines, and the figures of the one that bends most."""
+    def details(self) -> str:
+        """Return the measurements, one labelled line each."""
+        lines = []
+        for label, measured in self._measurements():
+            name = translated(label)
+            space = " " * max(1, _LABEL_COLUMNS - columns(name))
+            lines.append(f"  {name}{space}{translated(measured)}")
+        return "\n".join(lines)
+
+    def _measurements(self) -> Iterator[tuple[Text, str]]:
+        """Yield label and value of each measurement."""
+        rendering, percent_px = self.rendering, self.photo.width * self.photo.height / 100.0
+        yield Text("centre"), str(rendering.recipe.center)
+        amounts = [
+            Text(
+                "requested {requested:.2f} %, achieved {achieved:.2f} % of the distance to the "
+                "centre",
+                requested=requested,
+                achieved=achieved,
+            )
+            for requested, achieved in _amounts(rendering)
+        ]
+        if len(set(amounts)) == 1:
+            yield Text("amount"), amounts[0]
+        else:
+            for number, amount in enumerate(amounts, start=1):
+                yield (
+                    Text("amount"),
+                    Text("face {number}: {why}", number=number, why=amount),
+                )
+        yield (
+            Text("accuracy"),
+            Text("largest error at the targets {px:.2f} px", px=rendering.residual.max_px),
+        )
+        yield (
+            Text("folds"),
+            Text(
+                "{count}; smallest Jacobian determinant of the samples {det:.2f}",
+                count=len(rendering.one_to_one.folded_cells),
+                det=rendering.one_to_one.min_det,
+            ),
+        )
+        domains = SETTINGS["domain"]
+        parts = (
+            Text(
+                "{domain} {percent:.1f} %",
+                domain=domains.alternative(name).word,
+                percent=pixels / percent_px,
+            )
+            for name, pixels in rendering.pixel_counts.items()
+        )
+        yield Text("domain"), Text.joined(", ", parts)
+        yield from self._lines()
+        laps = (
+            Text("{stage} {ms:.1f}", stage=STAGES[stage], ms=ms)
+            for stage, ms in rendering.timings_ms.items()
+        )
+        yield Text("time"), Text("{stages} ms", stages=Text.joined(", ", laps))
+
+    def _lines(self) -> Iterator[tuple[Text, Text]]:
+        """Yield the number of straight lines, and the figures of the one that bends most."""
         if not self.bends.lines:
-            return []
+            return
         worst = self.bends.lines[0]
-        where = Text("lines nearby") if self.bends.note else Text("lines")
-        found = Text(
-            "{count}; worst bend {bend:.1f} px, from {x:.0f},{y:.0f} to {u:.0f},{v:.0f} (edge "
-            "{before:.1f} px off straight before, {after:.1f} px after)",
-            count=len(self.bends.lines),
-            **_ends(worst),
-            bend=worst.bend_px,
-            before=worst.before_px,
-            after=worst.after_px,
+        yield (
+            Text("lines nearby") if self.bends.note else Text("lines"),
+            Text(
+                "{count}; worst bend {bend:.1f} px, from {x:.0f},{y:.0f} to {u:.0f},{v:.0f} (edge "
+                "{before:.1f} px off straight before, {after:.1f} px after)",
+                count=len(self.bends.lines),
+                **dict(zip("xyuv", (*worst.start_px, *worst.end_px), strict=True)),
+                bend=worst.bend_px,
+                before=worst.before_px,
+                after=worst.after_px,
+            ),
         )
         kept = [
             one
             for one in self.bends.lines
             if one.holding in ("held", "gave way") and one.unheld_px >= SEEN_PX
         ]
-        if not kept:
-            return [(where, found)]
-        held = Text("{count} would have bent by {px} px or more", count=len(kept), px=SEEN_PX)
-        return [(where, found), (Text("kept straight"), held)]
+        if kept:
+            yield (
+                Text("kept straight"),
+                Text("{count} would have bent by {px} px or more", count=len(kept), px=SEEN_PX),
+            )
 
 
 def _change(rendering: Rendering, faces: Sequence[Face]) -> Text:
@@ -241,34 +247,6 @@ def _reshapes(recipe: Recipe) -> bool:
 
 def _rounded(percent: float) -> str:
     return f"{percent:.2g}" if percent < 1.0 else f"{round(percent, 1):g}"
-
-
-def _labelled(label: Text, said: str) -> str:
-    name = translated(label)
-    return f"  {name}{' ' * max(1, _LABEL_COLUMNS - columns(name))}{translated(said)}"
-
-
-def _part(domain: str, pixels: int, percent_px: float) -> Text:
-    called = SETTINGS["domain"].alternative(domain).word
-    return Text("{domain} {percent:.1f} %", domain=called, percent=pixels / percent_px)
-
-
-def _lap(stage: str, ms: float) -> Text:
-    return Text("{stage} {ms:.1f}", stage=STAGES[stage], ms=ms)
-
-
-def _amount(amount: tuple[float, float], face: int) -> Text:
-    requested, achieved = amount
-    said = Text(
-        "requested {requested:.2f} %, achieved {achieved:.2f} % of the distance to the centre",
-        requested=requested,
-        achieved=achieved,
-    )
-    return Text("face {number}: {why}", number=face, why=said) if face else said
-
-
-def _ends(line: BentLine) -> dict[str, float]:
-    return dict(zip("xyuv", (*line.start_px, *line.end_px), strict=True))
 
 
 def _amounts(rendering: Rendering) -> list[tuple[float, float]]:

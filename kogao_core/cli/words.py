@@ -6,7 +6,9 @@ import inspect
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from difflib import get_close_matches
+from functools import wraps
 from importlib import import_module
+from types import SimpleNamespace
 from typing import Any, TypeVar
 
 import click
@@ -75,14 +77,17 @@ class Option(click.Option):
 
 
 class Command(click.Command):
-    """A command. The help is the function's docstring; command lines `examples` follow."""
+    """A command. The help is the function's docstring; command lines `examples` follow.
 
-    def __init__(self, *names: Any, examples: Sequence[str] = (), **settings: Any) -> None:
+    The exit codes `codes` end the help.
+    """
+
+    def __init__(
+        self, *names: Any, examples: Sequence[str] = (), codes: str = "", **settings: Any
+    ) -> None:
         super().__init__(*names, **settings)
         self.help = inspect.cleandoc(self.help or "")
-        self.examples = examples
-        self.codes = ""
-        """Exit codes, shown at the end of the help."""
+        self.examples, self.codes = examples, codes
 
     def get_short_help_str(self, limit: int = 45) -> str:
         """Return the first sentence of the help."""
@@ -141,31 +146,22 @@ class Command(click.Command):
 class Group(Command, click.Group):
     """A command with subcommands. Without a subcommand it prints the help.
 
-    Parameters
-    ----------
-    *names : str
-        Names as in `click.Group`.
-    later : mapping of str to (str, Text), optional
-        By command name: MODULE or MODULE:ATTRIBUTE, loaded on first use, and the first sentence
-        of the help.
-    **settings : object
-        Settings as in `click.Group`.
+    The module `later`, if any, is imported with the first use and adds the subcommands.
     """
 
     command_class = Command
+    group_class = type  # groups of this class
 
-    def __init__(
-        self, *names: Any, later: Mapping[str, tuple[str, Text]] | None = None, **settings: Any
-    ) -> None:
+    def __init__(self, *names: Any, later: str = "", **settings: Any) -> None:
         super().__init__(*names, **{"no_args_is_help": False, **settings})
-        self._later = later or {}
+        self._later = later
 
     @property
-    def every(self) -> dict[str, click.Command]:
+    def every(self) -> Mapping[str, click.Command]:
         """All commands by name, in the order of declaration."""
-        for name in self._later:
-            self._load(name)
-        return {name: self.commands[name] for name in (*self._later, *self.commands)}
+        if self._later:
+            import_module(self._later)
+        return self.commands
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Parse the arguments; print the help if there are none."""
@@ -193,32 +189,18 @@ class Group(Command, click.Group):
             )
         return super().resolve_command(ctx, args)
 
-    def list_commands(self, ctx: click.Context) -> list[str]:
+    def list_commands(self, _: click.Context) -> list[str]:
         """Return the sorted names of all commands."""
-        return sorted({*self._later, *super().list_commands(ctx)})
+        return sorted(self.every)
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the commands and the options."""
         self.format_commands(ctx, formatter)
         super().format_options(ctx, formatter)
 
-    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write the list of commands without loading their modules."""
-        if not self._later:
-            super().format_commands(ctx, formatter)
-            return
-        listed = [Command(name, help=words) for name, (_, words) in self._later.items()]
-        click.Group(commands=listed).format_commands(ctx, formatter)
-
-    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """Return the command of a name; load the module if necessary."""
-        self._load(cmd_name)
-        return super().get_command(ctx, cmd_name)
-
-    def _load(self, name: str) -> None:
-        if name in self._later and name not in self.commands:
-            module, _, attribute = self._later[name][0].partition(":")
-            self.add_command(getattr(import_module(module), attribute or "command"))
+    def get_command(self, _: click.Context, cmd_name: str) -> click.Command | None:
+        """Return the command of a name."""
+        return self.every.get(cmd_name)
 
 
 def is_given(one: click.Parameter, ctx: click.Context) -> bool:
@@ -250,6 +232,23 @@ def command(name: str, **settings: Any) -> Callable[[Callable[..., Any]], Comman
 def group(name: str | None = None, **settings: Any) -> Callable[[Callable[..., Any]], Group]:
     """Return a decorator that makes a `Group` of a function."""
     return click.group(name, cls=Group, **settings)
+
+
+def loads(place: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """Return a decorator: the command imports MODULE:FUNCTION when it runs, and calls FUNCTION.
+
+    FUNCTION receives the values of all options as the attributes of one object.
+    """
+
+    def add(declared: Callable[..., Any]) -> Callable[..., Any]:
+        @wraps(declared)
+        def run(**given: Any) -> Any:
+            module, _, function = place.partition(":")
+            return getattr(import_module(module), function)(SimpleNamespace(**given))
+
+        return run
+
+    return add
 
 
 def option(*names: str, **settings: Any) -> Callable[[_Function], _Function]:

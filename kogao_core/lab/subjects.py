@@ -12,7 +12,7 @@ from typing import Final
 import cv2
 import numpy as np
 
-from kogao_core.base.geometry import Affine, Array, Image
+from kogao_core.base.geometry import Affine, Image
 from kogao_core.faces.face import Face
 from kogao_core.faces.targets import aim
 from kogao_core.recipe.recipe import Recipe
@@ -81,14 +81,3 @@ def at_paper_size(subject: Subject) -> Subject:
 def set_by_hand(faces: Sequence[Face], recipe: Recipe) -> tuple[Face, ...]:
     """Return the faces with the targets of `aim`, marked as set by hand."""
     return tuple(dataclasses.replace(f, targets=aim(f, recipe).target_px) for f in faces)
-
-
-def white_of(pixels: Image) -> float:
-    """Return the value of white for the depth of a picture."""
-    return 1.0 if pixels.dtype == np.float32 else float(np.iinfo(pixels.dtype).max)
-
-
-def psnr_db(apart: Array, white: float) -> float | None:
-    """Return the peak signal-to-noise ratio of differences; None without differences."""
-    mean = float(np.square(apart).sum()) / max(1, apart.size)
-    return 10.0 * float(np.log10(white**2 / mean)) if mean > 0.0 else None

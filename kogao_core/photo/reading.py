@@ -75,43 +75,47 @@ def read(
     """
     path = Path(path)
     try:
+        return _read(path, max_megapixels, bits)
+    except UnreadablePhoto as error:
+        raise UnreadablePhoto(Text.joined(" ", [str(path), str(error)])) from error.__cause__
+
+
+def _read(path: Path, max_megapixels: float, bits: int) -> Photo:
+    """Read a photo. Messages of refusals lack their subject, the path."""
+    try:
         if (problem := _why_absent(path)) is not None:
             raise UnreadablePhoto(problem)
         with path.open("rb") as file:
             return _read_open(file, path, max_megapixels, bits)
     except PermissionError:
-        raise UnreadablePhoto(
-            Text("{path} may not be read; check its permissions", path=path)
-        ) from None
+        raise UnreadablePhoto(Text("may not be read; check its permissions")) from None
     except OSError as error:
         reason = system_reason(error)
         raise UnreadablePhoto(
-            Text("{path} can't be read ({reason}); try again or copy it", path=path, reason=reason)
+            Text("can't be read ({reason}); try again or copy it", reason=reason)
         ) from error
 
 
 def _why_absent(path: Path) -> Text | None:
     if path.is_dir():
-        return Text("{path} is a folder; name a photo inside it", path=path)
+        return Text("is a folder; name a photo inside it")
     if path.is_symlink() and not path.exists():
         return Text(
-            "{path} is a link to {target}, where there is nothing; name the photo itself",
-            path=path,
+            "is a link to {target}, where there is nothing; name the photo itself",
             target=path.readlink(),
         )
     if not path.exists():
-        return Text("{path} doesn't exist; check the name and the folder", path=path)
+        return Text("doesn't exist; check the name and the folder")
     if not path.is_file():
-        return Text("{path} is not an ordinary file; copy the photo to a file first", path=path)
+        return Text("is not an ordinary file; copy the photo to a file first")
     if path.stat().st_size == 0:
-        return Text("{path} is empty (0 bytes); copy it again from where it came", path=path)
+        return Text("is empty (0 bytes); copy it again from where it came")
     return None
 
 
 def _read_open(file: IO[bytes], path: Path, max_megapixels: float, bits: int) -> Photo:
     def check(width: int, height: int, pixel_bytes: int) -> None:
-        _check_size(path, width, height, max_megapixels)
-        _check_memory(path, width * height * pixel_bytes, max_megapixels)
+        _check_size(width, height, pixel_bytes, max_megapixels)
 
     stamp = Stamp.of(os.fstat(file.fileno()))
     with _own_limits(), hushed() as complaints:
@@ -124,21 +128,17 @@ def _read_open(file: IO[bytes], path: Path, max_megapixels: float, bits: int) ->
             known = formats.either([form.title for form in formats.ALL])
             raise UnreadablePhoto(
                 Text(
-                    "{path} is not a {known} photo; convert it to one of them first",
-                    path=path,
+                    "is not a {known} photo; convert it to one of them first",
                     known=known,
                 )
             ) from None
         except MemoryError:
             raise UnreadablePhoto(
-                Text(
-                    "{path} doesn't fit into memory; make it smaller or close other programs",
-                    path=path,
-                )
+                Text("doesn't fit into memory; make it smaller or close other programs")
             ) from None
         except Exception as error:  # decoders raise almost anything on damaged files
             raise UnreadablePhoto(
-                Text("{path} is damaged or incomplete; copy it again from where it came", path=path)
+                Text("is damaged or incomplete; copy it again from where it came")
             ) from error
     photo.pixels.setflags(write=False)
     notes = (
@@ -166,36 +166,32 @@ def _own_limits() -> Iterator[None]:
             Pillow.MAX_IMAGE_PIXELS = limit
 
 
-def _check_size(path: Path, width: int, height: int, max_megapixels: float) -> None:
+def _check_size(width: int, height: int, pixel_bytes: int, max_megapixels: float) -> None:
+    """Reject pixels above the limit, above that of 8-bit RGB in bytes, or above the free memory.
+
+    Raises UnreadablePhoto.
+    """
     megapixels = width * height / 1e6
     if megapixels > max_megapixels:
         raise UnreadablePhoto(
             Text(
-                "{path} is {width} x {height} px, {megapixels} megapixels; the limit "
+                "is {width} x {height} px, {megapixels} megapixels; the limit "
                 "is {max_megapixels:g}: raise it by kogao-cli --max-megapixels if the "
                 "photo is genuine, or make it smaller",
-                path=path,
                 width=width,
                 height=height,
                 megapixels=f"{megapixels:.0f}" if megapixels >= 1.0 else f"{megapixels:.2g}",
                 max_megapixels=max_megapixels,
             )
         )
-
-
-def _check_memory(path: Path, count: int, max_megapixels: float) -> None:
-    """Reject pixels above the limit in bytes of 8-bit RGB, or above the free memory.
-
-    Raises UnreadablePhoto.
-    """
+    count = width * height * pixel_bytes
     limit = min(_RGB_BYTES * max_megapixels * 1e6, _free_bytes() / _COPIES)
     if count > limit:
         raise UnreadablePhoto(
             Text(
-                "{path} takes {size:.0f} MB of memory a copy; the limit is {limit:.0f} MB: close "
+                "takes {size:.0f} MB of memory a copy; the limit is {limit:.0f} MB: close "
                 "other programs, raise it by kogao-cli --max-megapixels, or save the photo with 8 "
                 "bits",
-                path=path,
                 size=count / 1e6,
                 limit=limit / 1e6,
             )
@@ -224,7 +220,7 @@ def extras_of(photo: Photo, file: IO[bytes]) -> tuple[Extra, ...]:
     return tuple(dict.fromkeys(seen))
 
 
-def _from_metadata(photo: Photo, note: Kind | None) -> Iterator[Extra]:
+def _from_metadata(photo: Photo, note: Kind) -> Iterator[Extra]:
     """Yield the extras found in the metadata blocks."""
     is_turned = photo.orientation != 1
     yield from map(Extra, references.found(photo.xmp, is_turned=is_turned) if photo.xmp else ())
@@ -240,7 +236,7 @@ def _from_metadata(photo: Photo, note: Kind | None) -> Iterator[Extra]:
         has_note = tiff_extras.has_maker_note(tags)
     except Exception:  # a damaged block is copied unchanged
         return
-    if note is not None and has_note:
+    if has_note:
         yield Extra(note)
     if note is kinds.MAKER_NOTE and (rare := list(filter(tiff.is_rare, tags))):
         yield Extra(kinds.EXIF_TAGS, Text("EXIF tags {tags}", tags=" ".join(map(str, rare))))

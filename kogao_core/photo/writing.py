@@ -121,14 +121,30 @@ def write(
         raise RefusedOutput(
             Text("{format} can't hold the edit record; choose another format", format=form.title)
         )
+
+    def encoded(photo: Photo, part: Box | None) -> Chunks:
+        try:
+            return encode(photo, pixels, form, part, quality)
+        except ValueError as error:
+            raise CannotWrite(
+                Text(
+                    "{path} can't be encoded as {format} ({error}); write it as {other}",
+                    path=path,
+                    format=form.title,
+                    error=error,
+                    other=formats.exact_endings(pixels, form),
+                )
+            ) from error
+
     try:
         if is_same_format and is_same(photo.pixels, pixels) and photo.is_as_read:
             pieces: Chunks = [photo.path.read_bytes()]
             note = ""
         else:
-            encode = partial(_encoded, pixels=pixels, path=path, form=form, quality=quality)
             keep = form.keep if is_same_format else None
-            pieces, kept = keep(photo, pixels, encode, path) if keep else (encode(photo, None), "")
+            pieces, kept = (
+                keep(photo, pixels, encoded, path) if keep else (encoded(photo, None), "")
+            )
             note = _worth_knowing(photo, pixels, form, kept, is_export=quality is not None)
         if before is not None:
             before(pieces)
@@ -262,7 +278,12 @@ def _worth_knowing(
     if photo.icc_profile and form.becomes_colour(pixels):
         grey = Text("grey became RGB, without its colour profile")
     spread = _spread(photo, pixels)
-    lost, lacks = form.not_kept(photo, extras, along, is_export=is_export), form.lacks(photo)
+    lost, lacks = form.not_kept(photo, extras, along, is_export=is_export), ""
+    if photo.exif and not form.holds_exif(photo.exif):
+        lacks = Text(
+            "the EXIF block is damaged, and {format} can't hold it as it is: it is left out",
+            format=form.title,
+        )
     film = ""
     if kinds.VIDEO in along:
         film = Text("the motion photo's video still shows the face as it was")
@@ -287,29 +308,6 @@ def _spread(photo: Photo, pixels: Image) -> str:
     )
 
 
-def _encoded(
-    photo: Photo,
-    part: Box | None,
-    *,
-    pixels: Image,
-    path: Path,
-    form: FileFormat,
-    quality: int | None,
-) -> Chunks:
-    try:
-        return encode(photo, pixels, form, part, quality)
-    except ValueError as error:
-        raise CannotWrite(
-            Text(
-                "{path} can't be encoded as {format} ({error}); write it as {other}",
-                path=path,
-                format=form.title,
-                error=error,
-                other=formats.exact_endings(pixels, form),
-            )
-        ) from error
-
-
 def encode(
     photo: Photo,
     pixels: Image,
@@ -324,10 +322,7 @@ def encode(
     """
     if form.encode is None:
         raise ValueError(f"{form.title} is read only")
-    carried: tuple[bytes, ...] = ()
-    if form.name == photo.format:
-        late = (one.data for one in photo.extras if one.kind is kinds.LATE_SEGMENTS)
-        carried = (*photo.carried, *late)
+    carried = photo.carried if form.name == photo.format else ()
     if photo.jpeg is None:  # the colours were converted
         carried = tuple(one for one in carried if not jpeg_extras.is_profile(one))
     along = {one.kind: len(one.data) for one in photo.companions}

@@ -66,7 +66,7 @@ def face(node: Node, unit: int) -> Face:
     outline = _points(node.field("outline"), unit, _MOST_POINTS)
     targets, anchor = node.field("targets"), node.field("frame")
     confidence, own = node.field("confidence"), node.field("recipe")
-    forehead = node.field("forehead")  # null in projects of old versions
+    forehead = node.field("forehead")
     try:
         return Face(
             outline=outline,
@@ -139,9 +139,7 @@ def brushwork_list(brushwork: Brushwork, unit: int) -> list[dict[str, Any]]:
 
 
 def brushwork(node: Node, unit: int) -> Brushwork:
-    """Read strokes written by `brushwork_list`. Old projects have no strokes."""
-    if node.value is None:
-        return Brushwork()
+    """Read strokes written by `brushwork_list`."""
     return Brushwork(tuple(_brush_stroke(stroke, unit) for stroke in _strokes(node)))
 
 
@@ -151,9 +149,7 @@ def lines_list(lines: Sequence[Line], unit: int) -> list[list[list[float]]]:
 
 
 def lines(node: Node, unit: int) -> tuple[Line, ...]:
-    """Read lines written by `lines_list`. Old projects have no lines."""
-    if node.value is None:
-        return ()
+    """Read lines written by `lines_list`."""
     found = [_points(item, unit, 2) for item in node.items(MOST_CORNERS)]
     if any(len(line) != 2 for line in found):
         node.refuse(Text("must contain lines of two points each"))
@@ -167,7 +163,7 @@ def as_line(ends: Array) -> Line:
 
 
 def _stroke(node: Node, unit: int) -> Stroke:
-    node.only(("points", "radius", "feather"))  # ignore the feather of old projects
+    node.only(("points", "radius"))
     points = _points(node.field("points"), unit, _MOST_POINTS)
     if not len(points):
         node.refuse(Text("needs at least one point"))

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
-from numbers import Real
 from operator import attrgetter
 from typing import Any, Final, TypeVar
 
@@ -34,48 +33,6 @@ VERSION: Final = 4
 LOSSLESS_PX: Final = 1.0 / 64.0
 
 _SIGNED: Final = (-15.0, 15.0)  # below 0 smaller, above it larger
-# Fields of version 3, in % of the warp distance, and the shapes that replaced them.
-_SHARES: Final = {
-    "cheeks": "cheeks_width",
-    "jaw": "jaw_width",
-    "chin": "chin_length",
-    "left": "left_width",
-    "right": "right_width",
-}
-_PERCENT_BEFORE_4: Final = 4.0  # the default of `percent` in versions 1 to 3
-
-
-def _without_shares(fields: dict[str, Any]) -> dict[str, Any]:
-    """Convert the fields of a recipe from version 3 to version 4.
-
-    A share of the warp distance becomes the shape setting that moves a landmark equally far.
-    """
-    head, counts = fields.pop("head_follows", 50.0), fields.pop("zones", True)
-    fields.pop("keep_features", None)
-    scope = "face" if isinstance(head, Real) and head <= 0.0 else "head"
-    new = {"percent": _PERCENT_BEFORE_4, "scope": scope, **fields}
-    SETTINGS["percent"].check(new["percent"])
-    low, high = _SIGNED
-    for share, shape in _SHARES.items():
-        percent = new.pop(share, 100.0)
-        dataclasses.replace(SETTINGS["even_out"], within=(0.0, 200.0), name=share).check(percent)
-        if percent != 100.0 and counts:
-            SETTINGS[shape].check(before := new.get(shape, 0.0))
-            new[shape] = min(high, max(low, before - new["percent"] * (percent / 100.0 - 1.0)))
-    return new if counts else {**new, "even_out": 0.0}
-
-
-# For each version, a function that converts fields of that version to the next version.
-_UPGRADES: Final[dict[int, Callable[[dict[str, Any]], dict[str, Any]]]] = {
-    # Version 1 had no lines to keep straight.
-    1: lambda fields: {"hold_background": False, **fields},
-    # Version 2 moved either the face alone or, with `whole_head`, hair as well.
-    2: lambda fields: {
-        "head_follows": 100.0 if fields.get("whole_head") is True else 0.0,
-        **{name: value for name, value in fields.items() if name != "whole_head"},
-    },
-    3: _without_shares,
-}
 
 
 def setting(default: Value, title: Text, what: Text, where: str = "", **others: Any) -> Value:
@@ -450,17 +407,24 @@ class Recipe:
         Returns
         -------
         Recipe
-            Converted from an older version if necessary.
 
         Raises
         ------
         ValueError
-            If the version is newer, a field is unknown or a value is out of range.
+            If the version is another one, a field is unknown or a value is out of range.
         """
         if not isinstance(values, Mapping):
             raise ValueError(Text("a recipe must be a JSON object"))
-        values = _upgraded(values)
-        unknown = sorted(set(values) - set(SETTINGS))
+        fields = dict(values)
+        if (version := fields.pop("version", VERSION)) != VERSION:
+            raise ValueError(
+                Text(
+                    "this program reads recipes of version {version}, got {found}",
+                    version=VERSION,
+                    found=shown(version),
+                )
+            )
+        unknown = sorted(set(fields) - set(SETTINGS))
         if unknown:
             raise ValueError(
                 Text(
@@ -469,24 +433,7 @@ class Recipe:
                     names=", ".join(sorted(SETTINGS)),
                 )
             )
-        return Recipe(**values)
-
-
-def _upgraded(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the fields of a recipe converted to this version, without the version."""
-    version = values.get("version", VERSION)
-    if version not in range(1, VERSION + 1):
-        raise ValueError(
-            Text(
-                "this program reads recipes of version {version}, got {found}",
-                version=VERSION,
-                found=shown(version),
-            )
-        )
-    fields = {name: value for name, value in values.items() if name != "version"}
-    for step in range(int(version), VERSION):
-        fields = _UPGRADES[step](fields)
-    return fields
+        return Recipe(**fields)
 
 
 # In declaration order.

@@ -10,7 +10,6 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import math
-from collections import OrderedDict
 from collections.abc import Sequence
 from dataclasses import dataclass
 from threading import Lock
@@ -38,7 +37,7 @@ LEAST_FALLOFF: Final = 0.4  # sharper ones fall between control points
 _JOINED: Final = 1.5
 # Lattices and shares after some strokes. While one is drawn, those before it stay as they are.
 _Drawn = tuple[tuple[Lattice, ...], tuple[float, ...]]
-_KEPT: OrderedDict[bytes, _Drawn] = OrderedDict()
+_KEPT: dict[bytes, _Drawn] = {}
 _MOST_KEPT: Final = 32
 _LOCK: Final = Lock()
 
@@ -235,18 +234,14 @@ def _keys(field: Field, work: Brushwork, other: object) -> list[bytes]:
 def _known(keys: Sequence[bytes]) -> _Drawn | None:
     """Return the result of as many strokes as possible, of those kept."""
     with _LOCK:
-        key = next((key for key in reversed(keys) if key in _KEPT), None)
-        if key is None:
-            return None
-        _KEPT.move_to_end(key)
-        return _KEPT[key]
+        return next((_KEPT[key] for key in reversed(keys) if key in _KEPT), None)
 
 
 def _keep(key: bytes, drawn: _Drawn) -> None:
     with _LOCK:
         _KEPT[key] = drawn
         while len(_KEPT) > _MOST_KEPT:
-            _KEPT.popitem(last=False)
+            del _KEPT[next(iter(_KEPT))]
 
 
 def _push(stroke: BrushStroke, grid: Grid) -> Lattice:

@@ -19,7 +19,7 @@ import numpy.typing as npt
 from kogao_core.base.geometry import Array, Box, Image, check_image
 from kogao_core.base.threads import default_threads, parallel_for
 from kogao_core.recipe.settings import Interpolation
-from kogao_core.warp.domain import Cells, Domain, Mask, cells_beyond
+from kogao_core.warp.domain import Cells, Domain, Mask
 from kogao_core.warp.field import Field
 from kogao_core.warp.resample import CALL_PX, KERNEL_REACH_PX, Job, block_height_px, spread
 
@@ -29,11 +29,7 @@ FLAGS: Final[dict[Interpolation, int]] = {
     "lanczos4": cv2.INTER_LANCZOS4,
 }
 BLOCK_WIDTH_PX: Final = 16  # width of the blocks that are resampled or skipped
-# Largest change of a displacement, px, for which only the pixels with a new rounded position are
-# resampled. Finding these pixels costs as much as resampling all pixels bilinearly.
-_FAINT_PX: Final = {cv2.INTER_LINEAR: 0.0, cv2.INTER_CUBIC: 2.0**-8, cv2.INTER_LANCZOS4: 2.0**-7}
 _STRIP_ROWS: Final = 256  # rows per step for a picture of another size, to limit memory
-_COPY_PX: Final = 400_000  # pixels copied per task: enough to justify another thread
 _TILE_PX: Final = 512  # side of a tile in the photo: the tile and its maps fit into the CPU cache
 
 
@@ -47,7 +43,7 @@ class Canvas:
         check_image(source)
         self.source = source
         self.image = Box.of(source)
-        self.pixels = _copied(source)
+        self.pixels = source.copy()
         self._block_px = block_height_px(self.image)
         shape = -(-self.image.height // self._block_px), -(-self.image.width // BLOCK_WIDTH_PX)
         self._warped: Mask = np.zeros(shape, bool)
@@ -57,64 +53,51 @@ class Canvas:
         self, field: Field, domain: Domain, interpolation: Interpolation, threads: int | None = None
     ) -> list[Box]:
         """Resample the blocks of `domain` from the source. Return the boxes that may differ."""
-        active = self._blocks(domain)
-        before, flag = self._job, FLAGS[interpolation]
-        job = Job(self.source, self.pixels, field, flag, before)
-        todo, faint, stale = active, np.zeros_like(active), self._warped & ~active
-        if before is not None and job.resembles(before):
-            known, lattices = active & self._warped, (before.field.lattices, field.lattices)
-            changes = [now.minus(was) for was, now in zip(*lattices, strict=True)]
-            touched = known & self._touched(Cells(change, change.reached) for change in changes)
-            if _FAINT_PX[flag]:
-                strong = (cells_beyond(one, self.image, _FAINT_PX[flag]) for one in changes)
-                faint = touched & ~self._touched(strong)
-            todo = active & ~known | touched & ~faint
-        given_back, redone, checked = (self._runs(blocks) for blocks in (stale, todo, faint))
+        everywhere = domain.name == "image"
+        active = np.ones_like(self._warped) if everywhere else self._touched(domain.cells)
+        before = self._job
+        job = Job(self.source, self.pixels, field, FLAGS[interpolation])
+        todo = active
+        if before is not None and job.terms == before.terms:
+            lattices = zip(before.field.lattices, field.lattices, strict=True)
+            changes = [now.minus(was) for was, now in lattices]
+            todo = active & ~self._warped
+            todo |= active & self._touched(Cells(change, change.reached) for change in changes)
+        given_back, redone = self._runs(self._warped & ~active), self._runs(todo)
         # If an exception follows, the next call resamples all these blocks again.
         self._warped, self._job = self._warped | active, None
         for box in given_back:
             self.pixels[box.slices] = self.source[box.slices]
-        spread(job, redone, threads or default_threads(), before, checked)
+        spread(job, redone, threads or default_threads())
         self._warped, self._job = active, job
-        return redone + checked + given_back
-
-    def _blocks(self, domain: Domain) -> Mask:
-        if domain.name == "image":
-            return np.ones_like(self._warped)
-        return self._touched(domain.cells)
+        return redone + given_back
 
     def _touched(self, regions: Iterable[Cells]) -> Mask:
         """Return the blocks that share a pixel with an active cell."""
         rows, columns = self._warped.shape
         hit = np.zeros_like(self._warped)
         for cells in regions:
-            down, over_rows = _overlaps(cells.edges_px(1), rows, self._block_px, self.image.height)
-            along, over_columns = _overlaps(
-                cells.edges_px(0), columns, BLOCK_WIDTH_PX, self.image.width
-            )
-            hit[down, along] |= (over_rows @ cells.active.astype(np.float32) @ over_columns.T) > 0.0
+            top, bottom = _overlapped(cells.edges_px(1), rows, self._block_px, self.image.height)
+            left, right = _overlapped(cells.edges_px(0), columns, BLOCK_WIDTH_PX, self.image.width)
+            # Sums over all cells above and to the left.
+            sums = np.pad(cells.active.astype(np.int64), ((1, 0), (1, 0))).cumsum(0).cumsum(1)
+            across = sums[bottom] - sums[top]
+            hit |= across[:, right] > across[:, left]
         return hit
 
     def _runs(self, blocks: Mask) -> list[Box]:
         """Return the boxes of adjacent blocks in a row, split at the ends of strips."""
-        if not blocks.any():
-            return []
-        edged = np.zeros((blocks.shape[0], blocks.shape[1] + 2), np.int8)
-        edged[:, 1:-1] = blocks
-        edges = np.diff(edged)
-        row, first = np.nonzero(edges > 0)
-        left = first * BLOCK_WIDTH_PX
-        right = np.minimum(np.nonzero(edges < 0)[1] * BLOCK_WIDTH_PX, self.image.right)
-        strip_px = CALL_PX // self._block_px
-        strip = left // strip_px
-        count = -(-right // strip_px) - strip
-        run = np.repeat(np.arange(len(row)), count)
-        strip = np.arange(len(run)) + (strip - np.cumsum(count) + count)[run]
-        left = np.maximum(left[run], strip * strip_px)
-        right = np.minimum(right[run], (strip + 1) * strip_px)
-        top = row[run] * self._block_px
-        bottom = np.minimum(top + self._block_px, self.image.bottom)
-        return [Box(*edge) for edge in np.stack([left, top, right, bottom], axis=1).tolist()]
+        strip = CALL_PX // self._block_px // BLOCK_WIDTH_PX
+        boxes = []
+        for row in np.flatnonzero(blocks.any(axis=1)).tolist():
+            top = row * self._block_px
+            for first in range(0, blocks.shape[1], strip):
+                part = np.pad(blocks[row, first : first + strip].astype(np.int8), 1)
+                edges = BLOCK_WIDTH_PX * (first + np.flatnonzero(np.diff(part))).reshape(-1, 2)
+                for left, right in edges.tolist():
+                    box = Box(left, top, right, top + self._block_px)
+                    boxes.append(box.clipped(self.image))
+        return boxes
 
 
 def warp_alike(picture: Image, field: Field, domain: Domain, kind: Interpolation) -> Image:
@@ -147,31 +130,15 @@ def warp_alike(picture: Image, field: Field, domain: Domain, kind: Interpolation
     return warped
 
 
-def _copied(source: Image) -> Image:
-    """Return a C-contiguous copy. Threads share the work: page faults of new memory dominate."""
-    copy = np.empty(source.shape, source.dtype)
-    rows = max(1, _COPY_PX // max(1, source.shape[1]))
-
-    def fill(top: int) -> None:
-        copy[top : top + rows] = source[top : top + rows]
-
-    parallel_for(range(0, len(source), rows), lambda: fill, default_threads())
-    return copy
-
-
-def _overlaps(
+def _overlapped(
     edges_px: npt.NDArray[np.int64], blocks: int, size_px: int, end_px: int
-) -> tuple[slice, npt.NDArray[np.float32]]:
-    """Return the blocks that cells reach along one axis, and a 0/1 matrix of overlaps.
-
-    Rows of the matrix are blocks, columns are cells.
-    """
-    first = min(max(int(edges_px[0]) // size_px, 0), blocks)
-    reached = slice(first, max(first, min(-(-int(edges_px[-1]) // size_px), blocks)))
-    start = np.arange(reached.start, reached.stop)[:, None] * size_px
+) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+    """Return the first cell, and the one after the last, that each block overlaps along an axis."""
+    start = np.arange(blocks) * size_px
     end = np.minimum(start + size_px, end_px)
-    low, high = edges_px[:-1], edges_px[1:]
-    return reached, ((low < end) & (high > start) & (low < high)).astype(np.float32)
+    first = np.searchsorted(edges_px, start, "right") - 1
+    after = np.searchsorted(edges_px, end, "left")
+    return first.clip(0, len(edges_px) - 1), after.clip(0, len(edges_px) - 1)
 
 
 def size_of(image: Box, longest_px: int) -> tuple[int, int]:

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from kogao_core.base.geometry import Array, points_of, smoothstep
 from kogao_core.faces.targets import Pairs
-from kogao_core.warp.lattice import Lattice, basis, basis_slope, matrices
+from kogao_core.warp.lattice import Lattice, basis_slope
 from kogao_core.warp.protection import (
     NOTHING,
     Protection,
@@ -88,10 +88,10 @@ class Field:
         """
         points = points_of(points_px)
         displacement: Array = np.zeros_like(points)
-        near = [(a, at) for a in self.lattices if len(at := np.flatnonzero(a.reaches(points)))]
-        weights = matrices([lattice.window_at(*points[at].T) for lattice, at in near])
-        for (lattice, at), ((bx, by),) in zip(near, weights, strict=True):
-            displacement[at] += lattice.mixed_at(bx, by)
+        for lattice in self.lattices:
+            at = np.flatnonzero(lattice.reaches(points))
+            if len(at):
+                displacement[at] += lattice.at(points[at])
         if self.is_plain:
             return displacement
         displacement = displacement * fade(np.hypot(*displacement.T), self.fade_px)[:, None]
@@ -210,40 +210,32 @@ class Field:
 
     def _spline(self, xs_px: npt.ArrayLike, ys_px: npt.ArrayLike) -> Array:
         total: Array = np.zeros((2, np.size(ys_px), np.size(xs_px)))
-        for lattice, part, ((bx, by),) in self._weights(xs_px, ys_px, (basis,)):
-            total[:, *part] += lattice.mixed(bx, by)
+        for lattice, part, xs, ys in self._reaching(xs_px, ys_px):
+            total[:, *part] += lattice.on_grid(xs, ys)
         return total
 
     def _spline_slopes(self, xs_px: npt.ArrayLike, ys_px: npt.ArrayLike) -> tuple[Array, Array]:
         along_x, along_y = np.zeros((2, 2, np.size(ys_px), np.size(xs_px)))
-        for lattice, part, ((bx, by), (slope_x, slope_y)) in self._weights(
-            xs_px, ys_px, (basis, basis_slope)
-        ):
-            h = lattice.grid.spacing_px
+        for lattice, part, xs, ys in self._reaching(xs_px, ys_px):
+            (bx, by), h = lattice.weights_at(xs, ys), lattice.grid.spacing_px
+            slope_x, slope_y = lattice.weights_at(xs, ys, basis_slope)
             along_x[:, *part] += lattice.mixed(slope_x / h, by)
             along_y[:, *part] += lattice.mixed(bx, slope_y / h)
         return along_x, along_y
 
-    def _weights(
-        self,
-        xs_px: npt.ArrayLike,
-        ys_px: npt.ArrayLike,
-        kinds: Sequence[Callable[[Array], Array]],
-    ) -> Iterator[tuple[Lattice, tuple[slice, slice], list[tuple[Array, Array]]]]:
-        """Yield each lattice that reaches a grid, with its rows and columns and its `matrices`."""
+    def _reaching(
+        self, xs_px: npt.ArrayLike, ys_px: npt.ArrayLike
+    ) -> Iterator[tuple[Lattice, tuple[slice, slice], Array, Array]]:
+        """Yield each lattice that reaches a grid, with rows, columns and coordinates within it."""
         xs, ys = np.asarray(xs_px, np.float64), np.asarray(ys_px, np.float64)
         if any((axis[1:] < axis[:-1]).any() for axis in (xs, ys)):
             raise ValueError("the coordinates of a grid must ascend; ask for places by Field.at")
-        near = []
         for lattice in self.lattices:
             left, top, right, bottom = lattice.reach_px
             rows = slice(*np.searchsorted(ys, [top, bottom]))
             columns = slice(*np.searchsorted(xs, [left, right]))
             if rows.start < rows.stop and columns.start < columns.stop:
-                near.append((lattice, (rows, columns)))
-        windows = [lattice.window_at(xs[columns], ys[rows]) for lattice, (rows, columns) in near]
-        for (lattice, part), weights in zip(near, matrices(windows, kinds), strict=True):
-            yield lattice, part, weights
+                yield lattice, (rows, columns), xs[columns], ys[rows]
 
     def _faded_slopes(
         self, displacement: Array, along_x: Array, along_y: Array

@@ -11,6 +11,7 @@ import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import repeat
 from typing import Final, assert_never
 
 import numpy as np
@@ -21,9 +22,9 @@ from kogao_core.base.language import Text
 from kogao_core.faces.face import Anchor
 from kogao_core.faces.targets import Pairs
 from kogao_core.recipe.recipe import LOSSLESS_PX, Recipe
+from kogao_core.warp.field import Field
 from kogao_core.warp.frame import zero_on_edges
-from kogao_core.warp.lattice import ORDER, Grid, Lattice, basis, groups, matrices
-from kogao_core.warp.lens import LensDisplacement
+from kogao_core.warp.lattice import ORDER, Grid, Lattice, basis, groups
 from kogao_core.warp.limits import MOST_CONTROL_POINTS, MOST_TOGETHER, OutOfBounds
 from kogao_core.warp.surround import HeadDisplacement
 
@@ -47,6 +48,9 @@ _NO_FEATURES: Final = (np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0))
 # Control points are multiples of 1/4096 px, so that a drag of one landmark leaves distant control
 # points exactly unchanged.
 QUANTUM_PX: Final = 2.0**-12
+
+
+_Request = tuple[Pairs, Anchor, Grid, Recipe, HeadDisplacement | None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,16 +81,6 @@ class Problem:
         """The control points within reach of the problem's points."""
         return _Support(self)
 
-    @property
-    def near_px(self) -> Array:
-        """Box of the displaced region, least and greatest (x, y), (2, 2), px; ignores the photo."""
-        ends = self.target_px[: self.landmark_count]
-        near = np.array([ends.min(axis=0), ends.max(axis=0)])
-        near += np.array([[-1.0], [1.0]]) * self.grid.spacing_px
-        if self.around_px is None:
-            return near
-        return np.array([np.minimum(near, self.around_px)[0], np.maximum(near, self.around_px)[1]])
-
     @cached_property
     def coefficient_norm(self) -> float:
         """Norm of the control points that approximate the complete displacement, px."""
@@ -103,9 +97,10 @@ class Problem:
         moving = self.landmark_count + self.features
         return np.flatnonzero(np.bincount(self.support.nodes[:moving].ravel()))
 
-    def within(self, lattice: Lattice) -> Lattice:
-        """Return the lattice without displacement across the photo's edges."""
-        return lattice if self.photo is None else zero_on_edges(lattice, self.photo)
+    def requesting(self, displacement_px: Array) -> Problem:
+        """Return the problem with another displacement and the limit of the complete one."""
+        norm = self.coefficient_norm
+        return dataclasses.replace(self, displacement_px=displacement_px, known_norm=norm)
 
 
 def spacing_px(pairs: Pairs, anchor: Anchor, recipe: Recipe) -> float:
@@ -139,7 +134,7 @@ def problems_of(
     pairs: Sequence[Pairs],
     anchors: Sequence[Anchor],
     recipes: Sequence[Recipe],
-    surrounds: Sequence[LensDisplacement | HeadDisplacement | None] = (),
+    surrounds: Sequence[HeadDisplacement | None] = (),
     photo: Box | None = None,
 ) -> list[Problem]:
     """Return the fitting problem of each face.
@@ -150,15 +145,11 @@ def problems_of(
         Grid(anchor.origin_px, spacing_px(pair, anchor, recipe))
         for pair, anchor, recipe in zip(pairs, anchors, recipes, strict=True)
     ]
-    surrounds = surrounds or (None,) * len(grids)
-    _check_control_points(pairs, anchors, recipes, grids, surrounds)
-    requested = list(zip(pairs, anchors, grids, recipes, strict=True))
-    alone = [_problem(*each, None, photo) for each in requested]
-    _check_together(alone)
-    return [
-        problem if surround is None else _problem(*each, surround, photo)
-        for problem, each, surround in zip(alone, requested, surrounds, strict=True)
-    ]
+    requested = [*zip(pairs, anchors, grids, recipes, surrounds or repeat(None), strict=False)]
+    _check_control_points(requested)
+    # Check before the surrounds of many faces are sampled: that takes long.
+    _check_together([_problem(*each[:4], None, photo) for each in requested])
+    return [_problem(*each, photo) for each in requested]
 
 
 def solve(problems: Sequence[Problem], recipes: Sequence[Recipe]) -> tuple[Lattice, ...]:
@@ -169,25 +160,23 @@ def solve(problems: Sequence[Problem], recipes: Sequence[Recipe]) -> tuple[Latti
     if not any(problem.displacement_px.any() or problem.surround for problem in problems):
         return tuple(problem.support.empty for problem in problems)
     total: list[Lattice | None] = [problem.surround for problem in problems]
-    left = [_left_by(total, problem) for problem in problems]
+    made = Field(tuple(lattice for lattice in total if lattice is not None))
+    left = [one.requesting(one.displacement_px - made.at(one.target_px)) for one in problems]
     for _ in range(_ROUNDS):
         whole = [
-            lattice if done is None else summed(lattice, done)
+            lattice if done is None else lattice.plus(done)
             for lattice, done in zip(_fitted(left, recipes), total, strict=True)
         ]
-        total = [problem.within(one) for problem, one in zip(problems, whole, strict=True)]
-        if all(kept is lattice for kept, lattice in zip(total, whole, strict=True)):
+        inside = [zero_on_edges(a, one.photo) for a, one in zip(whole, problems, strict=True)]
+        total = [*inside]
+        if all(kept is lattice for kept, lattice in zip(inside, whole, strict=True)):
             break
         # Request again the part removed at the edges, without the error of an approximation.
-        left = [_left_by(total, _asking(problem, whole)) for problem in problems]
+        before, after = Field(tuple(whole)), Field(tuple(inside))
+        left = [
+            one.requesting(before.at(one.target_px) - after.at(one.target_px)) for one in problems
+        ]
     return tuple(quantised(lattice) for lattice in total if lattice is not None)
-
-
-def _asking(problem: Problem, lattices: Sequence[Lattice]) -> Problem:
-    """Return the problem that requests the displacement of `lattices` at the targets."""
-    nothing = dataclasses.replace(problem, displacement_px=np.zeros_like(problem.displacement_px))
-    made = -_left_by(lattices, nothing).displacement_px
-    return dataclasses.replace(problem, displacement_px=made, known_norm=problem.coefficient_norm)
 
 
 def _fitted(problems: Sequence[Problem], recipes: Sequence[Recipe]) -> list[Lattice]:
@@ -207,48 +196,17 @@ def _fitted(problems: Sequence[Problem], recipes: Sequence[Recipe]) -> list[Latt
     return fitted
 
 
-def _left_by(done: Sequence[Lattice | None], problem: Problem) -> Problem:
-    """Return the problem with the displacement that `done` does not yet provide at the targets."""
-    left = problem.displacement_px
-    for lattice in (one for one in done if one is not None):
-        near = lattice.reaches(problem.target_px)
-        if near.any():
-            left = left.copy()
-            left[near] -= lattice.at(problem.target_px[near])
-    if left is problem.displacement_px:
-        return problem
-    return dataclasses.replace(problem, displacement_px=left, known_norm=problem.coefficient_norm)
-
-
-def summed(lattice: Lattice, other: Lattice) -> Lattice:
-    """Return the sum of two lattices on grids that differ only by halvings.
-
-    Result: on the finer grid of the two.
-    """
-    while other.grid.spacing_px > lattice.grid.spacing_px:
-        other = other.refined()
-    while lattice.grid.spacing_px > other.grid.spacing_px:
-        lattice = lattice.refined()
-    return lattice.plus(other)
-
-
-def _check_control_points(
-    pairs: Sequence[Pairs],
-    anchors: Sequence[Anchor],
-    recipes: Sequence[Recipe],
-    grids: Sequence[Grid],
-    surrounds: Sequence[LensDisplacement | HeadDisplacement | None],
-) -> None:
+def _check_control_points(requested: Sequence[_Request]) -> None:
     total = 0.0
-    for pair, anchor, recipe, grid, surround in zip(
-        pairs, anchors, recipes, grids, surrounds, strict=True
-    ):
+    for pair, anchor, grid, recipe, surround in requested:
         halvings = MULTILEVEL_STEPS if recipe.fit == "multilevel" else 0
         finest = grid.spacing_px / 2.0**halvings
         finest = min(grid.spacing_px, max(LEAST_SPACINGS * anchor.spacing_px, finest))
         if recipe.threshold_px > LOSSLESS_PX:
             finest /= _FINER_PROOF
-        columns, rows = (np.ptp(_ends(pair.target_px, surround), axis=0) / finest + ORDER).tolist()
+        corners = pair.target_px if surround is None else surround.corners_px
+        sides = np.ptp(np.vstack([pair.target_px, corners]), axis=0)
+        columns, rows = (sides / finest + ORDER).tolist()
         total += columns * rows
     if not total <= MOST_CONTROL_POINTS:
         raise OutOfBounds(
@@ -266,7 +224,7 @@ def _check_control_points(
 def _check_together(problems: Sequence[Problem]) -> None:
     empty = [problem.support.fitted for problem in problems]
     for group in groups(empty):
-        points = sum(len(problems[k].target_px) for k in group)
+        points = sum(problems[k].landmark_count for k in group)
         nodes = sum(
             min(ORDER**2 * problems[k].landmark_count, empty[k].phi[..., 0].size) for k in group
         )
@@ -287,16 +245,12 @@ def quantised(lattice: Lattice) -> Lattice:
     return Lattice(lattice.grid, lattice.first, phi)
 
 
-def _ends(target_px: Array, surround: LensDisplacement | HeadDisplacement | None) -> Array:
-    return target_px if surround is None else np.vstack([target_px, surround.corners_px])
-
-
 def _problem(
     pairs: Pairs,
     anchor: Anchor,
     grid: Grid,
     recipe: Recipe,
-    surround: LensDisplacement | HeadDisplacement | None,
+    surround: HeadDisplacement | None,
     photo: Box | None,
 ) -> Problem:
     source, target, tolerance = _NO_FEATURES
@@ -317,7 +271,7 @@ def _problem(
     )
 
 
-def _sampled(surround: LensDisplacement | HeadDisplacement, grid: Grid) -> Lattice | None:
+def _sampled(surround: HeadDisplacement, grid: Grid) -> Lattice | None:
     """Sample a surround's displacement at the control points; None if all are zero."""
     corners = surround.corners_px
     columns, rows = (
@@ -369,18 +323,12 @@ class _Support:
         return Lattice(self.grid, self.first, phi.reshape(*self.shape, 2))
 
 
-def _designs(
-    supports: Sequence[_Support], points_px: Array, nodes: Sequence[npt.NDArray[np.int64]]
-) -> list[_Design]:
-    """Return the weights of `nodes` at the points within reach, for each support."""
-    rows = [np.flatnonzero(one.empty.reaches(points_px)) for one in supports]
-    weights = matrices(
-        [one.empty.window_at(*points_px[at].T) for one, at in zip(supports, rows, strict=True)]
-    )
-    return [
-        _Design(at, by[:, mine // one.shape[1]] * bx[:, mine % one.shape[1]])
-        for one, at, mine, ((bx, by),) in zip(supports, rows, nodes, weights, strict=True)
-    ]
+def _design(support: _Support, points_px: Array, nodes: npt.NDArray[np.int64]) -> _Design:
+    """Return the weights of `nodes` at the points within reach of a support."""
+    rows = np.flatnonzero(support.empty.reaches(points_px))
+    bx, by = support.empty.weights_at(*points_px[rows].T)
+    j, i = np.divmod(nodes, support.shape[1])
+    return _Design(rows, by[:, j] * bx[:, i])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -450,7 +398,10 @@ def _solve_together(problems: list[Problem]) -> list[Lattice]:
     displacements = np.vstack([problem.displacement_px for problem in problems])
     supports = [problem.support for problem in problems]
     reached_nodes = [problem.reached_nodes for problem in problems]
-    designs = _designs(supports, targets, reached_nodes)
+    designs = [
+        _design(support, targets, nodes)
+        for support, nodes in zip(supports, reached_nodes, strict=True)
+    ]
     known_norm = np.sqrt(sum(problem.coefficient_norm**2 for problem in problems))
     tolerance = np.concatenate(
         [np.broadcast_to(one.tolerance, len(one.target_px)) for one in problems]

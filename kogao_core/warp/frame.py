@@ -42,13 +42,13 @@ def attenuated_near_edge(pairs: Pairs, photo: Box) -> Pairs:
     return dataclasses.replace(pairs, target_px=pairs.source_px - share * moves)
 
 
-def zero_on_edges(lattice: Lattice, photo: Box) -> Lattice:
-    """Return the nearest lattice that moves nothing across the photo's edges.
+def zero_on_edges(lattice: Lattice, photo: Box | None) -> Lattice:
+    """Return the nearest lattice that moves nothing across the edges of `photo`, if any.
 
     Control points across an edge are made orthogonal to the basis, eq. (1). The spline is then 0
     all along the edge, and a one-to-one map maps the photo onto itself.
     """
-    for edge in edges_px(photo):
+    for edge in () if photo is None else edges_px(photo):
         for axis in (0, 1):
             lattice = _orthogonal(lattice, float(edge[axis]), axis)
     return lattice

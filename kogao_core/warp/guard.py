@@ -20,7 +20,6 @@ from kogao_core.warp.one_to_one import (
     edges_are_safe,
     least_det,
     least_dets,
-    protected_slope,
     protected_slopes,
 )
 from kogao_core.warp.protection import NOTHING
@@ -101,8 +100,8 @@ def _weights(part: Field, photo: Box | None, fixed: int = 0) -> list[Array]:
     field = _weighted(part, weights, photo)
     share = (
         1.0
-        if _is_one_to_one(field, det)
-        else bisected(lambda share: _is_one_to_one(_scaled(field, share, fixed)), 1.0)
+        if is_safe(field, det)
+        else bisected(lambda share: is_safe(_scaled(field, share, fixed)), 1.0)
     )
     return [*weights[:fixed], *(share * weight for weight in weights[fixed:])]
 
@@ -122,7 +121,10 @@ def _limits(field: Field, fixed: int) -> Iterator[tuple[Array, Array, Array]]:
         det = least_dets(plain, lattice, floor)
         if not (det < floor).any():
             continue
-        before = _before(plain, number, fixed) if fixed else np.ones_like(det)
+        # About the smallest det J without the stroke.
+        bare = _scaled(plain, 0.0, fixed)
+        before = np.minimum(least_dets(bare, bare.lattices[number]), 1.0) if fixed else 1.0
+        before = np.broadcast_to(before, det.shape)
         low = det < np.minimum(floor, before)
         before, det = before[low], det[low]
         # Slopes shrink with the displacement: 1 - det J does at least in proportion.
@@ -131,12 +133,6 @@ def _limits(field: Field, fixed: int) -> Iterator[tuple[Array, Array, Array]]:
     for fine, slope in protected_slopes(field):
         steep = slope >= 1.0
         yield from _at(fine, steep, _MOST_SLOPE / slope[steep])
-
-
-def _before(field: Field, number: int, fixed: int) -> Array:
-    """Return about the smallest det J in each cell of a lattice, of the first `fixed` alone."""
-    bare = _scaled(field, 0.0, fixed)
-    return np.minimum(least_dets(bare, bare.lattices[number]), 1.0)
 
 
 def _at(
@@ -163,17 +159,14 @@ def _weight(lattice: Lattice, places: Array, shares: Array, reach: Array) -> Arr
 def _weighted(field: Field, weights: Sequence[Array], photo: Box | None) -> Field:
     """Return a field with control points multiplied by weights; the same where all are 1."""
     lattices = tuple(
-        lattice if (weight == 1.0).all() else quantised(_inside(lattice, weight, photo))
-        for lattice, weight in zip(field.lattices, weights, strict=True)
+        a
+        if (weight == 1.0).all()
+        else quantised(zero_on_edges(Lattice(a.grid, a.first, a.phi * weight[..., None]), photo))
+        for a, weight in zip(field.lattices, weights, strict=True)
     )
     if all(a is b for a, b in zip(lattices, field.lattices, strict=True)):
         return field
     return dataclasses.replace(field, lattices=lattices)
-
-
-def _inside(lattice: Lattice, weight: Array, photo: Box | None) -> Lattice:
-    weighted = dataclasses.replace(lattice, phi=lattice.phi * weight[..., None])
-    return weighted if photo is None else zero_on_edges(weighted, photo)
 
 
 def _limit(lattice: Lattice, weight: Array) -> Limit:
@@ -199,13 +192,11 @@ def bisected(allows: Callable[[float], bool], most: float) -> float:
 
 
 def is_safe(field: Field, det: float | None = None) -> bool:
-    """Return whether a field needs no limit to be one-to-one. `det`: its least det J, if known."""
-    return edges_are_safe(field) and _is_one_to_one(field, det)
+    """Return whether a field is proven, or of touching faces measured, to be one-to-one.
 
-
-def _is_one_to_one(field: Field, det: float | None = None) -> bool:
-    """Return whether a field is proven, or of touching faces measured, to be one-to-one."""
-    if protected_slope(field) >= 1.0:
+    `det`: its least det J, if known.
+    """
+    if not edges_are_safe(field):
         return False
     if certify(field):
         return True

@@ -6,7 +6,6 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -51,7 +50,7 @@ class Grid:
     def locate(self, coords_px: npt.ArrayLike, axis: int) -> tuple[npt.NDArray[np.int64], Array]:
         """Return the cell [u] of each coordinate and the fraction s = u - [u]; axis 0 is x.
 
-        `coords_px` (N,). Result (N,): cells, and fractions from 0 up to 1.
+        Result: in the shape of `coords_px`: cells, and fractions from 0 up to 1.
         """
         u = (np.asarray(coords_px, np.float64) - self.origin_px[axis]) / self.spacing_px
         cell = np.floor(u)
@@ -67,73 +66,6 @@ class Grid:
     def node_px(self, index: npt.NDArray[np.int64], axis: int) -> Array:
         """Return the coordinate of each node; axis 0 is x, px, in the shape of `index`."""
         return np.asarray(self.origin_px[axis] + self.spacing_px * index.astype(np.float64))
-
-    def weights(
-        self, starts_px: npt.NDArray[np.int64], size_px: int, axis: int
-    ) -> tuple[npt.NDArray[np.int64], Array]:
-        """Return the weights of eq. (2) for pieces of an axis with `size_px` pixels each.
-
-        `starts_px` int (N,): first pixel of each piece. `first` int (N,): first node that reaches
-        each piece. `weights` (N, nodes, size_px): the same number of nodes for every piece.
-        """
-        cell, s = self.locate(starts_px[:, None] + np.arange(size_px), axis)
-        first = cell[:, 0] - 1
-        count = int((size_px - 1) / self.spacing_px) + 1 + ORDER
-        weights: Array = np.zeros((len(cell), count, size_px))
-        pieces, nodes = np.arange(len(cell))[:, None], cell - 1 - first[:, None]
-        starts = (pieces * count + nodes) * size_px + np.arange(size_px)
-        weights.ravel()[starts[:, :, None] + np.arange(0, ORDER * size_px, size_px)] = basis(s)
-        return first, weights
-
-
-class NodeWindow(NamedTuple):
-    """A window of a grid's nodes, and coordinates along x (X,) and y (Y,), px, to evaluate at.
-
-    `first`: column and row of the first node. `shape`: rows and columns of the window.
-    """
-
-    grid: Grid
-    coords_px: tuple[Array, Array]
-    first: tuple[int, int]
-    shape: tuple[int, int]
-
-
-def matrices(
-    windows: Sequence[NodeWindow], kinds: Sequence[Callable[[Array], Array]] = (basis,)
-) -> list[list[tuple[Array, Array]]]:
-    """Return the node weights at the coordinates of each window.
-
-    One call for many windows is faster than one call each. Result: for each window and each kind,
-    the weights along x, shape (X, columns), and along y, shape (Y, rows).
-    """
-    if not windows:
-        return []
-    coords = [each for one in windows for each in one.coords_px]
-    sizes, counts = [len(each) for each in coords], [n for one in windows for n in one.shape[::-1]]
-    terms = [
-        (one.grid.spacing_px, one.grid.origin_px[axis], one.first[axis], one.shape[1 - axis])
-        for one in windows
-        for axis in (0, 1)
-    ]
-    h, origin, first, count = np.array(terms).T.repeat(sizes, axis=1)
-    u = (np.concatenate(coords) - origin) / h
-    cell = np.floor(u)
-    s = u - cell
-    # Give nodes outside the window columns as well, and cut these off at the end.
-    width = count + 2 * ORDER
-    column = np.minimum(np.maximum(cell - (first + 1), -ORDER), count) + ORDER
-    at = (width.cumsum() - width + column).astype(np.int64)[:, None] + np.arange(ORDER)
-    ends = np.cumsum([size * (n + 2 * ORDER) for size, n in zip(sizes, counts, strict=True)])
-    found: list[list[Array]] = []
-    for weigh in kinds:
-        flat: Array = np.zeros(ends[-1])
-        flat[at] = weigh(s)
-        parts = (
-            flat[end - size * (n + 2 * ORDER) : end].reshape(size, n + 2 * ORDER)
-            for end, size, n in zip(ends.tolist(), sizes, counts, strict=True)
-        )
-        found.append([wide[:, ORDER:-ORDER] for wide in parts])
-    return [[(kind[k], kind[k + 1]) for kind in found] for k in range(0, len(sizes), 2)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,29 +84,40 @@ class Lattice:
     def at(self, points_px: npt.ArrayLike) -> Array:
         """Evaluate eq. (1) at points of shape (N, 2). Return displacements (N, 2), px."""
         points = np.asarray(points_px, np.float64)
-        (((bx, by),),) = matrices([self.window_at(points[:, 0], points[:, 1])])
-        return self.mixed_at(bx, by)
+        bx, by = self.weights_at(points[:, 0], points[:, 1])
+        rows = by @ self.phi.reshape(len(self.phi), -1)
+        return np.asarray((bx[:, None] @ rows.reshape(len(by), *self.phi.shape[1:]))[:, 0])
 
     def on_grid(self, xs_px: npt.ArrayLike, ys_px: npt.ArrayLike) -> Array:
         """Evaluate eq. (1) on the tensor grid ``ys x xs``.
 
         `xs_px`, `ys_px` (N,) and (M,). Result (2, M, N): x and y component of the displacement, px.
         """
-        axes = np.asarray(xs_px, np.float64), np.asarray(ys_px, np.float64)
-        (((bx, by),),) = matrices([self.window_at(*axes)])
-        return self.mixed(bx, by)
+        return self.mixed(*self.weights_at(xs_px, ys_px))
 
-    def window_at(self, xs_px: Array, ys_px: Array) -> NodeWindow:
-        """Return a window with all stored nodes, for coordinates along x and y, px."""
-        return NodeWindow(self.grid, (xs_px, ys_px), self.first, self.shape)
+    def weights_at(
+        self,
+        xs_px: npt.ArrayLike,
+        ys_px: npt.ArrayLike,
+        weigh: Callable[[Array], Array] = basis,
+    ) -> tuple[Array, Array]:
+        """Return the weights of the stored nodes at coordinates along x (X,) and along y (Y,).
 
-    def mixed_at(self, bx: Array, by: Array) -> Array:
-        """Return weighted sums (N, 2) of control points at N points; weights from `matrices`."""
-        rows = by @ self.phi.reshape(len(self.phi), -1)
-        return np.asarray((bx[:, None] @ rows.reshape(len(by), *self.phi.shape[1:]))[:, 0])
+        `weigh`: `basis` or `basis_slope`. Result: shapes (X, columns) and (Y, rows).
+        """
+        found = []
+        for axis, coords_px in enumerate((xs_px, ys_px)):
+            cell, s = self.grid.locate(coords_px, axis)
+            count = self.shape[1 - axis]
+            # Give nodes outside the stored ones columns as well, and cut these off at the end.
+            column = np.clip(cell - (self.first[axis] + 1), -ORDER, count) + ORDER
+            weights: Array = np.zeros((len(cell), count + 2 * ORDER))
+            np.put_along_axis(weights, column[:, None] + np.arange(ORDER), weigh(s), axis=1)
+            found.append(weights[:, ORDER:-ORDER])
+        return found[0], found[1]
 
     def mixed(self, bx: Array, by: Array) -> Array:
-        """Return weighted sums (2, M, N) of control points on a tensor grid, from `matrices`."""
+        """Return weighted sums (2, M, N) of control points on a tensor grid, from `weights_at`."""
         return np.asarray(by @ self.components @ bx.T)
 
     @cached_property
@@ -218,7 +161,14 @@ class Lattice:
         return range(first, max(first + 1, min(end, mine.stop)))
 
     def plus(self, other: Lattice) -> Lattice:
-        """Return the sum of two fields on the same grid, over the nodes of both."""
+        """Return the sum of two fields over the nodes of both, on the finer of their grids.
+
+        The grids must differ only by halvings.
+        """
+        if other.grid.spacing_px > self.grid.spacing_px:
+            return self.plus(other.refined())
+        if self.grid.spacing_px > other.grid.spacing_px:
+            return self.refined().plus(other)
         first = (min(self.first[0], other.first[0]), min(self.first[1], other.first[1]))
         last_i = max(self.first[0] + self.shape[1], other.first[0] + other.shape[1])
         last_j = max(self.first[1] + self.shape[0], other.first[1] + other.shape[0])
@@ -226,7 +176,7 @@ class Lattice:
         return Lattice(self.grid, first, self.window(first, shape) + other.window(first, shape))
 
     def minus(self, other: Lattice) -> Lattice:
-        """Return the difference of two fields on the same grid, over the nodes of both."""
+        """Return the difference of two fields; see `plus`."""
         return self.plus(other.scaled(-1.0))
 
     def scaled(self, factor: float) -> Lattice:

@@ -14,7 +14,7 @@ head may shift: the shift is chosen to stretch the other heads and the photo's e
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Final
@@ -31,7 +31,6 @@ from kogao_core.photo.optics import FILM_MM
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.warp.field import inverted
 from kogao_core.warp.frame import edges_px
-from kogao_core.warp.surround import HeadDisplacement, away_px
 
 # A circle approximates a head with hair. The centre is this far above the middle of eyes and mouth,
 # in landmark spacings.
@@ -66,9 +65,7 @@ _KEPT: Final = 10.0
 # head and would divide by zero.
 _LEAST_DEPTH: Final = 0.2
 _STEPS: Final = 12  # of the fixed-point inversion; each step reduces the error to a fifth
-# Errors at the points of eyes and mouth have the weight 1 / _TOLERANCE in the fit. Larger values
-# change the shape of eyes and mouth more.
-_TOLERANCE: Final = 0.01
+NOBODY: Final = np.zeros((0, 2))
 STRETCH_SEEN_PERCENT: Final = 1.0  # stretch of a face, %, from which the stretch is reported
 # Distances on an adult's face, m: between the outer corners of the eyes, and from the eyes to the
 # mouth. Checked by iris size: 112 of 118 people are within 10 %.
@@ -250,21 +247,18 @@ class LensCorrection:
         heads = [Head(f, focal, photo, s) for f, s in zip(faces, shares, strict=True)]
         return cls(_beside_each_other(heads))
 
-    def part_at(
-        self, which: int, points: Array, away_px: Callable[[Array], Array] | None = None
-    ) -> Array:
+    def part_at(self, which: int, points: Array, others_px: Array = NOBODY) -> Array:
         """Return the displacement of one head at points of shape (N, 2), same shape, px.
 
-        Full on the head; fades to zero outside the head and towards points that must not move,
-        whose distance is `away_px`.
+        Full on the head; fades to zero outside the head and towards `others_px` (M, 2), points of
+        other people that must not move.
         """
         head = self.heads[which]
         rho = head.rho(points)
         mine, share = _apart(rho), 1.0 - ramp((rho - 1.0) / _FADE)
         share /= 1.0 + sum(mine / _apart(other.rho(points)) for other in self._near(which))
-        if away_px is not None:
-            beside = np.maximum(rho - 1.0, 0.0) * head.radius_px
-            share *= ramp(1.0 / (1.0 + beside / np.maximum(away_px(points), 1e-9)))
+        beside = np.maximum(rho - 1.0, 0.0) * head.radius_px
+        share *= ramp(1.0 / (1.0 + beside / np.maximum(away_px(points, others_px), 1e-9)))
         return head.within_photo(points) * share[:, None]
 
     def _near(self, which: int) -> list[Head]:
@@ -307,62 +301,8 @@ class LensCorrection:
             for face in faces
         ]
 
-    def around(
-        self,
-        surrounds: Sequence[HeadDisplacement | None],
-        neighbours_px: Sequence[Array],
-    ) -> tuple[LensDisplacement | HeadDisplacement | None, ...]:
-        """Combine each face's lens correction with its `HeadDisplacement` of the corrected face."""
-        if not self.heads:
-            return tuple(surrounds)
-        beside = neighbours_px or [np.zeros((0, 2))] * len(surrounds)
-        return tuple(
-            LensDisplacement(self, which, surround, near)
-            for which, (surround, near) in enumerate(zip(surrounds, beside, strict=True))
-        )
 
-
-@dataclass(frozen=True, eq=False)
-class LensDisplacement:
-    """The displacement of one face's control points: lens correction and `HeadDisplacement`."""
-
-    heads: LensCorrection
-    which: int
-    surround: HeadDisplacement | None
-    neighbours_px: Array
-
-    @property
-    def around_px(self) -> Array:
-        """Corners (x, y) of a box outside which the displacement is zero, (2, 2), px."""
-        mine = self.heads.heads[self.which].around_px
-        if self.surround is None:
-            return mine
-        theirs = self.surround.around_px
-        return np.stack([np.minimum(mine[0], theirs[0]), np.maximum(mine[1], theirs[1])])
-
-    @property
-    def corners_px(self) -> Array:
-        """Corners of the part of that box in the photo, (2, 2), px."""
-        return np.clip(self.around_px, *edges_px(self.heads.heads[self.which].photo))
-
-    def at(self, points: npt.ArrayLike) -> Array:
-        """Return the backward displacement at points of shape (N, 2), px, same shape."""
-        points = np.asarray(points, np.float64)
-        around = np.zeros_like(points) if self.surround is None else self.surround.at(points)
-        return around + self.heads.part_at(self.which, points + around, self._away_px)
-
-    @cached_property
-    def features(self) -> tuple[Array, Array, Array]:
-        """Points round eyes and mouth, their targets, and tolerances: as in `HeadDisplacement`."""
-        if self.surround is not None:
-            seen, target, tolerance = self.surround.features
-            return seen + self.heads.at(seen), target, tolerance
-        face, shown = self.heads.heads[self.which].face, self.heads.faces[self.which]
-        source = np.vstack([face.eyes, face.mouth])
-        return source, np.vstack([shown.eyes, shown.mouth]), np.full(len(source), _TOLERANCE)
-
-    def _away_px(self, points: Array) -> Array:
-        return away_px(points, self.neighbours_px)
+NO_LENS: Final = LensCorrection()
 
 
 def _beside_each_other(heads: Sequence[Head]) -> tuple[Head, ...]:
@@ -401,6 +341,12 @@ def _nearness(heads: Sequence[Head]) -> Array:
     near = 1.0 - ramp((far - _CLOSE) / (_ALONE - _CLOSE))
     np.fill_diagonal(near, 0.0)
     return np.asarray(near)
+
+
+def away_px(points: Array, others_px: Array) -> Array:
+    """Return the distance of points (N, 2) from the nearest of others (M, 2), (N,), px."""
+    apart = points[:, None] - others_px
+    return np.asarray(np.hypot(apart[..., 0], apart[..., 1]).min(axis=1, initial=np.inf))
 
 
 def _apart(rho: Array) -> Array:

@@ -18,15 +18,12 @@ import numpy as np
 import numpy.typing as npt
 
 from kogao_core.base.geometry import Array
-from kogao_core.warp.field import Field, det_of
-from kogao_core.warp.lattice import ORDER, Lattice, basis, basis_slope, groups, meet
+from kogao_core.warp.field import Field
+from kogao_core.warp.lattice import Lattice, groups, meet
 from kogao_core.warp.protection import slope_bound
 
 SAMPLES_PER_CELL: Final = 8
 _PLACES: Final = (np.arange(SAMPLES_PER_CELL) + 0.5) / SAMPLES_PER_CELL
-# Each sample is a fixed linear combination of the 4 x 4 control points that reach the cell.
-_ALONG_X: Final = np.kron(basis(_PLACES), basis_slope(_PLACES)).T
-_ALONG_Y: Final = np.kron(basis_slope(_PLACES), basis(_PLACES)).T
 
 # Choi and Lee (2000): a lattice can't fold if all control points move less than this, in spacings.
 INJECTIVE_BOUND: Final = 0.48
@@ -40,26 +37,22 @@ _FADE_STRETCH: Final = 2.972
 def least_dets(field: Field, lattice: Lattice, below: float = np.inf) -> Array:
     """Return the smallest det J of a field at the samples in each cell of one of its lattices.
 
-    Result (J + 3, I + 3). Skipped cells are infinite: they contain neither the overall smallest
-    value, nor one less than `below`, nor one of 0 or less.
+    Result (J + 3, I + 3). Cells that can't fall below `below` may be skipped; they are infinite.
     """
     others = [a for a in field.lattices if a is not lattice and meet(a, lattice)]
     field = dataclasses.replace(field, lattices=(lattice, *others))
-    every = np.ones_like(lattice.reached)
-    if not field.is_plain:
-        return _in_cells(field, lattice, every)
-    if not others:
-        return _alone(lattice, every).reshape(every.shape)
     spans = lattice.cell_spans_px
-    added = np.sum([a.most_in(a.steepest, spans) for a in others], axis=0)
-    slope = lattice.steepest + added
-    if not (open_ := _may_fall(slope, below)).any():
-        return np.full(slope.shape, np.inf)
-    # |det(M + E) - det M| <= |M| |E| + |E|^2 / 2, where E is the slope of the other lattices.
-    alone, room = _alone(lattice, open_), ((np.sqrt(2.0) + slope) * added)[open_]
-    below = max(0.0, min(below, float((alone + room).min())))
-    open_[open_] = alone - room <= below
-    return _in_cells(field, lattice, open_)
+    slope = lattice.steepest + sum(a.most_in(a.steepest, spans) for a in others)
+    # A slope bound s below 1 leaves det J at least (1 - s)^2.
+    low = (slope >= 1.0) | ((1.0 - slope) ** 2 < below)
+    if not field.is_plain:
+        low = np.ones_like(low)
+    least, (rows, columns) = np.full(low.shape, np.inf), _block(low)
+    det = field.det_jacobian(*_samples_px(lattice, rows, columns))
+    down, along = (size // SAMPLES_PER_CELL for size in det.shape)
+    each = det.reshape(down, SAMPLES_PER_CELL, along, SAMPLES_PER_CELL)
+    least[rows, columns] = each.min(axis=(1, 3), initial=np.inf)
+    return least
 
 
 def largest_det(field: Field) -> float:
@@ -69,22 +62,8 @@ def largest_det(field: Field) -> float:
     """
     most = 1.0
     for lattice in field.lattices:
-        h = lattice.grid.spacing_px
-        xs, ys = ((span[0][:, None] + h * _PLACES).ravel() for span in lattice.cell_spans_px)
-        most = max(most, float(field.det_jacobian(xs, ys).max()))
+        most = max(most, float(field.det_jacobian(*_samples_px(lattice)).max()))
     return most
-
-
-def _in_cells(field: Field, lattice: Lattice, which: npt.NDArray[np.bool_]) -> Array:
-    """Return the smallest det J in the smallest block around `which`, infinity elsewhere."""
-    least, cells = np.full(which.shape, np.inf), _block(which)
-    least[cells] = _least(field.det_jacobian(*_places_px(lattice, cells)))
-    return least
-
-
-def _may_fall(slope: Array, below: float) -> npt.NDArray[np.bool_]:
-    """Return a mask of cells where det J may be less than `below`, from a slope bound."""
-    return np.asarray((slope >= 1.0) | ((1.0 - slope) ** 2 < below))
 
 
 def _block(cells: npt.NDArray[np.bool_]) -> tuple[slice, slice]:
@@ -94,33 +73,13 @@ def _block(cells: npt.NDArray[np.bool_]) -> tuple[slice, slice]:
     return rows, columns
 
 
-def _alone(lattice: Lattice, which: npt.NDArray[np.bool_]) -> Array:
-    """Return the smallest det J at the samples in the cells `which`, (N,), of a single lattice."""
-    (i, j), (rows, columns) = lattice.first, lattice.shape
-    margin = ORDER - 1
-    stored = lattice.window((i - margin, j - margin), (rows + 2 * margin, columns + 2 * margin))
-    cells = np.lib.stride_tricks.sliding_window_view(stored, (ORDER, ORDER), (0, 1))
-    phi = cells[which].reshape(-1, ORDER**2) / lattice.grid.spacing_px
-    along_x, along_y = (
-        (phi @ slopes).reshape(-1, 2, SAMPLES_PER_CELL**2).swapaxes(0, 1)
-        for slopes in (_ALONG_X, _ALONG_Y)
-    )
-    return np.asarray(det_of(along_x, along_y).min(axis=1))
-
-
-def _places_px(lattice: Lattice, cells: tuple[slice, slice]) -> tuple[Array, Array]:
+def _samples_px(
+    lattice: Lattice, rows: slice = slice(None), columns: slice = slice(None)
+) -> tuple[Array, Array]:
     """Return the coordinates of the samples in a block of cells along x and y, px."""
-    (ox, oy), h, (i0, j0) = lattice.grid.origin_px, lattice.grid.spacing_px, lattice.first_cell
-    rows, columns = (np.arange(part.start, part.stop) for part in cells)
-    xs = ox + h * ((i0 + columns)[:, None] + _PLACES).ravel()
-    return xs, oy + h * ((j0 + rows)[:, None] + _PLACES).ravel()
-
-
-def _least(det: Array) -> Array:
-    """Return the smallest sample in each cell."""
-    rows, columns = (side // SAMPLES_PER_CELL for side in det.shape)
-    by_row = det.reshape(rows, SAMPLES_PER_CELL, det.shape[1]).min(axis=1)
-    return np.asarray(by_row.reshape(rows, columns, SAMPLES_PER_CELL).min(axis=2))
+    (left, _), (top, _) = lattice.cell_spans_px
+    within = lattice.grid.spacing_px * _PLACES
+    return (left[columns, None] + within).ravel(), (top[rows, None] + within).ravel()
 
 
 @dataclass(frozen=True, slots=True)

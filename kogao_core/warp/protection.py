@@ -11,7 +11,7 @@ kink halfway between two strokes, and a distant stroke has no effect.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -31,8 +31,6 @@ _LEFT_OUT: Final = _CUTOFF**-6
 _U: Final = np.linspace(0.0, 1.0, 41)
 
 Strokes = Sequence["Stroke"]
-Part = Callable[[float, float, float, float], tuple[Any, Array, Array]]
-"""Return the index, x and y of the places in a rectangle (left, top, right, bottom)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -200,14 +198,14 @@ NOTHING = Protection()
 
 def share_at(strokes: Strokes, points_px: Array, displacement_px: Array) -> Array:
     """Return the share of displacements (N, 2) that points (N, 2) keep, 0 to 1, (N,)."""
-    return _share(strokes, _points_part(*points_px.T), displacement_px.T)
+    return _share(strokes, points_px[:, 0], points_px[:, 1], displacement_px.T)
 
 
 def share_on_grid(
     strokes: Strokes, xs_px: npt.ArrayLike, ys_px: npt.ArrayLike, displacement_px: npt.NDArray[Any]
 ) -> Array:
     """Return the share of displacements (2, Y, X) that the grid ``ys x xs`` keeps, (Y, X)."""
-    return _share(strokes, _grid_part(xs_px, ys_px), displacement_px)
+    return _share(strokes, *_axes(xs_px, ys_px), displacement_px)
 
 
 def slopes_on_grid(
@@ -225,7 +223,7 @@ def slopes_on_grid(
     """
     length = np.hypot(*displacement_px)
     total, rise = np.zeros_like(length), np.zeros((4, *length.shape))
-    for at, power, apart, way in _near(strokes, _grid_part(xs_px, ys_px), length):
+    for at, power, apart, way in _near(strokes, *_axes(xs_px, ys_px), length):
         active = np.where((power > _LEFT_OUT) & (apart > 0.0), power, 0.0)
         total[at] += np.maximum(power - _LEFT_OUT, 0.0)
         rise[0][at] += active
@@ -270,16 +268,16 @@ def slope_bound(
     return result
 
 
-def _share(strokes: Strokes, part: Part, displacement_px: npt.NDArray[Any]) -> Array:
+def _share(strokes: Strokes, x: Array, y: Array, displacement_px: npt.NDArray[Any]) -> Array:
     length = np.hypot(displacement_px[0], displacement_px[1])
     total: Array = np.zeros(length.shape)
-    for at, power, _, _ in _near(strokes, part, length):
+    for at, power, _, _ in _near(strokes, x, y, length):
         total[at] += np.maximum(power - _LEFT_OUT, 0.0)
     return smoothstep(_soft_minimum(total))
 
 
 def _near(
-    strokes: Strokes, part: Part, length: npt.NDArray[Any]
+    strokes: Strokes, x: Array, y: Array, length: npt.NDArray[Any]
 ) -> Iterator[tuple[Any, Array, Array, tuple[Array, Array]]]:
     """Yield for each stroke the index of places near it, u^-6, distance and its gradient."""
     reach = _CUTOFF * WIDTH * float(length.max(initial=0.0))
@@ -288,15 +286,14 @@ def _near(
     for stroke in strokes:
         line, around = stroke.points_px, stroke.radius_px + reach
         low, high = line.min(axis=0) - around, line.max(axis=0) + around
-        at, x, y = part(*low.tolist(), *high.tolist())
+        at, inner_x, inner_y = _within(x, y, low, high)
         if not np.size(length[at]):
             continue
-        inner = _points_part(x, y) if x.ndim == y.ndim else _grid_part(x, y)
         apart = np.full(length[at].shape, np.inf)
         way = np.zeros_like(apart), np.zeros_like(apart)
         for start, end in _segments(line):
             low, high = np.minimum(start, end) - around, np.maximum(start, end) + around
-            where, near_x, near_y = inner(*low.tolist(), *high.tolist())
+            where, near_x, near_y = _within(inner_x, inner_y, low, high)
             mine, away_x, away_y = _apart(near_x, near_y, start, end)
             nearer = mine < apart[where]
             apart[where] = np.where(nearer, mine, apart[where])
@@ -315,23 +312,20 @@ def _soft_minimum(total: Array) -> Array:
         return np.asarray(total ** (-1.0 / 6.0))
 
 
-def _points_part(x: Array, y: Array) -> Part:
-    """Return the function that finds points (N,) in a rectangle."""
+def _axes(xs_px: npt.ArrayLike, ys_px: npt.ArrayLike) -> tuple[Array, Array]:
+    """Return the columns (X,) and the rows (Y, 1) of a grid."""
+    x, y = np.asarray(xs_px, np.float64), np.asarray(ys_px, np.float64)
+    return x.ravel(), y.reshape(-1, 1)
 
-    def part(left: float, top: float, right: float, bottom: float) -> tuple[Any, Array, Array]:
-        at = np.flatnonzero((x > left) & (x < right) & (y > top) & (y < bottom))
+
+def _within(x: Array, y: Array, low: Array, high: Array) -> tuple[Any, Array, Array]:
+    """Return the index, x and y of the places in a rectangle.
+
+    `x`, `y`: of points, (N,), or the columns and rows of a grid (`_axes`).
+    """
+    if x.ndim == y.ndim:
+        at = np.flatnonzero((x > low[0]) & (x < high[0]) & (y > low[1]) & (y < high[1]))
         return at, x[at], y[at]
-
-    return part
-
-
-def _grid_part(xs: npt.ArrayLike, ys: npt.ArrayLike) -> Part:
-    """Return the function that finds the columns and rows of a grid in a rectangle."""
-    x, y = np.asarray(xs, np.float64).ravel(), np.asarray(ys, np.float64).ravel()
-
-    def part(left: float, top: float, right: float, bottom: float) -> tuple[Any, Array, Array]:
-        columns = slice(*np.searchsorted(x, [left, right]))
-        rows = slice(*np.searchsorted(y, [top, bottom]))
-        return (rows, columns), x[columns], y[rows, None]
-
-    return part
+    columns = slice(*np.searchsorted(x, [low[0], high[0]]))
+    rows = slice(*np.searchsorted(y[:, 0], [low[1], high[1]]))
+    return (rows, columns), x[columns], y[rows]

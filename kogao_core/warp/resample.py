@@ -17,7 +17,7 @@ import numpy.typing as npt
 from kogao_core.base.geometry import Array, Box, Image
 from kogao_core.base.threads import parallel_for
 from kogao_core.warp.field import Field, fade
-from kogao_core.warp.lattice import Grid, Lattice
+from kogao_core.warp.lattice import ORDER, Grid, Lattice, basis
 from kogao_core.warp.protection import share_on_grid
 
 Float32 = npt.NDArray[np.float32]
@@ -37,22 +37,12 @@ _SMALL_IMAGE_PX: Final = 2_000_000  # largest area of a small image
 _THREAD_PX: Final = 400_000  # pixels per thread: starting a thread costs about as much
 _MARGIN_PX: Final = 256  # source pixels around a strip; doubled until no displacement is longer
 KERNEL_REACH_PX: Final = 8
-# cv2.remap rounds positions to this many steps per pixel.
-_PLACES: Final = np.float32(cv2.INTER_TAB_SIZE)
-_SCATTERED: Final = 16  # cost of one scattered pixel, in pixels of a complete run
 
 
 class LatticeMap:
     """The displacement of one lattice on runs of blocks."""
 
-    def __init__(
-        self,
-        lattice: Lattice,
-        image: Box,
-        block_px: int,
-        everywhere: bool,
-        before: LatticeMap | None = None,
-    ) -> None:
+    def __init__(self, lattice: Lattice, image: Box, block_px: int, everywhere: bool) -> None:
         self.lattice, self._everywhere = lattice, everywhere
         grid = lattice.grid
         span_px = next((n for n in SPANS_PX if n <= 4 * grid.spacing_px), SPANS_PX[-1])
@@ -60,12 +50,10 @@ class LatticeMap:
         ends = (
             ((0, image.right), (0, image.bottom)) if everywhere else ((left, right), (top, bottom))
         )
-        keys = [
-            (grid, axis, size, int(low // size), int(-(-high // size)))
+        self.axes = tuple(
+            _Axis(grid, axis, size, int(low // size), int(-(-high // size)))
             for axis, size, (low, high) in zip((0, 1), (span_px, block_px), ends, strict=True)
-        ]
-        known = {axis.key: axis for axis in before.axes} if before is not None else {}
-        self.axes: tuple[_Axis, ...] = tuple(known.get(key) or _Axis(*key) for key in keys)
+        )
 
     def prepare(self, edges: Integers, views: Integers) -> None:
         """Gather the control points that the spans of each run need.
@@ -132,10 +120,16 @@ class _Axis:
     """Weights of eq. (2) of the control points that reach pieces of an axis."""
 
     def __init__(self, grid: Grid, axis: int, size_px: int, start: int, end: int) -> None:
-        self.key = (grid, axis, size_px, start, end)
         self.size_px, self.start, self.end = size_px, start, end
-        self._first, weights = grid.weights(np.arange(start, end) * size_px, size_px, axis)
-        self.weights = weights.astype(np.float32)
+        coords = np.arange(start * size_px, end * size_px).reshape(-1, size_px)
+        cell, s = grid.locate(coords, axis)
+        self._first = cell[:, 0] - 1
+        # The same number of nodes for every piece.
+        count = int((size_px - 1) / grid.spacing_px) + 1 + ORDER
+        weights = np.zeros((*cell.shape, count), np.float32)
+        node = (cell - cell[:, :1])[..., None] + np.arange(ORDER)
+        np.put_along_axis(weights, node, basis(s).astype(np.float32), axis=2)
+        self.weights = np.ascontiguousarray(weights.swapaxes(1, 2))
 
     def nodes(self, pieces: Integers) -> Integers:
         """Return the nodes that reach each piece, shape (N, nodes)."""
@@ -152,17 +146,14 @@ def block_height_px(image: Box) -> int:
 class Job:
     """One warp: the data shared by all its runs of blocks."""
 
-    def __init__(
-        self, source: Image, result: Image, field: Field, flag: int, before: Job | None
-    ) -> None:
+    def __init__(self, source: Image, result: Image, field: Field, flag: int) -> None:
         self.source, self.result, self.image = source, result, Box.of(source)
         self.field, self.flag = field, flag
         self.block_px = block_height_px(self.image)
         self.strip_px = CALL_PX // self.block_px
-        known = {m.lattice.grid: m for m in before.maps} if before is not None else {}
         # The first lattice always includes the identity: the choice decides the rounding.
-        self.maps: list[LatticeMap] = [
-            LatticeMap(a, self.image, self.block_px, not k and field.is_plain, known.get(a.grid))
+        self.maps = [
+            LatticeMap(a, self.image, self.block_px, not k and field.is_plain)
             for k, a in enumerate(field.lattices)
         ]
         self.margin_px = _MARGIN_PX
@@ -170,12 +161,9 @@ class Job:
         while self.margin_px < longest + KERNEL_REACH_PX:
             self.margin_px *= 2
 
-    def resembles(self, other: Job) -> bool:
-        """Return True when equal control points give equal bytes in both jobs."""
-        return self._terms == other._terms
-
     @property
-    def _terms(self) -> tuple[object, ...]:
+    def terms(self) -> tuple[object, ...]:
+        """With equal terms, equal control points give equal bytes."""
         grids = tuple(lattice.grid for lattice in self.field.lattices)
         field = self.field
         return self.flag, self.margin_px, field.fade_px, field.protection.strokes, grids
@@ -201,37 +189,9 @@ class Job:
 
     def run(self, number: int, box: Box, total: Float32) -> None:
         """Resample a run of blocks. `total` float32 (2, `block_px`, `strip_px`)."""
-        self._draw(number, box, self._mapped(number, box, total))
-
-    def retouch(self, number: int, box: Box, buffers: Float32, earlier: Float32) -> None:
-        """Resample the pixels of a run whose rounded position differs from an earlier warp.
-
-        `buffers` float32 (2, 2, `block_px`, `strip_px`); `earlier` float32 (2, height, width).
-        """
-        at = self._mapped(number, box, buffers[0])
-        places = _places(at, buffers[1, :, : at.shape[1], : at.shape[2]])
-        other = np.flatnonzero((places[0] != earlier[0]) | (places[1] != earlier[1]))
-        if _SCATTERED * len(other) > box.area:
-            self._draw(number, box, at)
-        elif len(other):
-            rows, columns = np.divmod(other, box.width)
-            x, y = at[:, rows, columns][:, None]
-            self.result[box.slices][rows, columns] = self._read(number, x, y)[0]
-
-    def places(self, number: int, box: Box, total: Float32) -> Float32:
-        """Return the source position of each pixel of a run, in steps of `cv2.remap`.
-
-        Result float32 (2, height, width): x and y, whole numbers; a view of the buffer `total`.
-        """
-        at = self._mapped(number, box, total)
-        return _places(at, at)
-
-    def _draw(self, number: int, box: Box, at: Float32) -> None:
-        self._read(number, at[0], at[1], self.result[box.slices])
-
-    def _read(self, number: int, x: Float32, y: Float32, out: Image | None = None) -> Image:
-        view = self.source[self._seen[number].slices]
-        return cv2.remap(view, x, y, self.flag, dst=out, borderMode=cv2.BORDER_REPLICATE)
+        view, (x, y) = self.source[self._seen[number].slices], self._mapped(number, box, total)
+        out = self.result[box.slices]
+        cv2.remap(view, x, y, self.flag, dst=out, borderMode=cv2.BORDER_REPLICATE)
 
     def _mapped(self, number: int, box: Box, total: Float32) -> Float32:
         """Write the source positions of a run, relative to its view, to `total`; return them."""
@@ -250,36 +210,12 @@ class Job:
         return part
 
 
-def _places(at: Float32, out: Float32) -> Float32:
-    return np.rint(np.multiply(at, _PLACES, out=out), out=out)
-
-
-def spread(
-    job: Job,
-    boxes: Sequence[Box],
-    threads: int,
-    before: Job | None = None,
-    faint: Sequence[Box] = (),
-) -> None:
+def spread(job: Job, boxes: Sequence[Box], threads: int) -> None:
     """Resample the runs of a warp in `threads` threads."""
-    runs = [*boxes, *faint]
-    area = job.prepare(runs)
-    if before is not None and faint:
-        before.prepare(faint)
+    area = job.prepare(boxes)
 
     def hand() -> Callable[[tuple[int, Box]], None]:
-        shape = (3 if faint else 1), 2, job.block_px, job.strip_px
-        buffers = np.zeros(shape, np.float32)
+        buffer = np.zeros((2, job.block_px, job.strip_px), np.float32)
+        return lambda numbered: job.run(*numbered, buffer)
 
-        def do(numbered: tuple[int, Box]) -> None:
-            number, box = numbered
-            if before is None or number < len(boxes):
-                job.run(number, box, buffers[0])
-            else:
-                earlier = before.places(number - len(boxes), box, buffers[2])
-                job.retouch(number, box, buffers[:2], earlier)
-
-        return do
-
-    threads = min(threads, 1 + area // _THREAD_PX)
-    parallel_for(enumerate(runs), hand, threads)
+    parallel_for(enumerate(boxes), hand, min(threads, 1 + area // _THREAD_PX))

@@ -33,6 +33,7 @@ from kogao_core.faces.zones import Shape, directions
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.warp.field import inverted
 from kogao_core.warp.frame import edges_px
+from kogao_core.warp.lens import NO_LENS, NOBODY, LensCorrection, away_px
 
 # The head moves whole up to this rho: straight up, which reaches past the crown, and straight
 # down. Straight to the sides it is 1. Larger values move more hair, more neck.
@@ -64,6 +65,11 @@ _SHRINK: Final = 0.4
 # outline. Larger: eyes and mouth change their shape more.
 _TOLERANCE: Final = 0.01
 _NEAR: Final = (0.75, 1.0)
+# A face that moves alone needs room beside its outline where a landmark moves more than this, in
+# landmark spacings: none up to the first value, all from the second.
+_STEEP: Final = (0.6, 0.9)
+_ROOM: Final = 5.0  # width of that room, in moves; larger: less squeezed, more background moves
+_DEPTH: Final = 0.4  # the rho from which it moves the face; larger: a steeper cheek
 _DIRECTIONS: Final = 73  # in which the ends of the displaced region are sampled
 _TURN: Final = 2.0 * np.pi
 _STEPS: Final = 3  # of a fixed-point iteration, each ten times nearer to the solution
@@ -71,19 +77,29 @@ _STEPS: Final = 3  # of a fixed-point iteration, each ten times nearer to the so
 
 @dataclass(frozen=True, eq=False)
 class HeadDisplacement:
-    """The displacement that one head asks of its control points."""
+    """The displacement that one head asks of its control points, lens correction included."""
 
-    face: Face
+    face: Face  # after lens correction
     pairs: Pairs  # the landmarks, their targets and the pivot
     middle_px: Array  # (2,): about which the face is shaped, before the warp
     photo: Box  # nothing moves across its edge
-    neighbours_px: Array = dataclasses.field(default_factory=lambda: np.zeros((0, 2)))
+    shape: Shape | None  # what is requested of the face beside its warp distance
+    neighbours_px: Array  # (M, 2): points of people beside, who don't go along
+    lens: LensCorrection = NO_LENS
+    which: int = 0  # index of the face in `lens`
     hulls: tuple[Array, ...] = ()  # (K, 2): of other faces, corners in order, px
-    shape: Shape | None = None  # what is requested of the face beside its warp distance
 
     @cached_property
     def around_px(self) -> Array:
         """Corners (x, y) of a box outside which nothing moves, (2, 2), px; ignores the photo."""
+        boxes = [head.around_px for head in self.lens.heads[self.which : self.which + 1]]
+        if self.strength:
+            boxes.append(self._around_head_px)
+        return np.array([np.min(boxes, axis=0)[0], np.max(boxes, axis=0)[1]])
+
+    @cached_property
+    def _around_head_px(self) -> Array:
+        """The same for the head without lens correction."""
         angles = np.linspace(-np.pi, np.pi, _DIRECTIONS)
         far = sum(self._keep_and_fade(angles)) * self._rim.radius_px(angles)
         edge = self._rim.center_px + far[:, None] * _ways(angles, across(self.face))
@@ -95,12 +111,19 @@ class HeadDisplacement:
         return np.clip(self.around_px, *edges_px(self.photo))
 
     def at(self, points: npt.ArrayLike) -> Array:
-        """Return the backward displacement at points of shape (N, 2), px, same shape.
+        """Return the backward displacement at points of shape (N, 2), px, same shape."""
+        points = np.asarray(points, np.float64)
+        moved = self._head_at(points) if self.strength else np.zeros_like(points)
+        if self.lens.heads:
+            moved = moved + self.lens.part_at(self.which, points + moved, self.neighbours_px)
+        return moved
+
+    def _head_at(self, points: Array) -> Array:
+        """Return the displacement without lens correction at points of shape (N, 2), px.
 
         Outside the photo the displacement mirrors the one inside, so that the spline through such
         control points moves nothing across the edge.
         """
-        points = np.asarray(points, np.float64)
         low, high = edges_px(self.photo) + np.array(
             [[-0.5], [0.5]]
         )  # where the outermost pixels end
@@ -114,15 +137,18 @@ class HeadDisplacement:
     def is_near(self, hull: Array) -> bool:
         """Return whether some of a hull of shape (K, 2) is near what surrounds the face."""
         far = (_APART + _ALL) * self.face.anchor.spacing_px
-        low, high = self.corners_px
+        low, high = np.clip(self._around_head_px, *edges_px(self.photo))
         return bool((hull.max(axis=0) > low - far).all() and (hull.min(axis=0) < high + far).all())
 
     @cached_property
     def features(self) -> tuple[Array, Array, Array]:
         """Points round eyes and mouth, (M, 2), where they go, and how much they give way, (M,).
 
-        Each feature is shifted by the displacement of its middle, and all are scaled alike.
+        Each feature is shifted by the displacement of its middle, and all are scaled alike. With
+        lens correction alone, the points are the corners of eyes and mouth.
         """
+        if not self.strength:
+            return self._corners()
         eyes, mouth = self.face.eyes, self.face.mouth
         rings = [_ring(eyes[:2], _EYE), _ring(eyes[2:], _EYE), _ring(mouth, _MOUTH)]
         source = np.vstack(rings)
@@ -137,11 +163,19 @@ class HeadDisplacement:
         )
         rho, _ = self._rim.at(target)
         near = smoothstep((rho - _NEAR[0]) / (_NEAR[1] - _NEAR[0]))
-        return source, target, _TOLERANCE / np.maximum(1.0 - near, 1e-6)
+        return source + self.lens.at(source), target, _TOLERANCE / np.maximum(1.0 - near, 1e-6)
+
+    def _corners(self) -> tuple[Array, Array, Array]:
+        """Return the corners of eyes and mouth, and where lens correction alone shows them."""
+        source, target = (
+            np.vstack([face.eyes, face.mouth])
+            for face in (self.lens.heads[self.which].face, self.face)
+        )
+        return source, target, np.full(len(source), _TOLERANCE)
 
     def _shown(self, points: Array) -> Array:
         """Return where points of shape (N, 2) are shown, px: ``x + d(x) = point``."""
-        return inverted(self.at, points, _STEPS)
+        return inverted(self._head_at, points, _STEPS)
 
     @cached_property
     def _rim(self) -> _FaceBoundary:
@@ -157,11 +191,14 @@ class HeadDisplacement:
     def _keep_and_fade(self, angles: Array) -> tuple[Array, Array]:
         """Return in directions of shape (N,) the rho where a fade begins, and its width in rho."""
         rim, size = self._rim, HeadFrame.of(self.face).height_px
-        up, down = smoothstep(rim.up(angles)), np.clip(np.cos(angles), 0.0, 1.0) ** 2
+        up, down = (
+            smoothstep(np.interp(angles, rim.angles, rim.upwards)),
+            np.clip(np.cos(angles), 0.0, 1.0) ** 2,
+        )
         keep = 1.0 + (_KEEP_UP - 1.0) * up + (_KEEP_DOWN - 1.0) * down
         radius = rim.radius_px(angles)
         ends = rim.center_px + (keep * radius)[:, None] * _ways(angles, rim.across)
-        moves = rim.displacement_px(angles) + rim.hairline(angles)
+        moves = rim.moved_px(angles, rim.moves_px + rim.hairline_px)
         wide = _FADE * np.hypot(*(_similarity(self.pairs, ends) + keep[:, None] * moves).T)
         least = (_LEAST_FADE + _SIDE_FADE * np.abs(np.sin(angles)) ** 3) * size
         least *= _SOFT + (1.0 - _SOFT) * self.strength / _WIDE
@@ -180,10 +217,10 @@ class HeadDisplacement:
         inner = np.where(rho < 1.0, smoothstep((rho - _INNER) / (1.0 - _INNER)), outside)
         right = rim.across
         below = np.array([-right[1], right[0]])
-        shape = rim.displacement_px(angles) * rho[:, None]
+        shape = rim.moved_px(angles, rim.moves_px) * rho[:, None]
         moved = moved + np.outer((shape @ right) * inner, right)
         moved = moved + np.outer((shape @ below) * np.where(rho < 1.0, 1.0, outside), below)
-        return np.asarray(moved + rim.hairline(angles) * (rho * inner)[:, None])
+        return np.asarray(moved + rim.moved_px(angles, rim.hairline_px) * (rho * inner)[:, None])
 
     def _free(self, points: Array) -> Array:
         """Return 0 near what must not move, 1 far from it."""
@@ -191,6 +228,40 @@ class HeadDisplacement:
         for hull in self.hulls:
             away = np.minimum(away, _beyond(points, hull))
         return smoothstep((away / self.face.anchor.spacing_px - _APART) / _ALL)
+
+
+class OutlineDisplacement(HeadDisplacement):
+    """Room beside the outline of a face that moves alone, for the steep part of its moves."""
+
+    @classmethod
+    def steep(cls, pairs: Pairs, spacing_px: float) -> Pairs:
+        """Return pairs with the part of each move that needs room."""
+        length = np.hypot(*pairs.displacement_px.T) / spacing_px
+        share = smoothstep((length - _STEEP[0]) / (_STEEP[1] - _STEEP[0]))
+        moves = share[:, None] * pairs.displacement_px
+        return dataclasses.replace(pairs, source_px=pairs.target_px + moves)
+
+    @property
+    def strength(self) -> float:
+        """How far the outline moves, as a share of its distance to the middle."""
+        moves = np.hypot(*self.pairs.displacement_px.T)
+        return float(moves.max() / self._rim.radii_px.mean())
+
+    @cached_property
+    def features(self) -> tuple[Array, Array, Array]:
+        """Corners of eyes and mouth for lens correction: see `HeadDisplacement`."""
+        return self._corners() if self.lens.heads else (NOBODY, NOBODY, np.zeros(0))
+
+    def _keep_and_fade(self, angles: Array) -> tuple[Array, Array]:
+        width = _ROOM * np.hypot(*self._rim.moved_px(angles, self._rim.moves_px).T)
+        return np.ones_like(angles), np.maximum(width, 1e-6) / self._rim.radius_px(angles)
+
+    def _moved(self, points: Array) -> Array:
+        rho, angles = self._rim.at(points)
+        keep, fade = self._keep_and_fade(angles)
+        within, outside = (rho - _DEPTH) / (1.0 - _DEPTH), 1.0 - ramp((rho - keep) / fade)
+        share = np.where(rho < 1.0, smoothstep(within), outside)
+        return self._rim.moved_px(angles, self._rim.moves_px) * share[:, None]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -216,12 +287,15 @@ class _FaceBoundary:
         center = middle + share * (pairs.center_px - middle)
         rest = pairs.displacement_px - _similarity(pairs, pairs.target_px)
         forehead = _forehead(face, middle)
-        height = 1.0 - np.abs(2.0 * np.linspace(0.0, 1.0, FOREHEAD_POINTS + 2)[1:-1] - 1.0)
+        along = np.linspace(0.0, 1.0, FOREHEAD_POINTS + 2)[1:-1]
+        height = 1.0 - np.abs(2.0 * along - 1.0)
         moves = np.zeros_like(forehead)
         hairline = np.zeros_like(forehead)
         if shape is not None:
             away = forehead - middle
-            moves = shape.scaled(away, aside=_between(*shape.zones[[0, -1]]))
+            first, last = shape.zones[[0, -1]]
+            aside = first + (last - first) * smoothstep(along)
+            moves = shape.scaled(away, aside=aside)
             below = shape.axes[1]
             hairline = np.outer(shape.hairline * smoothstep(height) * (away @ below), below)
         body = share * (pairs.center_px - forehead)
@@ -243,22 +317,11 @@ class _FaceBoundary:
 
     def radius_px(self, angles: Array) -> Array:
         """Return how far the rim is from the centre in directions of shape (N,)."""
-        return self._round(angles, self.radii_px)
+        return np.interp(angles, self.angles, self.radii_px)
 
-    def displacement_px(self, angles: Array) -> Array:
-        """Return the backward displacement of the rim in directions of shape (N,); (N, 2), px."""
-        return np.stack([self._round(angles, move) for move in self.moves_px.T], axis=-1)
-
-    def hairline(self, angles: Array) -> Array:
-        """Return what the hairline adds to that."""
-        return np.stack([self._round(angles, move) for move in self.hairline_px.T], axis=-1)
-
-    def up(self, angles: Array) -> Array:
-        """Return `upwards` in directions of shape (N,)."""
-        return self._round(angles, self.upwards)
-
-    def _round(self, angles: Array, values: Array) -> Array:
-        return np.interp(angles, self.angles, values)
+    def moved_px(self, angles: Array, moves_px: Array) -> Array:
+        """Return `moves_px` or `hairline_px` of the rim in directions of shape (N,); (N, 2), px."""
+        return np.stack([np.interp(angles, self.angles, move) for move in moves_px.T], axis=-1)
 
 
 def surrounds_of(
@@ -267,24 +330,28 @@ def surrounds_of(
     recipes: Sequence[Recipe],
     photo: Box,
     neighbours_px: Sequence[Array] = (),
+    lens: LensCorrection = NO_LENS,
 ) -> tuple[HeadDisplacement | None, ...]:
-    """Return the displacement of each head; None where the face alone moves, or nothing does.
+    """Return the displacement of each head; None where landmarks alone move, or nothing does.
 
-    `neighbours_px` are points of people beside each face, who don't go along (`Held.neighbours`).
+    `faces` and `pairs` are those after the correction by `lens`. `neighbours_px` are points of
+    people beside each face, who don't go along (`Held.neighbours`).
     """
     hulls = [_hull(face) for face in faces] if len(faces) > 1 else []
     found: list[HeadDisplacement | None] = []
     for k, (face, pair, recipe) in enumerate(zip(faces, pairs, recipes, strict=True)):
-        others_px = neighbours_px[k] if neighbours_px else np.zeros((0, 2))
-        shape = Shape.of(face, recipe)
-        middle = shape_center(face, recipe)
-        surround = HeadDisplacement(face, pair, middle, photo, others_px, shape=shape)
-        if recipe.scope == "face" or not surround.strength:
-            found.append(None)
-            continue
-        others = (hull for other, hull in enumerate(hulls) if other != k)
-        near = tuple(hull for hull in others if surround.is_near(hull))
-        found.append(dataclasses.replace(surround, hulls=near))
+        beside = neighbours_px[k] if neighbours_px else NOBODY
+        kind, shape, middle = HeadDisplacement, Shape.of(face, recipe), shape_center(face, recipe)
+        if recipe.scope == "face":
+            kind, shape = OutlineDisplacement, None
+            room = OutlineDisplacement.steep(pair, face.anchor.spacing_px)
+            pair = room if recipe.guard else dataclasses.replace(pair, source_px=pair.target_px)
+        head = kind(face, pair, middle, photo, shape, beside, lens, k)
+        if head.strength:
+            others = (hull for other, hull in enumerate(hulls) if other != k)
+            near = tuple(hull for hull in others if head.is_near(hull))
+            head = dataclasses.replace(head, hulls=near)
+        found.append(head if head.strength or lens.heads else None)
     return tuple(found)
 
 
@@ -296,26 +363,14 @@ def forehead_pairs(face: Face, recipe: Recipe, pairs: Pairs) -> tuple[Array, Arr
     if face.forehead is None or recipe.scope == "face":
         return np.zeros((0, 2)), np.zeros((0, 2))
     photo, shape = Box(-(2**30), -(2**30), 2**30, 2**30), Shape.of(face, recipe)
-    surround = HeadDisplacement(face, pairs, shape_center(face, recipe), photo, shape=shape)
-    return face.forehead, surround._shown(face.forehead)
+    head = HeadDisplacement(face, pairs, shape_center(face, recipe), photo, shape, NOBODY)
+    return face.forehead, head._shown(face.forehead)
 
 
 def _similarity(pairs: Pairs, points: Array) -> Array:
     """Return the backward displacement at points (N, 2) of a head that shrinks as one, px."""
     share = pairs.head_share
     return np.asarray(share / (1.0 - share) * (points - pairs.center_px))
-
-
-def away_px(points: Array, others_px: Array) -> Array:
-    """Return the distance of points (N, 2) from the nearest of others (M, 2), (N,), px."""
-    apart = points[:, None] - others_px
-    return np.asarray(np.hypot(apart[..., 0], apart[..., 1]).min(axis=1, initial=np.inf))
-
-
-def _between(first: float, last: float) -> Array:
-    """Return values for the points of the forehead that pass from one end to the other."""
-    along = smoothstep(np.linspace(0.0, 1.0, FOREHEAD_POINTS + 2)[1:-1])
-    return np.asarray(first + (last - first) * along)
 
 
 def _forehead(face: Face, center: Array) -> Array:

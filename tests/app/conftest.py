@@ -36,6 +36,7 @@ from timeouts import LONGEST_S
 
 from kogao_core.background import find as background
 from kogao_core.background.people import PersonFinder, PersonMask
+from kogao_core.base.geometry import Image
 from kogao_core.faces.face import Face
 from kogao_core.faces.landmarks.pixels import Pyramid
 from kogao_core.lab.reports.report import Table
@@ -257,8 +258,9 @@ def nobody_in_noise() -> Iterator[None]:
     """
     people, lines, noise = PersonFinder.find, background.straight_lines, textured_photo()
 
-    def told(finder: PersonFinder, photo: Pyramid, faces: Sequence[Face]) -> PersonMask:
-        in_vain = np.array_equal(photo.image, noise)
+    def told(finder: PersonFinder, photo: Image | Pyramid, faces: Sequence[Face]) -> PersonMask:
+        image = photo.image if isinstance(photo, Pyramid) else photo
+        in_vain = np.array_equal(image, noise)
         return PersonMask(missed=len(faces)) if in_vain else people(finder, photo, faces)
 
     def found(photo: Pyramid, mask: PersonMask | None = None) -> np.ndarray:

@@ -6,7 +6,6 @@ import re
 
 import numpy as np
 import pytest
-from kogao_app.canvas.viewport import OtherModeView
 from kogao_app.document import State
 from kogao_app.features.both import _as_text
 from PySide6.QtCore import Qt
@@ -36,7 +35,7 @@ def pixels(view):
 
 
 def test_the_other_mode_lies_beside_this_one_and_only_here(comparing):
-    beside = comparing.editor.both.view_beside
+    beside = comparing.editor.both.beside
     assert beside.isVisible()
     comparing.qtbot.waitUntil(lambda: abs(beside.width() - comparing.canvas.width()) <= 1)
     assert beside.shown.state.mode == "manual"
@@ -49,30 +48,15 @@ def test_the_other_mode_lies_beside_this_one_and_only_here(comparing):
     comparing.key(KEYS.Key_F2)
     comparing.settle()
     np.testing.assert_array_equal(found, comparing.shown)
+    assert beside.backgroundBrush() == comparing.canvas.backgroundBrush()
+    over = comparing.window.stage.children()
+    assert over.index(comparing.editor.both.guide) > over.index(beside)
     comparing.window.actions_by_name["workspace-retouch"].trigger()
     assert not beside.isVisible()
 
 
-def test_the_other_view_is_built_where_it_is_first_shown(start, photo):
-    driver = start(photo, workspace="retouch")
-    assert driver.window.findChildren(OtherModeView) == []
-    driver.window.actions_by_name["workspace-compare"].trigger()
-    driver.settle()
-    (beside,) = driver.window.findChildren(OtherModeView)
-    assert beside.isVisible()
-    assert beside.backgroundBrush() == driver.canvas.backgroundBrush()
-    assert beside.shown.frame is not None
-    over = driver.window.stage.children()
-    assert over.index(driver.editor.both.guide) > over.index(beside)
-    driver.qtbot.waitUntil(lambda: beside.zoom == pytest.approx(driver.canvas.zoom))
-    driver.editor.preferences.changed.emit()
-    driver.window.actions_by_name["workspace-retouch"].trigger()
-    driver.window.actions_by_name["workspace-compare"].trigger()
-    assert driver.window.findChildren(OtherModeView) == [beside]
-
-
 def test_both_views_stay_at_the_same_place(comparing):
-    beside = comparing.editor.both.view_beside
+    beside = comparing.editor.both.beside
     comparing.canvas.zoom_to(2.0)
     assert beside.zoom == pytest.approx(comparing.canvas.zoom)
     beside.zoom_to(3.0)
@@ -109,7 +93,7 @@ def test_how_far_the_points_lie_apart_is_said(comparing):
 
 
 def test_whoever_marks_against_the_clock_sees_no_answer(comparing):
-    view, apart = comparing.editor.both.view_beside.shown, comparing.panel("both").apart
+    view, apart = comparing.editor.both.beside.shown, comparing.panel("both").apart
     comparing.key(KEYS.Key_F3)
     comparing.settle()
     for _ in range(2):

@@ -1,4 +1,4 @@
-"""The pixel grid, fine screens, and a window that answers while it works."""
+"""Fine screens, and a window that answers while it works."""
 
 from __future__ import annotations
 
@@ -6,35 +6,14 @@ import os
 import subprocess
 import sys
 
-import numpy as np
-from kogao_app.canvas.overlays.unlisted import FROM_ZOOM
 from kogao_app.features.files import opening
 from kogao_app.render import live
-from PySide6.QtCore import QPointF, Qt
+from PySide6.QtCore import Qt
 from responsiveness import Responsiveness
-from test_overlays import at, hide_marks, pixels_of
 
 from kogao_core import retouch
 
 KEYS = Qt.Key
-
-
-def test_a_grid_between_pixels_appears_when_they_are_large(opened):
-    hide_marks(opened)
-    middle = QPointF(opened.canvas.viewport().rect().center())
-    opened.canvas.zoom_to(FROM_ZOOM - 1, middle)
-    x, y = np.round(opened.canvas.to_photo(middle)).tolist()
-    without = pixels_of(opened)
-    expected = opened.shown[int(y), int(x)].astype(int)
-    assert np.abs(without[at(opened, x, y)] - expected).max() <= 1
-    opened.canvas.zoom_to(3 * FROM_ZOOM, middle)
-    seen = pixels_of(opened)
-    np.testing.assert_array_equal(seen[at(opened, x, y)], expected)
-    row, column = at(opened, x + 0.5, y)
-    colours = seen[row, column - 2 : column + 3]
-    right = opened.shown[int(y), int(x) + 1].astype(int)
-    plain = [(colour == expected).all() or (colour == right).all() for colour in colours]
-    assert plain.count(False) == 1, "one grey line between two plain pixels"
 
 
 FINE = """

@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-from functools import partial
-
 import pytest
-from kogao_app.features.experiments import TRIALS, measure, session
+from kogao_app.features import experiments
+from kogao_app.features.experiments import TRIALS
 from kogao_app.features.experiments.dialog import ExperimentDialog
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QLabel
 from scenes import oval_face
 from test_manual import manual, mark, mark_face  # noqa: F401
 
+import kogao_core as kogao
 from kogao_core.faces.face import ignored
 from kogao_core.lab.experiments import EXPERIMENTS, trials
-from kogao_core.lab.experiments import methods as comparing
-from kogao_core.lab.methods import METHODS
 
 
 class KnownFace:
@@ -32,12 +29,12 @@ class KnownFace:
 def _known_face_at_once(monkeypatch):
     """Find the made-up face automatically, too, and measure in as few rounds as there can be."""
     monkeypatch.setattr("kogao_app.features.experiments.source", lambda _: KnownFace())
-    chosen = measure.chosen
+    chosen = experiments.chosen
 
     def least(option, data):
         return option.least if isinstance(option.default, int) else chosen(option, data)
 
-    monkeypatch.setattr(measure, "chosen", least)
+    monkeypatch.setattr(experiments, "chosen", least)
 
 
 KEYS, CONTROL = Qt.Key, Qt.KeyboardModifier.ControlModifier
@@ -111,21 +108,6 @@ def test_closing_the_window_stops_the_experiment(opened):
     assert text(window_of(opened).tables[0], 0, 0) == "portrait.png", "another can begin"
 
 
-def test_methods_hang_side_by_side(opened, monkeypatch):
-    # All of them are run on the command line.
-    few = (*METHODS[:2], *METHODS[-1:])
-    monkeypatch.setattr(comparing, "measure", partial(comparing.measure, methods=few))
-    opened.key(KEYS.Key_4, CONTROL, ALT)
-    shown = window_of(opened)
-    finish(opened)
-    hung = [method.title for method in few]
-    labels = (label for label in shown.findChildren(QLabel) if not label.pixmap().isNull())
-    pictures = {label.accessibleName() for label in labels}
-    assert {f"Result: {name}" for name in hung} < pictures
-    shown.kinds.setCurrentIndex(1)
-    assert shown.kinds.currentText().startswith("Difference")
-
-
 def test_a_failure_is_told_in_its_window(opened, storage):
     storage.data.mkdir(parents=True, exist_ok=True)
     (storage.data / TRIALS).write_text('{"version": 9}\n')
@@ -185,7 +167,6 @@ def test_one_photo_is_one_trial_from_when_it_is_seen_with_its_corrections(
         driver.key(KEYS.Key_Return, CONTROL)
     by_hand, automatic = trials.read(storage.data / TRIALS)
     assert (by_hand.photo, by_hand.mode, by_hand.landmarks) == ("portrait.png", "manual", 11)
-    assert (by_hand.person, by_hand.order, by_hand.practice) == ("", 0, False)
     assert by_hand.looking_s == pytest.approx(6.2)
     assert by_hand.setting_s == pytest.approx(22.8)
     assert by_hand.corrections_s == pytest.approx((2.2, 1.2))
@@ -204,62 +185,17 @@ def test_points_of_an_earlier_day_are_no_trial(manual, storage):  # noqa: F811
     assert not (storage.data / TRIALS).exists()
 
 
-def test_a_session_leads_one_person_through_all_photos_practice_first(
-    empty, tmp_path, encoded, storage, monkeypatch
-):
-    folder = tmp_path / "photos"
-    folder.mkdir()
-    names = [f"{letter}.png" for letter in "abc"]
-    for name in names:
-        (folder / name).write_bytes(encoded)
-    (folder / "notes.txt").write_text("no photo")
-    (folder / "broken.png").write_bytes(b"no photo")
-    order = ["c.png", "broken.png", "a.png", "b.png"]
-    monkeypatch.setattr(
-        session.random, "shuffle", lambda photos: photos.sort(key=lambda p: order.index(p.name))
-    )
-    empty.key(KEYS.Key_5, CONTROL, ALT)
-    dialog = empty.dialog(session.SessionDialog)
-    QTest.mouseClick(dialog.start, Qt.MouseButton.LeftButton)
-    assert "Enter a code" in dialog.wrong.text()
-    dialog.person.setText("anna")
-    dialog.folder.line.setText(str(folder))
-    QTest.mouseClick(dialog.start, Qt.MouseButton.LeftButton)
-    empty.window.activateWindow()
-    empty.qtbot.waitUntil(empty.window.isActiveWindow)
-    for place, name in enumerate(["c.png", "a.png", "b.png"]):
-        empty.settle()
-        assert empty.editor.document.path.name == name
-        assert (empty.state.mode, empty.state.faces) == ("manual", ())
-        assert ("Practice" in empty.say()) == (place == 0)
-        mark_face(empty)
-        empty.key(KEYS.Key_Return, CONTROL)
-        empty.take_step("Next photo" if place < 2 else "End the session")
-    assert "The session is over" in empty.say()
-    found = trials.read(storage.data / TRIALS)
-    by_hand = [one for one in found if one.mode == "manual"]
-    assert [(one.photo, one.order, one.practice) for one in by_hand] == [
-        ("c.png", 1, True),
-        ("a.png", 3, False),
-        ("b.png", 4, False),
-    ]
-    assert {one.person for one in found} == {"anna"}
-    assert len(found) == 6, "both modes of each photo"
-    assert [one.cold for one in found if one.mode == "automatic"] == [True, False, False]
-    empty.take_step("Table 2")
-    finish(empty)
-    captions = [one.accessibleName() for one in window_of(empty).tables]
-    assert "Setting time by person" in captions
+def test_an_entry_writes_the_evidence_of_the_result(opened, tmp_path):
+    def write(path):
+        opened.window.actions_by_name["experiment-evidence"].trigger()
+        opened.choose_path(path)
+        opened.settle()
 
-
-def test_another_photo_ends_the_session(empty, photo, tmp_path, encoded):
-    (tmp_path / "two").mkdir()
-    for name in "ab":
-        (tmp_path / "two" / f"{name}.png").write_bytes(encoded)
-    assert empty.editor.session.begin("anna", tmp_path / "two", 2)
-    assert not empty.editor.session.begin("anna", tmp_path / "two", 0)
-    empty.settle()
-    empty.editor.files.read(photo)
-    empty.settle()
-    assert "ended the session" in empty.say()
-    assert empty.editor.session.places == []
+    write(tmp_path / "e.npz")
+    found = kogao.load_evidence(tmp_path / "e.npz")
+    image = opened.editor.document.image
+    assert found.size == (image.width, image.height)
+    assert found.recipe == opened.state.recipe
+    assert len(found.made["photo_sha256"]) == 64
+    write(tmp_path / "none" / "e.npz")
+    assert "can't be written" in opened.window.bar.text.text()

@@ -41,10 +41,10 @@ def test_a_selected_face_gets_settings_of_its_own(two, pixels):
     assert first.recipe is None
     assert second.recipe.percent == 15.0
     assert two.state.recipe.percent == 4.0
-    assert "own" in two.panel("faces").item(1).text()
+    assert "amount: 15 %" in two.panel("faces").item(1).text()
     assert "own" not in two.panel("faces").item(0).text()
     spoken = two.panel("faces").item(1).data(Qt.ItemDataRole.AccessibleTextRole)
-    assert spoken == "Face 2, by hand, settings of its own, 15 %"
+    assert spoken == "Face 2, by hand, own settings, 15 %"
     rows = two.panel("faces").list
     assert rows.sizeHintForColumn(0) <= rows.viewport().width(), "no row is cut"
     expected = render(pixels, two.state.active, two.state.recipe).pixels
@@ -58,13 +58,13 @@ def test_the_panel_shows_the_selected_faces_values(two):
     two.settle()
     choose(two, 2)
     assert percent(two).value() == 40
-    assert two.panel("recipe").owner.note.text() == "as the photo"
+    assert two.panel("recipe").owner.note.text() == "photo settings"
     choose(two, 1)
     assert percent(two).value() == 150
-    assert two.panel("recipe").owner.note.text() == "its own"
+    assert two.panel("recipe").owner.note.text() == "own settings"
     choose(two, 0)
     assert percent(two).value() == 40
-    assert two.panel("recipe").owner.note.text() == "but 1"
+    assert two.panel("recipe").owner.note.text() == "except 1"
 
 
 def test_the_photos_settings_leave_a_face_with_its_own_alone(two):

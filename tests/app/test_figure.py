@@ -29,6 +29,9 @@ def test_the_legend_lists_what_is_shown_and_there(inspected):
     assert legend(inspected) == ["Targets", "Centre and its candidates", "Lattice"]
     inspected.key(KEYS.Key_O)
     assert legend(inspected) == []
+    inspected.key(KEYS.Key_O)
+    inspected.editor.manual.switch("manual")
+    assert legend(inspected) == ["Lattice"], "there is no face"
 
 
 def test_the_legend_tells_the_domains_with_their_pixels(inspected):

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import pytest
-from PySide6.QtCore import Qt
+from kogao_app.workspaces import WORKSPACES
+from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
 
 pytestmark = pytest.mark.usefixtures("one_window")
 
@@ -82,6 +84,27 @@ def test_without_an_active_face_there_is_none(opened):
     assert gauge(opened).isVisible()
     opened.panel("faces").item(0).setCheckState(Qt.CheckState.Unchecked)
     assert not gauge(opened).isVisible()
+
+
+@pytest.mark.parametrize("workspace", WORKSPACES)
+@pytest.mark.parametrize("scope", ["head", "face"])
+def test_the_controls_below_stay_while_there_is_no_figure(start, photo, workspace, scope):
+    driver = start(photo, workspace=workspace)
+    change = driver.panel("recipe").scope
+
+    def top():
+        driver.settle()
+        QApplication.processEvents()
+        return change.mapTo(driver.window, QPoint()).y()
+
+    driver.editor.recipe.set_field("scope", scope)
+    driver.editor.document.commit()
+    before = top()
+    driver.editor.manual.switch("manual")
+    driver.editor.recipe.set_field("scope", scope)
+    driver.editor.document.commit()
+    assert not gauge(driver).isVisible()
+    assert top() == before
 
 
 def test_all_faces_means_those_without_settings_of_their_own(two):

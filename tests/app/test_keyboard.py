@@ -102,15 +102,6 @@ def test_a_stroke_is_painted_with_arrows_and_enter(opened):
     assert len(opened.state.protection.strokes) == 1, "the brush is lifted"
 
 
-def test_escape_lifts_the_brush_without_a_stroke(opened):
-    opened.key(KEYS.Key_B)
-    opened.press_key(opened.canvas, KEYS.Key_Return)
-    opened.press_key(opened.canvas, KEYS.Key_Right, times=4)
-    opened.key(KEYS.Key_Escape)
-    opened.settle()
-    assert not opened.state.protection.strokes
-
-
 def test_the_pointer_stays_on_the_canvas(opened):
     opened.key(KEYS.Key_B)
     opened.press_key(opened.canvas, KEYS.Key_Up, SHIFT, times=100)

@@ -105,20 +105,6 @@ def failing_after_some(method):
     return fail
 
 
-def test_a_failed_picture_is_said_and_the_next_change_draws_it(opened, pixels, monkeypatch):
-    with monkeypatch.context() as patch:
-        patch.setattr(resample.Job, "run", failing_after_some(resample.Job.run))
-        opened.editor.recipe.set_field("percent", 9.0)
-        opened.editor.document.commit()
-        opened.settle()
-    assert "can't be redrawn (there is not enough memory" in opened.say()
-    opened.editor.recipe.set_field("percent", 6.0)
-    opened.editor.document.commit()
-    opened.settle()
-    expected = render(pixels, opened.state.active, Recipe(percent=6.0)).pixels
-    np.testing.assert_array_equal(opened.shown, expected)
-
-
 def test_a_picture_whose_preview_comes_last_is_settled_too(opened, monkeypatch):
     measured, settled, draw = threading.Event(), [], Surface.render
 

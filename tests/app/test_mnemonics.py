@@ -57,7 +57,7 @@ def test_a_letter_leads_to_one_entry_of_a_menu(two):
 
 def test_a_letter_with_alt_leads_to_one_place_of_a_dialog(dialogs):
     kinds = {type(one).__name__ for one in dialogs}
-    assert kinds >= {"ExportDialog", "PreferencesDialog", "ShortcutsDialog", "QMessageBox"}
+    assert kinds >= {"ExportDialog", "PreferencesDialog", "QMessageBox"}
     for dialog in dialogs:
         assert (dialog.windowTitle(), doubled(letters_of(dialog))) == (dialog.windowTitle(), {})
 

@@ -178,14 +178,6 @@ def test_unsure_landmarks_are_hollow_and_say_how_sure_they_are(start, source, ph
     assert (pixels_of(driver) != bare).any()
 
 
-def test_each_domain_has_its_pixels_and_its_share(opened):
-    counts = opened.editor.view.frame.rendering.pixel_counts
-    rows = opened.panel("readings").domains.rows
-    for name, count in counts.items():
-        share = 100 * count / counts["image"]
-        assert [cell.text() for cell in rows[name]] == [f"{count:,} px", f"{share:.1f} %"]
-
-
 def test_only_one_map_is_on_at_a_time(opened):
     """Two maps would mix their colours."""
     maps = [opened.window.actions_by_name[f"overlay-{name}"] for name in ("heat", "jacobian")]

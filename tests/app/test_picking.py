@@ -141,13 +141,6 @@ def test_faces_that_overlap_are_told_by_which_one_a_place_lies_deeper_in():
     assert face_at([near, far], rim, 3.0) is None
 
 
-def test_a_brush_paints_on_a_face_that_is_not_selected(two):
-    two.key(KEYS.Key_B)
-    two.drag(cheek(two, 1), AWAY)
-    assert len(two.state.protection.strokes) == 1
-    assert two.editor.view.face is None
-
-
 def test_the_cursor_says_what_a_click_does(two):
     shapes = []
     for _ in range(2):

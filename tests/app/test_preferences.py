@@ -11,7 +11,7 @@ from kogao_app.__main__ import main
 from kogao_app.features import preferences, presets
 from kogao_app.features.preferences import PreferencesDialog
 from kogao_app.start import _application
-from PySide6.QtCore import QLocale, QSettings, Qt
+from PySide6.QtCore import QLocale, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QLabel
 
@@ -153,11 +153,3 @@ def test_every_language_is_offered_by_its_own_name(empty):
     box = ask(empty).form.controls["language"]
     offered = {box.itemData(n): box.itemText(n) for n in range(box.count())}
     assert offered == {"": "Follow system", "en": "English", "ja": "日本語"}
-
-
-def test_every_preference_is_kept_under_a_name_of_its_own(storage):
-    settings: QSettings = storage.settings()
-    for what in preferences.PREFERENCES:
-        preferences.prefer(settings, what, what.name)
-    kept = [settings.value(key) for key in settings.allKeys()]
-    assert sorted(kept) == sorted(what.name for what in preferences.PREFERENCES)

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
 from PySide6.QtGui import QInputDevice, QPointingDevice, QTabletEvent
-from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QToolButton
+from PySide6.QtWidgets import QApplication
 from test_files import CONTROL
 from test_protect import paint
 from test_view import picture
@@ -116,44 +115,6 @@ def test_protecting_and_moving_brushes_have_a_size_each(opened):
     assert opened.editor.view.brush.radius_px == protecting
 
 
-def test_buttons_and_keys_take_the_tools(opened):
-    buttons = [b for b in opened.panel("push").findChildren(QToolButton) if b.defaultAction()]
-    assert [b.accessibleName() for b in buttons] == ["Push", "Restore"]
-    for button, name in zip(buttons, ("push", "restore"), strict=True):
-        button.defaultAction().trigger()
-        assert opened.editor.view.brush.tool == name
-        assert button.isChecked()
-    opened.key(KEYS.Key_A)
-    assert opened.editor.view.brush.tool == "points"
-    assert not any(button.isChecked() for button in buttons)
-
-
-def test_without_a_mouse(opened):
-    opened.key(KEYS.Key_W, SHIFT)
-    opened.canvas.setFocus()
-    QTest.keyClick(opened.canvas, KEYS.Key_Return)
-    for _ in range(4):
-        QTest.keyClick(opened.canvas, KEYS.Key_Left)
-    QTest.keyClick(opened.canvas, KEYS.Key_Return)
-    opened.settle()
-    (stroke,) = strokes(opened)
-    along = stroke.points_px[-1] - stroke.points_px[0]
-    assert along[0] < 0.0
-    assert along[1] == pytest.approx(0.0, abs=1e-6)
-
-
-def test_clear_strokes_is_one_step(opened):
-    draw(opened)
-    draw(opened, KEYS.Key_R)
-    panel = opened.panel("push")
-    assert "2" in panel.count.text()
-    panel.clear.click()
-    assert not strokes(opened)
-    assert not panel.clear.isEnabled()
-    opened.key(KEYS.Key_Z, CONTROL)
-    assert len(strokes(opened)) == 2
-
-
 def test_what_would_fold_is_held_back_and_said(opened):
     opened.key(KEYS.Key_W, SHIFT)
     opened.editor.protect.set_brush(strength=1.0)
@@ -195,16 +156,6 @@ def test_a_pens_pressure_is_kept_with_the_stroke(opened):
     (stroke,) = strokes(opened)
     np.testing.assert_allclose(stroke.pressure, [0.25, 0.75], atol=1e-3)
     assert opened.canvas.pressure == 1.0
-
-
-def test_strokes_are_kept_and_come_back_with_the_photo(opened, photo):
-    draw(opened)
-    draw(opened, KEYS.Key_R, QPoint(10, 20))
-    shown = opened.shown.copy()
-    opened.editor.files.open(photo)
-    opened.settle()
-    assert len(strokes(opened)) == 2
-    np.testing.assert_array_equal(opened.shown, shown)
 
 
 def test_a_saved_copy_has_the_strokes_and_keeps_what_is_protected(opened, tmp_path, pixels):

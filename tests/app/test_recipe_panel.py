@@ -98,7 +98,7 @@ def test_what_belongs_to_a_photo_waits_for_one_and_what_a_user_prefers_does_not(
         *(recipe.switches["guard"], recipe.choices["scope"], recipe.choices["fit"]),
     ]
     names = (
-        *("save", "save-project", "import-landmarks", "export-figure", "find", "place"),
+        *("save", "save-project", "export-figure", "find", "place"),
         *("fit", "actual", "closer", "farther", "paste-settings", "smaller", "larger"),
     )
     actions = [empty.window.actions_by_name[name] for name in names]

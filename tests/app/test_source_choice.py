@@ -1,10 +1,9 @@
 """Which source finds the faces is the user's choice."""
 
 import pytest
-from kogao_app.features import landmarks
 
 from kogao_core.base import assets
-from kogao_core.faces.landmarks import CHOICES, sources
+from kogao_core.faces.landmarks import CHOICES
 
 pytestmark = pytest.mark.usefixtures("one_window")
 
@@ -24,16 +23,6 @@ def test_the_choices_stand_in_the_menu_with_their_figures(opened):
         if choice.measured is not None:
             assert f"{choice.measured.wild_jaw:g} %" in action.toolTip()
         assert not action.shortcut().isEmpty()
-
-
-def test_a_source_without_words_or_figures_stands_in_the_menu_too(monkeypatch, start):
-    made = sources.Choice("new", "mean face", lambda: None, needs_networks=False)
-    monkeypatch.setattr(landmarks, "CHOICES", (*CHOICES, made))
-    driver = start()
-    action = driver.window.actions_by_name["landmarks-new"]
-    assert action.text() == "Landmarks by the mean face"
-    assert not action.shortcut().isEmpty()
-    assert "not measured" in action.toolTip()
 
 
 @pytest.mark.usefixtures("networks")

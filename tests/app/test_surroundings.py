@@ -1,4 +1,4 @@
-"""The window's bend meter is the command line's, and people are shown as its network sees them."""
+"""The window's bend meter is the command line's."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from kogao_app.__main__ import main
 from PySide6.QtCore import Qt
-from test_overlays import at, hide_marks, pixels_of
+from test_overlays import hide_marks
 from test_saved_projects import save_project
 
 from kogao_core import cli
@@ -79,34 +79,16 @@ def test_window_and_command_line_name_the_same_lines(empty, door, tmp_path):
     assert lines_on_the_command_line(path, tmp_path / "told.json") == json.loads(json.dumps(shown))
 
 
-@pytest.mark.usefixtures("finder")
-def test_people_are_tinted_where_they_are_and_nowhere_else(empty, door):
-    path, _ = door
-    empty.open(path)
-    hide_marks(empty)
-    bare = pixels_of(empty)
-    empty.key(KEYS.Key_U)
-    empty.settle()
-    tinted = pixels_of(empty)
-    green = at(empty, 100, SHOULDERS + 100)
-    assert tinted[green][1] - bare[green][1] > tinted[green][0] - bare[green][0] + 20
-    left, right = at(empty, 0, SHOULDERS - 10), at(empty, WIDTH - 1, SHOULDERS - 10)
-    above = np.s_[: left[0], left[1] : right[1]]
-    np.testing.assert_array_equal(tinted[above], bare[above])
-
-
 def test_without_the_network_it_is_said_once_and_lines_count_as_before(finder, empty, door):
     path, _ = door
     finder.opacity = None
     said = []
     empty.editor.surroundings.message.connect(said.append)
     empty.key(KEYS.Key_S)
-    empty.key(KEYS.Key_U)
     empty.open(path)
     assert "kogao-cli doctor" in empty.say()
     make_smaller(empty, 6.0)
     assert empty.editor.view.lines
-    assert empty.editor.view.people is None
     assert len(said) == 1
     assert not said[0].wrong
 
@@ -128,7 +110,7 @@ def test_a_picture_is_taken_without_the_network(finder, source, door, tmp_path):
     path, _ = door
     finder.opacity = None
     shot = tmp_path / "shot.png"
-    arguments = [str(path), "--screenshot", str(shot), "--show", "straight,people"]
+    arguments = [str(path), "--screenshot", str(shot), "--show", "straight"]
     assert main(arguments, source) == 0
     assert shot.is_file()
 

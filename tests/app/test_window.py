@@ -10,7 +10,7 @@ import pytest
 from kogao_app import theme
 from kogao_app.__main__ import main
 from kogao_app.features import recent
-from kogao_app.features.commands import Palette, ShortcutsDialog
+from kogao_app.features.commands import Palette
 from kogao_app.features.recent import EmptyState
 from kogao_app.features.strip import photos_in
 from kogao_app.features.strip.facts import thumbnail
@@ -476,43 +476,6 @@ def test_nothing_runs_when_nothing_is_found(opened):
     palette.close()
 
 
-def row_of(keys, words):
-    return next(r for r in range(keys.table.rowCount()) if words in keys.table.item(r, 0).text())
-
-
-def test_an_action_gets_another_key_that_stays(opened, start):
-    opened.key(KEYS.Key_K, CONTROL)
-    keys = opened.dialog(ShortcutsDialog)
-    keys.table.setCurrentCell(row_of(keys, "Lattice"), 0)
-    opened.press_key(keys.key, KEYS.Key_F11)
-    assert keys.table.item(row_of(keys, "Lattice"), 1).text() == "F11"
-    keys.close()
-    opened.key(KEYS.Key_F11)
-    assert "lattice" in opened.editor.view.visible
-    labels = [label.text() for label in opened.panel("overlays").findChildren(QLabel)]
-    assert "F11" in labels
-    later = start()
-    later.key(KEYS.Key_F11)
-    assert "lattice" in later.editor.view.visible
-    later.key(KEYS.Key_K, CONTROL)
-    keys = later.dialog(ShortcutsDialog)
-    keys.table.setCurrentCell(row_of(keys, "Lattice"), 0)
-    QTest.mouseClick(keys.reset, Qt.MouseButton.LeftButton)
-    assert later.window.actions_by_name["overlay-lattice"].shortcut().toString() == "G"
-
-
-@in_one_window
-def test_a_key_that_is_taken_is_refused_in_words(opened):
-    opened.key(KEYS.Key_K, CONTROL)
-    keys = opened.dialog(ShortcutsDialog)
-    assert keys.table.columnWidth(1) >= keys.table.sizeHintForColumn(1) > 0, "all are seen whole"
-    keys.table.setCurrentCell(row_of(keys, "Lattice"), 0)
-    opened.press_key(keys.key, KEYS.Key_S, CONTROL)
-    assert keys.note.text() == "Ctrl+S belongs to “Save a copy…”"
-    assert opened.window.actions_by_name["overlay-lattice"].shortcut().toString() == "G"
-    keys.close()
-
-
 def test_every_action_has_a_tip_and_no_key_belongs_to_two(empty):
     actions = empty.window.actions_by_name.values()
     for action in actions:
@@ -565,16 +528,6 @@ def test_the_panel_in_front_is_in_front_again(opened):
     opened.qtbot.waitUntil(lambda: not in_front("history"))
     opened.key(KEYS.Key_F8)
     opened.qtbot.waitUntil(lambda: in_front("history") and not in_front("readings"))
-
-
-@in_one_window
-def test_panels_can_be_moved_when_they_are_set_free(opened):
-    free = QDockWidget.DockWidgetFeature.DockWidgetMovable
-    assert not dock(opened, "faces").features() & free
-    opened.key(KEYS.Key_F9)
-    assert dock(opened, "faces").features() & free
-    opened.key(KEYS.Key_F9)
-    assert not dock(opened, "faces").features() & free
 
 
 def test_panels_that_are_all_hidden_are_there_next_time(opened, start):

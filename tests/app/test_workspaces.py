@@ -11,7 +11,7 @@ from kogao_app.canvas.overlays.listed import LISTED
 from kogao_app.workspaces import WORKSPACES
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QAbstractButton, QDockWidget, QToolButton
+from PySide6.QtWidgets import QAbstractButton, QDockWidget, QTabBar, QToolButton
 
 ROOT = Path(__file__).parents[2]
 LEAST = (1024, 700)
@@ -129,6 +129,14 @@ def test_what_is_unfolded_is_remembered_by_each_workspace(window, start):
     later.key(KEYS.Key_1, ALT)
     later.window.actions_by_name["reset-workspace"].trigger()
     assert not panel.centre.isVisible()
+
+
+def test_no_tab_of_another_workspace_lies_on_the_photo(window):
+    for name in ("inspect", "retouch", "inspect", "compare"):
+        window.window.actions_by_name[f"workspace-{name}"].trigger()
+        window.settle()
+        (tabs,) = window.window.findChildren(QTabBar)
+        window.qtbot.waitUntil(lambda: (tabs.x() >= 0) == (name == "inspect"))  # noqa: B023
 
 
 @pytest.mark.parametrize("stored", [b"nonsense", "text", ""])

@@ -1,30 +1,27 @@
-"""List the tuned constants that can be halved or doubled without a change of the stored scenes.
+"""List the constants that can be halved or doubled without a failing test.
 
-``python tests/benchmarks/constants.py [ROOM ...]``, with rooms such as ``kogao_core/warp`` or
-modules such as ``kogao_core/warp/guard.py``. For each module-level number the command changes the
-number in a process of its own and renders the scenes of `tests/pinned.py`. Constants that only save
-time or memory survive by nature.
+``python tests/benchmarks/constants.py [ROOM ...] [TEST ...]``, with rooms such as
+``kogao_core/warp`` or modules such as ``kogao_core/warp/guard.py``, and test files (default: the
+stored scenes). Each module-level number is changed in a process of its own, which runs the tests.
+Constants that only save time or memory survive by nature.
 """
 
 from __future__ import annotations
 
 import ast
 import importlib
-import json
 import os
 import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+import pytest
+
 ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tests"))
-
-import numpy as np  # noqa: E402
-import pinned  # noqa: E402
-
 ROOMS = ("kogao_core/warp", "kogao_core/background", "kogao_core/faces")
-FACTORS = (0.5, 2.0)
+SCENES = ("tests/core/test_pinned.py",)
 
 
 def constants(room: str) -> Iterator[tuple[str, str]]:
@@ -33,17 +30,14 @@ def constants(room: str) -> Iterator[tuple[str, str]]:
     for path in [target] if target.is_file() else sorted(target.rglob("*.py")):
         module = ".".join(path.relative_to(ROOT).with_suffix("").parts)
         for node in ast.parse(path.read_text(encoding="utf-8")).body:
-            target = getattr(node, "target", None) or (getattr(node, "targets", None) or [None])[0]
-            name = getattr(target, "id", "")
+            name = getattr(getattr(node, "target", None), "id", "")
             if name.isupper() and changed(getattr(importlib.import_module(module), name), 2.0):
                 yield module, name
 
 
 def changed(value: Any, factor: float) -> tuple[Any, ...]:
     """Return a changed value in a tuple of one; an empty tuple if it holds no numbers."""
-    if isinstance(value, bool | str | bytes | dict) or value is None:
-        return ()
-    if isinstance(value, int):
+    if isinstance(value, int) and not isinstance(value, bool):
         return (max(1, round(value * factor)),) if value > 1 else ()
     if isinstance(value, float) or (isinstance(value, np.ndarray) and value.dtype.kind == "f"):
         return (value * factor,)
@@ -52,36 +46,31 @@ def changed(value: Any, factor: float) -> tuple[Any, ...]:
     return ()
 
 
-def survives(module: str, name: str, factor: float, stored: dict[str, Any]) -> bool:
-    """Return whether no scene notices a changed constant."""
+def survives(module: str, name: str, factor: float, tests: tuple[str, ...]) -> bool:
+    """Return whether no test notices a changed constant."""
     if child := os.fork():
         return os.waitpid(child, 0)[1] == 0
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
     old = getattr(sys.modules[module], name)
     (new,) = changed(old, factor)
     for other in [one for key, one in sys.modules.items() if key.startswith("kogao_core")]:
         if getattr(other, name, None) is old:
             setattr(other, name, new)
-    try:
-        noticed = any(pinned.difference(key, now, stored[key]) for key, now in pinned.all_results())
-    except BaseException:
-        noticed = True
-    os._exit(1 if noticed else 0)
+    os._exit(int(pytest.main(["-qx", "-p", "no:cacheprovider", *tests])))
 
 
 def main() -> None:
     """Print each survivor, and the counts."""
-    stored = json.loads(pinned.FILE.read_text(encoding="utf-8"))
-    found = [one for room in sys.argv[1:] or ROOMS for one in constants(room)]
-    left = 0
+    tests = tuple(one for one in sys.argv[1:] if one.startswith("tests"))
+    rooms = [one for one in sys.argv[1:] if one not in tests] or ROOMS
+    found = [one for room in rooms for one in constants(room)]
+    survivors = 0
     for module, name in found:
-        factors = [factor for factor in FACTORS if survives(module, name, factor, stored)]
+        factors = [f"x {k:g}" for k in (0.5, 2.0) if survives(module, name, k, tests or SCENES)]
+        survivors += bool(factors)
         if factors:
-            left += 1
-            print(
-                f"{module}.{name}: survives {' and '.join(f'x {one:g}' for one in factors)}",
-                flush=True,
-            )
-    print(f"{len(found)} constants, {left} survive halving or doubling")
+            print(f"{module}.{name}: survives {' and '.join(factors)}", flush=True)
+    print(f"{len(found)} constants, {survivors} survive halving or doubling")
 
 
 if __name__ == "__main__":

@@ -10,7 +10,6 @@ from __future__ import annotations
 import argparse
 import functools
 import json
-import statistics
 import sys
 import tempfile
 from collections.abc import Iterator
@@ -23,7 +22,6 @@ import cv2
 import finding
 import numpy as np
 import photographs
-import stages
 from paired import Case, Row, beside_floor, into_page, measured
 from processes import CLI, EDITOR, Cost, run
 
@@ -176,49 +174,25 @@ GROUPS = {
 }
 
 
-# -- what is told --------------------------------------------------------------------------------
-
-
-def where(sizes: Sizes, folder: Path) -> dict[str, dict[str, float]]:
-    """Return the time of each stage of a warp, ms, for both sizes: medians of a few runs."""
-    found = {}
-    for name, size in {"10 MP": sizes.small, "25 MP": sizes.large}.items():
-        source = photographs.write(photographs.portrait(*size), folder / f"{name[:2]}.jpg")
-        out = folder / "out.jpg"
-        runs = [
-            stages.of_command("warp", source, "-o", out, "--force")
-            for _ in range(1 + min(3, sizes.few))
-        ][1:]
-        names = [stages.OUTSIDE, *dict.fromkeys(s for _, s in stages.STAGES), stages.REST]
-        found[name] = {s: statistics.median(one.get(s, 0.0) for one in runs) for s in names}
-    return found
-
-
 def main() -> None:
     """Measure what was asked for and print it as a table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--quick", action="store_true", help="small pictures, few rounds")
-    parser.add_argument("--only", nargs="+", choices=[*GROUPS, "stages"], help="not all rows")
+    parser.add_argument("--only", nargs="+", choices=GROUPS, help="not all rows")
     parser.add_argument("--json", type=Path, help="write every figure here")
     parser.add_argument("--page", type=Path, help="write the table here: docs/measurements.md")
     options = parser.parse_args()
     sizes = Sizes.quick() if options.quick else Sizes()
-    asked = options.only or [*GROUPS, "stages"]
-    rows, taken, about = [], {}, machine()
+    rows, about = [], machine()
     print(json.dumps(about, indent=1))
     for name, rows_of in GROUPS.items():
-        if name in asked:
+        if name in (options.only or GROUPS):
             with tempfile.TemporaryDirectory(prefix="kogao-") as folder:
                 for row in rows_of(sizes, Path(folder)):
                     rows.append(row)
                     print(*(f"{cell:>12}" for cell in row.cells[1:]), f"  {row.name}", flush=True)
-    if "stages" in asked:
-        with tempfile.TemporaryDirectory(prefix="kogao-") as folder:
-            taken = where(sizes, Path(folder))
-        for name, found in taken.items():
-            print(name, {stage: round(ms) for stage, ms in found.items()})
     if options.json:
-        found = {"machine": about, "rows": [row.to_dict() for row in rows], "stages_ms": taken}
+        found = {"machine": about, "rows": [row.to_dict() for row in rows]}
         options.json.write_text(json.dumps(found, indent=1), encoding="utf-8")
     if options.page:
         into_page(options.page, "files", [_HEAD, *(row.cells for row in rows)])

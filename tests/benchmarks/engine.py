@@ -1,8 +1,6 @@
 """Measure the warp engine: ``python tests/benchmarks/engine.py [--quick] [--page P]``.
 
-The unit is one full `cv2.remap` of the same image with a ready map, in the same process. Rivals
-come with ``pip install -e '.[bench]'`` and, because its own dependencies bring another OpenCV,
-``pip install --no-deps facetweak``; an absent one is named.
+The unit is one full `cv2.remap` of the same image with a ready map, in the same process.
 """
 
 from __future__ import annotations
@@ -10,9 +8,7 @@ from __future__ import annotations
 import argparse
 import dataclasses
 import json
-import subprocess
 import sys
-import time
 import tracemalloc
 from itertools import count, cycle
 from pathlib import Path
@@ -99,8 +95,9 @@ def main() -> None:
     report["speed"] = speed(sizes, rounds)
     report["memory"] = map_memory(*sizes["24 MP"])
     report["sharpness"] = sharpness()
-    report["cold start"] = cold_start()
-    show(report)
+    print(json.dumps(report["machine"], indent=1))
+    for row in _table(report):
+        print(f"{row[0]:40s} {row[1]:>8s} {row[2]:>17s} {row[3]:>9s}")
     if options.json:
         options.json.write_text(json.dumps(report, indent=1), encoding="utf-8")
     if options.page:
@@ -282,45 +279,5 @@ def _fine_energy(picture: Image) -> np.ndarray:
     return (sharp - cv2.GaussianBlur(sharp, (0, 0), 2.0)) ** 2
 
 
-def cold_start() -> dict[str, float]:
-    """Return the first and a later warp of a fresh process, and its import, ms."""
-    done = subprocess.run(
-        [sys.executable, __file__, "--cold-start"], capture_output=True, text=True, check=True
-    )
-    return dict(json.loads(done.stdout))
-
-
-def _cold_start_probe() -> None:
-    start = time.perf_counter()
-    from kogao_core.pipeline import render as first_render
-
-    imported = time.perf_counter()
-    photo, face = np.zeros((3000, 4000, 3), np.uint8), oval_face(4000, 3000, size=FACE_HEIGHT)
-    laps = []
-    for percent in (4.0, 5.0):
-        lap = time.perf_counter()
-        first_render(photo, [face], Recipe(percent=percent))
-        laps.append((time.perf_counter() - lap) * 1e3)
-    print(json.dumps({"import": (imported - start) * 1e3, "first": laps[0], "second": laps[1]}))
-
-
-def show(report: dict[str, object]) -> None:
-    """Print the report as tables."""
-    print(json.dumps(report["machine"], indent=1))
-    print(f"\n{'case':40s} {'ratio':>8s} {'q1..q3':>17s} {'ms':>9s}")
-    for group in ("speed",):
-        for name, figure in report[group].items():
-            if isinstance(figure, str):
-                print(f"{name:40s} {figure}")
-                continue
-            spread = f"{figure['q1']:.3f}..{figure['q3']:.3f}"
-            print(f"{name:40s} {figure['ratio']:8.3f} {spread:>17s} {figure['median_ms']:9.2f}")
-    for name in ("memory", "sharpness", "cold start"):
-        print(name, {key: round(value, 4) for key, value in report[name].items()})
-
-
 if __name__ == "__main__":
-    if "--cold-start" in sys.argv:
-        _cold_start_probe()
-    else:
-        main()
+    main()

@@ -1,25 +1,18 @@
 """What a warp does to a head, to eyes and mouth, and to the photo.
 
-``python tests/benchmarks/head.py [PHOTO ...] [--percent 4 8 10] [--scope head] [--shaken 24]``
+``python tests/benchmarks/head.py [PHOTO ...] [--percent 4 8 10] [--scope head]``
 
 PHOTO are portraits of one face; those of ``KOGAO_SHARED`` or ``../shared/data`` when not given.
 Median and worst decile of:
 
-- width, chin, hairline: width at mid forehead, and distances from the eyes to chin and hairline,
-  after / before;
+- width, chin: width at mid forehead, and distance from the eyes to the chin, after / before;
 - skull: width at mid forehead over height from the eyes to the top of the hair, after / before;
 - strip: width of the strip from the outline to 1.25 half widths at ear height, change in %;
-- up: how far the eyes come up, % of the outer eye distance (iod);
 - det J: the smallest;
-- apart: how far the widths of the two eyes come apart, %;
-- sag: of a straight bar from outline to outline on the eye line, % of iod;
-- moved: the farthest move of a corner of eyes or mouth, % of iod;
+- sag: of a straight bar from outline to outline on the eye line, % of the outer eye distance (iod);
 - outside: farthest read outside the photo, % of iod;
 - missed: landmarks off their targets, % of iod;
-- amount: the Amount that the photo allows, %; changed: share of the photo's 16 x 16 blocks, %.
-
-``--shaken N`` moves N photos by up to 2 px, with noise and JPEG at quality 85, and prints the
-greatest step between two frames at 4 % with nothing held, px at a photo height of 1000.
+- changed: share of the photo's 16 x 16 blocks, %.
 """
 
 from __future__ import annotations
@@ -32,7 +25,6 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-import cv2
 import numpy as np
 from photographs import SHARED
 from scenes import read_outside_px
@@ -50,12 +42,8 @@ from kogao_core.warp.field import shown_at
 from kogao_core.warp.one_to_one import least_det
 from kogao_core.warp.protection import NOTHING
 
-COLUMNS = (
-    *("width", "chin", "hairline", "skull", "strip", "up", "det J", "apart", "sag", "moved"),
-    *("outside", "missed", "amount", "changed"),
-)
-LOW_IS_WORSE = {"skull", "det J", "amount"}
-FRAMES = 6
+COLUMNS = ("width", "chin", "skull", "strip", "det J", "sag", "outside", "missed", "changed")
+LOW_IS_WORSE = {"skull", "det J"}
 
 
 def of_one_face(files: Sequence[Path]) -> Iterator[tuple[Image, Face]]:
@@ -103,53 +91,22 @@ def figures(photo: Image, face: Face, made: Rendering, hair: float) -> list[floa
     line = 0.6 * chin if face.forehead is None else float((eye - face.forehead[6]) @ below)
     middle = eye - 0.5 * line * below
     brow = np.stack([middle + 0.8 * sign * half * right for sign in (-1, 1)])
-    width, *heights = (
+    width, to_chin, to_hair = (
         _length(shown_at(field, ends)) / _length(ends)
-        for ends in (brow, *(np.stack([eye, eye + far * below]) for far in (chin, -line, -hair)))
+        for ends in (brow, *(np.stack([eye, eye + far * below]) for far in (chin, -hair)))
     )
     bar = shown_at(field, np.linspace(*ends, 60))
     chord = (bar[-1] - bar[0]) / _length(bar[[0, -1]])
-    corners = np.vstack([face.eyes, face.mouth])
-    moved = shown_at(field, corners)
-    left, right_eye = (_length(moved[k : k + 2]) / _length(corners[k : k + 2]) for k in (0, 2))
     missed = np.abs(field.at(pairs.target_px) - pairs.displacement_px).max()
     return [
-        *(width, *heights[:2], width / heights[2]),
+        *(width, to_chin, width / to_hair),
         float(np.mean(strips)),
-        100.0 * float((eye - shown_at(field, eye[None])[0]) @ below) / iod,
         least_det(field),
-        100.0 * abs(left / right_eye - 1.0),
         100.0 * float(np.abs((bar - bar[0]) @ [-chord[1], chord[0]]).max()) / iod,
-        100.0 * float(np.hypot(*(moved - corners).T).max()) / iod,
         100.0 * read_outside_px(field, Box.of(photo)) / iod,
         100.0 * float(missed) / iod,
-        100.0 * pairs.head_share,
         100.0 * float(_blocks(photo != made.pixels).mean()),
     ]
-
-
-def shaken_steps(photo: Image, face: Face, recipe: kogao.Recipe, seed: int) -> float:
-    """Return the greatest step between frames of a shaken photo, px at a height of 1000."""
-    rng, source = np.random.default_rng(seed), kogao.source()
-    low, high = face.points.min(axis=0), face.points.max(axis=0)
-    grid = np.meshgrid(*(np.linspace(a, b, 60) for a, b in zip(
-        2 * low - face.middle, 2 * high - face.middle, strict=True)))  # fmt: skip
-    places, last, most = np.stack(grid, axis=-1).reshape(-1, 2), None, 0.0
-    for _ in range(FRAMES):
-        shift = rng.uniform(-2.0, 2.0, 2)
-        moved = cv2.warpAffine(photo, np.array([[1, 0, shift[0]], [0, 1, shift[1]]]),
-            photo.shape[1::-1], flags=cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)  # fmt: skip
-        noisy = np.clip(moved + rng.normal(0.0, 2.0, moved.shape), 0, 255).astype(np.uint8)
-        frame = cv2.imdecode(cv2.imencode(".jpg", noisy, [cv2.IMWRITE_JPEG_QUALITY, 85])[1], -1)
-        faces = source.find(frame)
-        if not faces:
-            continue
-        nearest = min(faces, key=lambda one: float(np.hypot(*(one.middle - shift - face.middle))))
-        now = kogao.render(frame, [nearest], recipe).field.at(places + shift)
-        if last is not None:
-            most = max(most, float(np.hypot(*(now - last).T).max()))
-        last = now
-    return 1000.0 * most / photo.shape[0]
 
 
 def _length(ends: Array) -> float:
@@ -169,12 +126,11 @@ def main() -> None:
     asked.add_argument("photos", nargs="*", type=Path)
     asked.add_argument("--percent", nargs="+", type=float, default=[4.0, 8.0, 10.0])
     asked.add_argument("--scope", choices=SETTINGS["scope"].choices, default="head")
-    asked.add_argument("--shaken", type=int, default=0)
     given = asked.parse_args()
     files = given.photos or sorted((SHARED / "portraits").glob("*.jpg"))
     base = kogao.Recipe(percent=4.0, scope=given.scope)
     rows: dict[float, list[list[float]]] = {percent: [] for percent in given.percent}
-    found, finder, steps = list(of_one_face(files)), BackgroundFinder(), []
+    found, finder = list(of_one_face(files)), BackgroundFinder()
     for photo, face in found:
         hair = hair_px(photo, face, finder)
         for percent, table in rows.items():
@@ -190,11 +146,6 @@ def main() -> None:
             for column, at in zip(values.T, worst, strict=True)
         ]
         print(f"{percent:4g}%", *cells)
-    for number, (photo, face) in enumerate(found[: given.shaken]):
-        steps.append(shaken_steps(photo, face, base, number))
-    if steps:
-        median, decile, most = np.percentile(steps, [50, 90, 100])
-        print(f"shaken, {len(steps)} photos: {median:.2f}, {decile:.2f}, most {most:.2f} px")
 
 
 if __name__ == "__main__":

@@ -24,7 +24,7 @@ import metadata_cases
 from damaging import bytewise, parts, trials
 from scenes import oval_face
 
-from kogao_core.projects.interchange.formats import faces_text
+from kogao_core.projects.interchange import faces_text
 
 STRUCTURED = 0.6  # share of changes that keep the file's parts in order
 SEARCHED = 0.05  # share of photos in which faces are looked for, which is slow

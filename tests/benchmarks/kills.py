@@ -42,7 +42,7 @@ from kogao_core.projects.project import Project, Sheet
 from kogao_core.projects.sidecar import original, sidecar_of
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-from benchmarks import thousand
+from benchmarks import batches
 from scenes import oval_face
 
 LONGEST_SECONDS = 0.12
@@ -209,13 +209,13 @@ def kill_batches(kills: int, photos: int, seed: int, counts: collections.Counter
     rng = np.random.default_rng(seed)
     with _folders() as (folder, temporary):
         inputs, out = folder / "in", folder / "out"
-        bad = thousand.make(inputs, photos, rng)
-        before = thousand.digest(inputs)
+        bad = batches.make(inputs, photos, rng)
+        before = batches.digest(inputs)
         for _ in range(kills):
             if rng.random() < 0.5:
                 shutil.rmtree(out, ignore_errors=True)
             running = subprocess.Popen(
-                thousand.command(inputs, out, 2), stderr=subprocess.DEVNULL, start_new_session=True
+                batches.command(inputs, out, 2), stderr=subprocess.DEVNULL, start_new_session=True
             )
             time.sleep(rng.uniform(*BATCH_SECONDS))
             counts["batch had ended before"] += running.poll() is not None
@@ -226,10 +226,10 @@ def kill_batches(kills: int, photos: int, seed: int, counts: collections.Counter
             counts["left something aside until the next run"] += left_aside(out)
             counts.update(unreadable(out))
             counts.update(left_for_good(folder, temporary))
-            if before != thousand.digest(inputs):
+            if before != batches.digest(inputs):
                 counts["a source or a project has changed"] += 1
-        thousand.run(inputs, out, 2)
-        counts.update(thousand.judge(inputs, out, bad, {"done", "skipped"}))
+        batches.run(inputs, out, 2)
+        counts.update(batches.judge(inputs, out, bad, {"done", "skipped"}))
 
 
 def told_to_end(
@@ -282,7 +282,7 @@ def signal_programs(count: int, photos: int, seed: int, counts: collections.Coun
     rng = np.random.default_rng(seed)
     with _folders() as (folder, temporary):
         inputs, out = folder / "in", folder / "out"
-        thousand.make(inputs, photos, rng)
+        batches.make(inputs, photos, rng)
         photo_file = folder / "photo.jpg"
         shutil.copy(assets.sample(), photo_file)
         cli = [sys.executable, "-c", "from kogao_core.cli import main; main()"]

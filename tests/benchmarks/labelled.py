@@ -12,17 +12,14 @@ import cv2
 import numpy as np
 from kogao_resources.training.evaluate import Labels
 
-from kogao_core.base.geometry import Array, Image
-from kogao_core.faces.landmarks.aam.points import EYE_LABELS, OUTLINE_LABELS
-from kogao_core.faces.landmarks.edges import smooth
-from kogao_core.faces.landmarks.outline import ended, resampled
+from kogao_core.base.geometry import Image
+from kogao_core.faces.landmarks.aam.points import EYE_LABELS
 from kogao_core.projects.project import sha256_of
 
 STUDIO = ("frll", "canada", "composites")
 OURS = Path(__file__).resolve().parents[1] / "labels" / "faces.json"
 # Rows of the 189 points; the chin is 129.
 _EYES, _MOUTH, _JAW = list(EYE_LABELS), [87, 93], slice(125, 134)
-_POINTS_OF_68 = 17
 
 
 @dataclass(frozen=True)
@@ -36,9 +33,6 @@ class Sample:
     labels: Labels
     crop: tuple[int, int, int, int] | None = None  # left, top, width, height
     again: Labels | None = None  # the second pass of hand labels
-    # The whole labelled line from eye line to eye line, shape (17, 2), as mark-ups of 68 points
-    # have it; rougher than the jaw.
-    around: Array | None = None
 
     def read(self) -> Image:
         rgb = cv2.cvtColor(cv2.imread(str(self.picture)), cv2.COLOR_BGR2RGB)
@@ -68,13 +62,7 @@ def _studio(data: Path) -> Iterator[Sample]:
                 groups=_groups(folder, picture.stem, people),
                 picture=picture,
                 labels=Labels(points[_EYES], points[_MOUTH], points[_JAW]),
-                around=_around(points),
             )
-
-
-def _around(points: Array) -> Array:
-    line = ended(smooth(points[list(OUTLINE_LABELS)]), points[_EYES])
-    return resampled(line, _POINTS_OF_68)
 
 
 def _groups(folder: str, name: str, people: dict[str, dict[str, str]]) -> tuple[str, ...]:

@@ -1,6 +1,6 @@
 """How well and how fast faces are found.
 
-``python tests/benchmarks/landmarks.py [DATA] [--sources mesh aam] [--json F]``
+``python tests/benchmarks/landmarks.py [DATA] [--sources mesh aam]``
 
 DATA is the folder of labelled photographs, ``KOGAO_SHARED`` or ``../shared/data`` when not given.
 Errors are means over a face's points in % of its outer inter-ocular distance; a table cell is the
@@ -10,7 +10,6 @@ mean over faces (95th percentile, worst).
 from __future__ import annotations
 
 import argparse
-import json
 import os
 import time
 from collections.abc import Callable, Iterator, Mapping
@@ -22,7 +21,6 @@ import numpy as np
 from kogao_resources.training.evaluate import (
     Errors,
     area_under_curve,
-    distance_to_line,
     errors,
     nearest,
     repeatability,
@@ -172,25 +170,6 @@ def _area_of_points(found: list[Finding], rows: slice) -> float:
     return area_under_curve(confidence[wrong], confidence[~wrong])
 
 
-def ends(results: Mapping[str, list[Finding]]) -> Iterator[str]:
-    """Markdown rows: the 17 points that other mark-ups have of a jaw, and the two at its ends."""
-    yield "| source | faces | all 17 | 2 to 16 | the two ends |"
-    yield "|---|---|---|---|---|"
-    for source, outcomes in results.items():
-        for name in (*STUDIO, "studio"):
-            group = [one for one in outcomes if name in one.sample.sets and one.face is not None]
-            off = np.array([_off(one) for one in group])
-            columns = off.mean(axis=1), off[:, 1:-1].mean(axis=1), off[:, [0, -1]].mean(axis=1)
-            cells = " | ".join("{:.2f} ({:.2f}, {:.1f})".format(*summary(one)) for one in columns)
-            yield f"| {source} | {name} | {cells} |"
-
-
-def _off(one: Finding) -> np.ndarray:
-    assert one.face is not None
-    assert one.sample.around is not None
-    return distance_to_line(one.sample.around, one.face.outline) / one.sample.labels.unit_px
-
-
 def _first(results: Mapping[str, list[Finding]]) -> list[Sample]:
     return [one.sample for one in next(iter(results.values()))]
 
@@ -206,28 +185,11 @@ def heading() -> str:
     return f"{date.today()}, {facts['processor']}, {facts['cores']} cores, {versions}"
 
 
-def as_json(results: Mapping[str, list[Finding]]) -> str:
-    faces = {
-        source: [
-            {
-                "face": one.sample.name,
-                "found": one.face is not None,
-                "ms": round(one.milliseconds, 1),
-                **{name: round(value, 3) for name, value in one.errors._asdict().items()},
-            }
-            for one in outcomes
-        ]
-        for source, outcomes in results.items()
-    }
-    return json.dumps({"date": str(date.today()), "machine": machine(), "faces": faces}, indent=1)
-
-
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split("\n", 1)[0])
     default = os.environ.get("KOGAO_SHARED", "../shared/data")
     parser.add_argument("data", nargs="?", type=Path, default=Path(default))
     parser.add_argument("--sources", nargs="+", choices=list(SOURCES), default=list(SOURCES))
-    parser.add_argument("--json", type=Path)
     arguments = parser.parse_args()
     try:
         faces = samples(arguments.data)
@@ -241,10 +203,8 @@ def main() -> None:
             print(f"{name}: absent ({missing})")
     if not results:
         parser.exit(1)
-    tables = table(results), ends(results), honesty(results), groups(results)
+    tables = table(results), honesty(results), groups(results)
     print(heading(), *("\n".join(["", *rows]) for rows in tables), sep="\n")
-    if arguments.json:
-        arguments.json.write_text(as_json(results), encoding="utf-8")
 
 
 if __name__ == "__main__":

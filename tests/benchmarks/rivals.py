@@ -9,7 +9,7 @@ import numpy as np
 
 from kogao_core.base.geometry import Image
 from kogao_core.warp.field import Field
-from kogao_core.warp.lattice import ORDER, Lattice, basis, matrices
+from kogao_core.warp.lattice import ORDER, Lattice, basis
 
 Warp = Callable[[], object]
 
@@ -48,8 +48,7 @@ def conventional(photo: Image, field: Field) -> Warp:
 
     def run() -> object:
         axes = np.arange(float(width)), np.arange(float(height))
-        (((bx, by),),) = matrices([lattice.window_at(*axes)])
-        bx, by = bx.astype(np.float32), by.astype(np.float32)
+        bx, by = (weights.astype(np.float32) for weights in lattice.weights_at(*axes))
         phi = lattice.phi.astype(np.float32)
         x = (by @ phi[..., 0]) @ bx.T
         x += np.arange(width, dtype=np.float32)

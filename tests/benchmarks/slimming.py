@@ -3,14 +3,13 @@
 ``python tests/benchmarks/slimming.py FOLDER OUT``
 
 FOLDER has ``portraits`` (every fifth photo is measured) and ``synthetic`` (faces of the picture).
-OUT receives ``slimming.md`` and ``pictures/slimming.jpg``. The strength of each formula is searched
-so that the outline becomes narrower by `DOSE` % on average from cheek to jaw.
+OUT is the picture of docs/slimming.md; the table is printed. The strength of each formula is
+searched so that the outline becomes narrower by `DOSE` % on average from cheek to jaw.
 """
 
 from __future__ import annotations
 
 import dataclasses
-import os
 import sys
 import time
 from collections.abc import Callable
@@ -40,37 +39,6 @@ SHOWN_DOSE = 8.0
 SIDE_PX = 900  # larger photos are reduced
 STEP_PX = 2
 STEPS = 4
-PAGE = """# Formulas that slim a face
-
-Six published formulas, written anew, at the same dose: each strength was searched so that the
-outline is {dose:g} % narrower, mean of five widths from cheek to jaw. {count} portraits, every
-fifth of a folder, at most {side} px large; median (worst decile). This command measures the table
-and writes this page: `python tests/benchmarks/slimming.py FOLDER OUT`.
-
-{table}
-
-- *Uneven*: difference between the greatest and smallest of the five narrowings. *Ear strip*: change
-  of the width beside the outline, where the ears are. *Eye shape*: how far a circle at the worse
-  eye becomes an ellipse. *Spectacles*: bend of a straight bar at the eyes, % of the eye distance.
-- *Edge*: farthest read outside the photo, % of the eye distance. *Line*: bend of the worst straight
-  line of the background ({lines} photos with lines), px at a photo height of 1000 px.
-- *det J*: 1 keeps the area, 0 folds. *Pixels kept*: equal to the original.
-- *Processor*: processor time of one thread, 8-bit RGB, landmarks known. The machine had {cores}
-  processors and a load of {load:.0f}: other programs made all rows slower.
-  The default of Kogao includes the search of people and background lines. Live filters run on a
-  graphics processor, which takes less time; here numpy evaluates the local formulas on a grid of
-  {step} px.
-
-## Where other formulas are better than the default of Kogao
-
-{worse}
-
-The default also shrinks eyes and hair and changes more pixels. Local translation dents the jaw.
-
-![Two generated faces, each before and after six formulas](pictures/slimming.jpg)
-
-*Generated faces, {shown:g} % narrower. From left: original{names}.*
-"""
 HIGHER_IS_BETTER = {"smallest det J", "pixels kept, %"}
 COLUMNS = (
     *("dose, %", "uneven, %", "ear strip, %", "eye shape, %", "spectacles, %", "edge, %"),
@@ -235,18 +203,8 @@ def table(values: Array) -> str:
     return "\n".join(lines)
 
 
-def worse(values: Array) -> str:
-    """Return the measures in which another formula has a better median than the first."""
-    lines, middles = [], np.nanmedian(values, axis=0)
-    for column, title in list(enumerate(COLUMNS))[1:]:  # the dose is the same
-        found = middles[:, column] * (1.0 if title in HIGHER_IS_BETTER else -1.0)
-        better = [name for name, one in zip(WARPS, found, strict=True) if one > found[0] + 5e-3]
-        lines += ["\n  ".join([f"- {title}:", *better])] if better else []
-    return "\n".join(lines)
-
-
 def main() -> None:
-    """Measure, and write the page and its picture."""
+    """Measure, print the table, and write the picture."""
     folder, out = map(Path, sys.argv[1:3])
     cv2.setNumThreads(1)
     source, rows = kogao.source(), []
@@ -254,17 +212,9 @@ def main() -> None:
         photo, face = prepared(kogao.read(file).pixels, source)
         lines = BackgroundFinder().find(photo, [face]).lines
         rows.append([measured(warp, photo, face, lines) for warp in WARPS.values()])
-    values = np.array(rows)
-    (out / "pictures").mkdir(parents=True, exist_ok=True)
+    print(f"{len(rows)} portraits: median (worst decile)\n\n{table(np.array(rows))}")
     shown = cv2.cvtColor(picture(folder, source), cv2.COLOR_RGB2BGR)
-    cv2.imwrite(str(out / "pictures" / "slimming.jpg"), shown, [cv2.IMWRITE_JPEG_QUALITY, 82])
-    page = PAGE.format(
-        cores=os.cpu_count(), load=os.getloadavg()[2],
-        dose=DOSE, count=len(rows), side=SIDE_PX, step=STEP_PX, shown=SHOWN_DOSE,
-        lines=np.isfinite(values).all(axis=(1, 2)).sum(), names=",\n".join(["", *WARPS]),
-        table=table(values), worse=worse(values),
-    )  # fmt: skip
-    (out / "slimming.md").write_text(page, encoding="utf-8")
+    cv2.imwrite(str(out), shown, [cv2.IMWRITE_JPEG_QUALITY, 82])
 
 
 if __name__ == "__main__":

@@ -133,6 +133,19 @@ def test_lines_of_people_and_where_nobody_looked_are_not_sought():
     assert (found[..., 0] > 290).all()
 
 
+def test_lines_of_a_large_photo_are_sought_at_half_its_size():
+    half = photo_with(((30, 60), (50, 660)))
+    large = straight_lines(half.repeat(2, axis=0).repeat(2, axis=1))
+    np.testing.assert_allclose(large, 2.0 * straight_lines(half) + 0.5)
+
+
+@pytest.mark.parametrize(("length", "counts"), [(6, False), (10, True)])
+def test_a_few_pixels_are_no_line(length, counts):
+    photo = np.full((80, 80, 3), 90, np.uint8)
+    cv2.line(photo, (40, 30), (40, 30 + length), (220, 220, 220), 2)
+    assert bool(len(straight_lines(photo))) is counts
+
+
 def test_lines_that_are_let_go_are_not_held_and_the_meter_says_so():
     door, shelf = ((30, 60), (30, 660)), ((700, 60), (700, 300))
     photo = photo_with(door, shelf)
@@ -163,8 +176,8 @@ def test_only_a_line_that_stays_straight_is_said_to_be_held():
 def test_a_line_found_a_little_elsewhere_is_still_the_one_let_go():
     seen = found_in(photo_with(((30, 60), (30, 660))), Finder(BODY))
     line = seen.lines[0]
-    again = tuple(map(tuple, (line + np.array([1.5, 40.0])).tolist()))
-    elsewhere = tuple(map(tuple, (line + np.array([60.0, 0.0])).tolist()))
+    again = tuple(map(tuple, (line + np.array([0.2 * seen.shortest_px, 40.0])).tolist()))
+    elsewhere = tuple(map(tuple, (line + np.array([0.5 * seen.shortest_px, 0.0])).tolist()))
     assert seen.is_loose(line, [again])
     assert not seen.is_loose(line, [elsewhere])
 

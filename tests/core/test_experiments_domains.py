@@ -124,4 +124,4 @@ def test_everything_is_told(measured):
     assert len(report.records) == len(domains.THRESHOLDS)
     told = page(report, Made.now("kogao-cli"))
     assert told.count("<img") == 3
-    assert told.count("<svg") == 6
+    assert told.count("<svg") == 4

@@ -5,7 +5,6 @@ from collections import Counter
 from dataclasses import replace
 from itertools import pairwise
 
-import cv2
 import numpy as np
 import pytest
 from scenes import oval_face, textured_photo
@@ -42,7 +41,7 @@ def subject(width: int = 480, height: int = 360) -> Subject:
 
 def trial(name="t1", **changed) -> Trial:
     made = Trial(
-        name, "manual", "anna", "made.png", 480, 360, 1, False, False, 6.0, 20.0, (),
+        name, "manual", "made.png", 480, 360, False, 6.0, 20.0, (),
         set_by_hand((oval_face(480, 360),), PAPER), "2026-11-23T10:00:00+00:00",
     )  # fmt: skip
     return replace(made, **changed)
@@ -213,38 +212,16 @@ def test_the_hands_points_are_what_manual_ways_compute(monkeypatch):
     assert sorted(warped) == 6 * [11] + 4 * [21], "three ways by hand, two found, at two sizes"
 
 
-def test_what_is_left_out_of_table_2_is_timed_by_itself(tmp_path):
-    file = tmp_path / "made.png"
-    assert cv2.imwrite(str(file), textured_photo())
-    made = []
-
-    def source():
-        made.append(SameFace())
-        return made[-1]
-
-    assert timing.measure_around(subject(), source, PAPER) is None
-    one = timing.measure_around(replace(subject(), file=file), source, PAPER, repeats=2)
-    assert [each.asked for each in made] == [2, 2], "cold once, then warm"
-    for ms in (one.reading_ms, one.cold_ms, one.warm_ms, one.saving_ms):
-        assert len(ms) == 2
-        assert min(ms) > 0.0
-    assert list(tmp_path.iterdir()) == [file]
-
-
-def test_people_are_told_one_by_one_without_their_practice(timings):
+def test_setting_times_are_told(timings):
     known = (
         trial("t1", setting_s=20.0, corrections_s=(2.0, 1.0)),
         trial("t1", mode="automatic", setting_s=0.1, cold=True),
-        trial("t2", person="ben", setting_s=30.0),
-        trial("t3", person="ben", setting_s=900.0, practice=True),
+        trial("t2", setting_s=30.0),
     )
     result = table_2(timings, known)
     tables = {table.caption: table for table in timing_report.report(result).tables}
-    people = {row[0]: row for row in tables["Setting time by person"].rows}
-    assert list(people) == ["all people", "anna", "ben", "machine, cold"]
-    assert people["anna"][4:7] == ["2", "3.00", "23.0"]
-    assert people["ben"][1] == "1"
-    assert "without 1 practice photos" in tables["Setting time by person"].note
-    (apart,) = tables["Distances between manual and found points"].rows
-    assert apart == ("anna", "made.png", "21", "21", "0.0", "0.0")
+    times = {row[0]: row for row in tables["Setting time"].rows}
+    assert list(times) == ["by hand", "machine, cold"]
+    assert times["by hand"][1] == "2"
+    assert times["by hand"][4:6] == ["2", "3.00"]
     assert result.setting.count == 2

@@ -8,7 +8,7 @@ import pytest
 from scenes import oval_face
 
 from kogao_core.base.json_reader import BadFile
-from kogao_core.lab.experiments.trials import Trial, apart, append, now, read
+from kogao_core.lab.experiments.trials import Trial, append, now, read
 from kogao_core.lab.subjects import set_by_hand
 from kogao_core.recipe.recipe import PAPER
 
@@ -17,7 +17,7 @@ FACES = set_by_hand((oval_face(960, 720), oval_face(960, 720, size=0.3)), PAPER)
 
 def trial(**changed) -> Trial:
     made = Trial(
-        "t1", "manual", "anna", "Müller „x“.jpg", 960, 720, 3, False, False, 6.2, 22.8, (),
+        "t1", "manual", "Müller „x“.jpg", 960, 720, False, 6.2, 22.8, (),
         FACES, now(),
     )  # fmt: skip
     return replace(made, **changed)
@@ -29,7 +29,7 @@ def file(tmp_path):
 
 
 def test_what_is_appended_is_read(file):
-    made = [trial(), trial(trial="t2", mode="automatic", cold=True, practice=True, person="")]
+    made = [trial(), trial(trial="t2", mode="automatic", cold=True)]
     for one in made:
         append(file, one)
     for one, other in zip(read(file), made, strict=True):
@@ -48,18 +48,6 @@ def test_corrections_after_applying_are_part_of_the_same_trial(file):
     manual, automatic = read(file)
     assert manual.total_s == pytest.approx(22.8 + 2.2 + 1.2)
     assert automatic.total_s == 0.1
-
-
-def test_how_far_points_lie_apart_is_in_shares_of_the_eyes_distance():
-    found = set_by_hand((oval_face(960, 720),), PAPER)
-    (face,) = found
-    moved = replace(
-        face, outline=np.add(face.outline, [3, 4]), targets=np.add(face.targets, [0, 2])
-    )
-    far = apart((moved,), found)
-    assert far.landmarks == pytest.approx(500.0 / face.interocular_px)
-    assert far.targets == pytest.approx(200.0 / face.interocular_px)
-    assert apart((), found) is None
 
 
 @pytest.mark.parametrize("kept", [1, 30, 100])
@@ -94,3 +82,12 @@ def test_other_lines_are_refused_by_number(file, change):
         lines.write(json.dumps({**good, **change}) + "\n")
     with pytest.raises(BadFile, match="line 2 of"):
         read(file)
+
+
+def test_lines_of_former_versions_count_without_practice(file):
+    append(file, trial())
+    line = json.loads(file.read_text(encoding="utf-8")) | {"person": "anna", "order": 1}
+    later = [{**line, "trial": name, "practice": name == "t2"} for name in ("t2", "t3")]
+    with file.open("a", encoding="utf-8") as lines:
+        lines.writelines(json.dumps(one) + "\n\n" for one in later)
+    assert [one.trial for one in read(file)] == ["t1", "t3"]

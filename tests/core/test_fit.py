@@ -15,7 +15,6 @@ from kogao_core.warp.fit import (
     approximate,
     fit,
     spacing_px,
-    summed,
 )
 from kogao_core.warp.lattice import Grid, Lattice, basis
 from kogao_core.warp.one_to_one import check_one_to_one
@@ -151,6 +150,6 @@ def test_dragging_one_landmark_leaves_far_control_points_exactly_alone():
 
 def test_fields_add_up_whatever_the_spacing_of_their_grids():
     one = Lattice(Grid((0.0, 0.0), 20.0), (0, 0), np.ones((4, 4, 2)))
-    both = summed(one.refined(), one)
+    both = one.refined().plus(one)
     assert both.grid.spacing_px == 10.0
     np.testing.assert_allclose(both.at([[30.0, 30.0]]), 2.0 * one.at([[30.0, 30.0]]))

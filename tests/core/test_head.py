@@ -1,20 +1,15 @@
 """The pivot of a head, and the Amount that the photo allows."""
 
-import dataclasses
-
 import numpy as np
 import pytest
 from scenes import textured_photo
 
 from kogao_core.base.geometry import Affine, Box
-from kogao_core.faces import head
 from kogao_core.faces.head import HeadFrame, limited, pivot_and_share
 from kogao_core.faces.landmarks.sources import template_face
 from kogao_core.faces.targets import aim
 from kogao_core.pipeline import render
 from kogao_core.recipe.recipe import Recipe
-from kogao_core.warp import surround
-from kogao_core.warp.field import shown_at
 
 FACE = template_face((1000.0, 1000.0), 280.0)
 FRAME = HeadFrame.of(FACE)
@@ -83,78 +78,8 @@ def test_a_dragged_landmark_leaves_the_pivot_where_it_is():
     assert len({tuple(pairs.center_px) for pairs in both}) == 1
 
 
-def test_the_pivot_goes_with_a_turned_or_resized_face():
-    for turn in (Affine.similarity(0.5, 0.0, (0, 0)), Affine.similarity(1.0, 30.0, (40, -20))):
-        at, share = pivot_and_share(FACE.mapped(turn), 6.0)
-        np.testing.assert_allclose(at, turn(pivot_and_share(FACE, 6.0)[0]), atol=1e-6)
-        assert share == pytest.approx(0.06)
-
-
 def test_a_limited_move_is_whole_far_below_the_limit_and_never_beyond_it():
     most = np.array([0.0, 1.0, 10.0, 1e3])
     assert (np.abs(limited(np.full(4, -5.0), most)) <= most).all()
     assert float(limited(5.0, 1e3)) == pytest.approx(5.0)
     assert float(limited(0.0, 0.0)) == 0.0
-
-
-# -- tuned constants -------------------------------------------------------------------------------
-
-
-def figures():
-    """What the constants decide: pivots, Amounts and displacements of one face, and their sizes."""
-    recipe = Recipe(percent=8.0)
-    wide = render(np.zeros((8, 8), np.uint8), [FACE], recipe, whole=photo(3.0, 2.0)).field
-    tight = render(np.zeros((8, 8), np.uint8), [FACE], recipe, whole=photo(1.2, 0.4)).field
-    tall, right = E * FRAME.down, E * np.array([1.0, 0.0])
-    at = FRAME.eyes_px
-
-    def moves(field, *places):
-        return np.linalg.norm(field.at(np.array([at + place for place in places])), axis=1) / E
-
-    eye = shown_at(wide, FACE.eyes[:2])
-    return {
-        "crown": pivot(1.6, 2.0)[0],
-        "above": pivot(4.0, 2.0)[0],
-        "below": pivot(1.6, 2.0)[0],
-        "neck": pivot(1.6, 0.0)[0],
-        "room": pivot(1.6, 0.15)[0],
-        "amount": pivot(1.1, 0.1)[1],
-        "edge": moves(tight, -1.12 * tall)[0] * 100.0,
-        "up": moves(wide, -1.3 * tall)[0] * 100.0,
-        "sides": moves(wide, 1.3 * right, 1.6 * right).sum() * 100.0,
-        "chin": moves(wide, 1.3 * tall, 1.6 * tall).sum() * 100.0,
-        "eye": float(np.hypot(*(eye[1] - eye[0]))) / E * 10.0,
-    }
-
-
-@pytest.mark.parametrize(
-    ("module", "name", "factors"),
-    [
-        *((head, name, (0.5, 2.0)) for name in (
-            "_CROWN", "_ABOVE", "_BELOW", "_NECK", "_ROOM", "_HEIGHT", "_TALLER", "_SHARP",
-        )),
-        (surround, "EDGE_SLOPE", (0.5, 2.0)),
-        *((surround, name, (0.5, 2.0)) for name in (
-            "_KEEP_UP", "_FADE", "_LEAST_FADE", "_SIDE_FADE", "_SHRINK",
-        )),
-    ],
-)  # fmt: skip
-def test_a_tuned_constant_that_is_halved_or_doubled_changes_the_picture(
-    monkeypatch, module, name, factors
-):
-    before = figures()
-    for factor in factors:
-        monkeypatch.setattr(module, name, factor * getattr(module, name))
-        after = figures()
-        monkeypatch.undo()
-        apart = max(abs(after[key] - before[key]) for key in before)
-        assert apart > 0.02, f"{name} x {factor}"
-
-
-def test_the_head_of_each_face_has_its_own_pivot():
-    other = FACE.mapped(Affine(np.eye(2), np.array([500.0, -400.0])))
-    faces = FACE, dataclasses.replace(other, recipe=Recipe(percent=3.0))
-    made = render(
-        np.zeros((8, 8), np.uint8), faces, Recipe(percent=6.0), whole=photo(5.0, 5.0, 6.0)
-    )
-    assert made.achieved == pytest.approx((6.0, 3.0), abs=0.05)

@@ -1,7 +1,6 @@
 """HEIC and raw photos come in with their metadata, and go out in formats that last."""
 
 import builtins
-import contextlib
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -150,19 +149,10 @@ def test_without_the_extra_a_sentence_names_it(tmp_path, monkeypatch, name, modu
 @needs_heic
 @needs_raw
 @pytest.mark.parametrize("name", ["in.heic", "in.dng"])
-def test_damaged_files_are_refused_in_a_sentence(tmp_path, name):
-    whole = files.heic(smooth()) if name == "in.heic" else files.dng()
-    path, rng = tmp_path / name, np.random.default_rng(3)
-    path.write_bytes(whole)
+def test_large_files_are_refused_in_a_sentence(tmp_path, name):
+    (tmp_path / name).write_bytes(files.heic(smooth()) if name == "in.heic" else files.dng())
     with pytest.raises(UnreadablePhoto, match="megapixels; the limit"):
-        photo.read(path, max_megapixels=0.001)
-    for k in range(30):
-        damaged = bytearray(whole)
-        for at in rng.integers(12, min(len(whole), 800), 6):
-            damaged[at] = rng.integers(256)
-        path.write_bytes(damaged[: len(whole) // 2] if k % 3 == 0 else damaged)
-        with contextlib.suppress(UnreadablePhoto):
-            photo.read(path, max_megapixels=1)
+        photo.read(tmp_path / name, max_megapixels=0.001)
 
 
 @needs_heic

@@ -185,13 +185,6 @@ def test_faces_that_reach_into_each_other_keep_their_landmarks_and_the_line():
     assert made.one_to_one.settled
 
 
-def test_more_lines_than_can_be_solved_at_once_are_thinned():
-    many = np.array([[(x, 20.0), (x + 30.0, 700.0)] for x in np.arange(0.0, 930.0, 2.0)])
-    made = warped(many, percent=4)
-    assert made.one_to_one.certified
-    assert made.residual.max_px < 0.01
-
-
 def test_a_threshold_that_was_proven_stays_so():
     made = warped(DOOR, percent=8, threshold_px=1.0)
     assert made.unheld.fade_px == made.field.fade_px > 0.0
@@ -224,7 +217,7 @@ def test_a_drag_builds_and_solves_the_dragged_face_alone_and_keeps_the_newest(mo
 
 
 def test_equations_end_at_the_photos_edge():
-    tight = PHOTO[: int(CHIN) + 60, int(LEFT) - 60 : int(RIGHT) + 60]
+    tight = PHOTO[: int(CHIN) + 50, int(LEFT) - 60 : int(RIGHT) + 60]
     face = FACE.mapped(Affine(np.eye(2), np.array([60.0 - int(LEFT), 0.0])))
     sizes = []
     for photo, one in ((PHOTO, FACE), (tight, face)):

@@ -11,18 +11,11 @@ from kogao_core.base.geometry import Affine, Box
 from kogao_core.base.json_reader import BadFile
 from kogao_core.faces.face import Face
 from kogao_core.projects import interchange
-from kogao_core.projects.interchange import (
-    formats,
-    own_points,
-    point_map,
-    read,
-    write,
-    write_points,
-)
-from kogao_core.projects.interchange.pointmap import along, default_map
+from kogao_core.projects.interchange import along, face_of, own_points, read, write
 
-# The map of WebMorph's 189 points, as docs/interchange.md tells.
-FRLL = "109,185,110,186,111,125-133,114,188,113,187,112/18,22,23,27/87,93"
+# Outline, eyes and mouth among WebMorph's 189 points.
+OUTLINE = [109, 185, 110, 186, 111, *range(125, 134), 114, 188, 113, 187, 112]
+EYES, MOUTH = [18, 22, 23, 27], [87, 93]
 ROUNDED = 0.00051  # files hold thousandths of a px
 
 
@@ -30,11 +23,10 @@ def turned_face():
     return oval_face().mapped(Affine.similarity(1.7, 20.0, (40.0, -10.0)))
 
 
-@pytest.mark.parametrize("suffix", ["json", "csv", "pts"])
+@pytest.mark.parametrize("suffix", ["json", "csv"])
 def test_our_27_points_come_back_as_they_were(tmp_path, suffix):
     face, path = turned_face(), tmp_path / f"face.{suffix}"
-    (written,) = write([face], path)
-    assert written.note == ""
+    assert write([face], path) == ""
     (back,) = read(path)
     np.testing.assert_allclose(back.points, face.points, atol=0 if suffix == "json" else ROUNDED)
 
@@ -50,9 +42,8 @@ def test_resampling_follows_the_curve_and_not_its_chords():
 
 
 def test_ibug_counts_pixels_from_one():
-    first = formats.parse_pts(b"version: 1\nn_points: 1\n{\n1 1\n}\n")
+    first = interchange.parse_pts(b"version: 1\nn_points: 1\n{\n1 1\n}\n")
     np.testing.assert_array_equal(first, [[0.0, 0.0]])
-    assert "\n1.000 11.000\n" in formats.pts_text(np.array([[0.0, 10.0]]))
 
 
 def test_another_programs_68_points_become_the_outline_by_arc_length():
@@ -61,7 +52,7 @@ def test_another_programs_68_points_become_the_outline_by_arc_length():
     points[:17] = np.column_stack([100 * np.cos(angle), 100 * np.sin(angle)])
     points[[36, 39, 42, 45]] = [(-40, -10), (-15, -10), (15, -10), (40, -10)]
     points[[48, 54]] = [(-20, 50), (20, 50)]
-    face = default_map(points).face(points)
+    face = face_of(points)
     steps = np.linalg.norm(np.diff(face.outline, axis=0), axis=1)
     assert np.ptp(steps) < 0.03 * steps.mean()
     np.testing.assert_array_equal(face.outline[[0, -1]], points[[0, 16]])
@@ -69,36 +60,11 @@ def test_another_programs_68_points_become_the_outline_by_arc_length():
     assert face.source == "points"
 
 
-def test_any_number_of_points_is_read_with_a_map(tmp_path):
-    points = np.random.default_rng(3).uniform(0, 100, (50, 2))
-    path = tmp_path / "other.pts"
-    path.write_text(formats.pts_text(points))
-    with pytest.raises(BadFile, match=r"50 points instead of 27 or 68; .* --points-map"):
-        read(path)
-    (face,) = read(path, point_map("20-0/30,31,32,33/40,41"))
-    np.testing.assert_allclose(face.outline[[0, -1]], points[[20, 0]], atol=ROUNDED)
-    np.testing.assert_allclose(face.eyes, points[30:34], atol=ROUNDED)
-    with pytest.raises(BadFile, match="point 99"):
-        read(path, point_map("0-20/30,31,32,33/40,99"))
-
-
-@pytest.mark.parametrize(
-    "spec", ["", "70", "0-16/1,2,3/4,5", "0-1/1,2,3,4/5,6", "a/b/c", "0--3/1,2,3,4/5,6", "1/2/3/4"]
-)
-def test_mappings_that_are_none_are_refused(spec):
-    with pytest.raises(ValueError, match="such as 0-16/36,39,42,45/48,54"):
-        point_map(spec)
-
-
-@pytest.mark.parametrize(
-    ("suffix", "names"),
-    [("csv", ["group.csv"]), ("json", ["group.json"]), ("pts", ["group.pts", "group-2.pts"])],
-)
-def test_several_faces_take_one_file_or_each_its_own(tmp_path, suffix, names):
+@pytest.mark.parametrize("suffix", ["csv", "json"])
+def test_several_faces_take_one_file(tmp_path, suffix):
     faces = [turned_face(), oval_face()]
-    written = write(faces, tmp_path / f"group.{suffix}")
-    assert [one.path.name for one in written] == names
-    back = [face for name in names for face in read(tmp_path / name)]
+    write(faces, tmp_path / f"group.{suffix}")
+    back = read(tmp_path / f"group.{suffix}")
     assert len(back) == 2
     np.testing.assert_allclose(back[1].points, faces[1].points, atol=ROUNDED)
 
@@ -106,10 +72,9 @@ def test_several_faces_take_one_file_or_each_its_own(tmp_path, suffix, names):
 def test_an_outline_of_another_count_is_resampled_and_said(tmp_path):
     face = oval_face()
     many = Face(np.repeat(face.outline, 2, axis=0)[:-1], face.eyes, face.mouth)
-    (written,) = write([many], tmp_path / "face.pts")
-    assert "resampled to 21" in written.note
-    (json_file,) = write([many], tmp_path / "face.json")
-    assert len(read(json_file.path)[0].outline) == 41
+    assert "resampled to 21" in write([many], tmp_path / "face.csv")
+    assert write([many], tmp_path / "face.json") == ""
+    assert len(read(tmp_path / "face.json")[0].outline) == 41
 
 
 def test_what_detect_prints_is_read(tmp_path):
@@ -121,10 +86,10 @@ def test_what_detect_prints_is_read(tmp_path):
 
 def by_hand(suffix):
     """A file of the oval face as a hand or another program may have left it."""
-    points, plain = oval_face().points.tolist(), formats.pts_text(oval_face().points)
+    points = oval_face().points.tolist()
     if suffix == "pts":  # with comments
-        first, rest = plain.split("{\n")
-        return f"# by hand\n{first}{{\n  # the jaw\n{rest}# end\n"
+        rows = "\n".join(f"{x + 1:.3f} {y + 1:.3f}" for x, y in points)
+        return f"# by hand\nversion: 1\nn_points: 27\n{{\n  # the jaw\n{rows}\n}}\n# end\n"
     if suffix == "of Europe.csv":
         return "\n".join(["x;y", *(f"{x:.3f};{y:.3f}".replace(".", ",") for x, y in points)])
     return "\n".join(["\ufeffY ,name,x", *(f"{y},p,{x}" for x, y in points)])
@@ -138,21 +103,16 @@ def test_files_by_hand_are_read(tmp_path, suffix):
     np.testing.assert_allclose(face.points, oval_face().points, atol=ROUNDED)
 
 
-@pytest.mark.parametrize("zeros", [0, 41])
-def test_a_table_that_was_sorted_is_read_by_its_names(tmp_path, zeros):
+def test_a_table_that_was_sorted_is_read_by_its_names(tmp_path):
     path = tmp_path / "face.csv"
-    sets = [own_points(face) for face in (oval_face(), turned_face())]
-    marked = [np.linspace((zeros, 0), (0, 100), 68), np.linspace((10, 0), (200, 99), 68)]
-    for points in marked:
-        points[[36, 39, 42, 45, 48, 54]] += 3
-    write_points(marked if zeros else sets, path)
+    write([oval_face(), turned_face()], path)
     before = [face.points.tobytes() for face in read(path)]
     first, *rows = path.read_text().splitlines()
     path.write_text("\n".join([first, *sorted(rows, key=lambda row: float(row.split(",")[3]))]))
     assert sorted(face.points.tobytes() for face in read(path)) == sorted(before)
 
 
-@pytest.mark.parametrize("suffix", ["json", "csv", "pts"])
+@pytest.mark.parametrize("suffix", ["json", "csv"])
 def test_files_of_windows_editors_begin_with_a_byte_order_mark(tmp_path, suffix):
     path = tmp_path / f"face.{suffix}"
     write([oval_face()], path)
@@ -242,16 +202,9 @@ def test_files_too_large_missing_and_folders_are_refused(tmp_path, monkeypatch):
         with pytest.raises(BadFile, match="can't be read"):
             read(tmp_path / name)
     (tmp_path / "large.pts").write_bytes(b"# x\n" * 100)
-    monkeypatch.setattr(formats, "MOST_BYTES", 100)
+    monkeypatch.setattr(interchange, "MOST_BYTES", 100)
     with pytest.raises(BadFile, match="too many for landmarks"):
         read(tmp_path / "large.pts")
-
-
-@pytest.mark.parametrize("suffix", ["doc", "tem"])
-def test_other_formats_are_refused_with_advice_and_nothing_is_written(tmp_path, suffix):
-    with pytest.raises(BadFile, match=r"must end in one of \.json.* as \.csv with columns"):
-        write([oval_face()], tmp_path / f"face.{suffix}")
-    assert not list(tmp_path.iterdir())
 
 
 def test_points_of_another_photo_are_told_from_this_ones():
@@ -275,7 +228,10 @@ def test_labels_of_189_points_agree_with_the_mesh(shared_data, weights):
     for person in ("002", "003", "007"):
         photo = read_photo(shared_data / "frll" / f"{person}_neutral.jpg")
         (found,) = MeshSource().find(photo.pixels)
-        (labelled,) = read(shared_data / "frll" / f"{person}_neutral.csv", point_map(FRLL))
+        table = (shared_data / "frll" / f"{person}_neutral.csv").read_bytes()
+        (points,) = interchange.parse_csv(table)
+        line = along(points[OUTLINE], 21)
+        labelled = Face(line, points[EYES], points[MOUTH])
         inner = labelled.outline[3:-3]
         errors = [
             np.linalg.norm(found.eyes - labelled.eyes, axis=1).mean(),
@@ -287,7 +243,7 @@ def test_labels_of_189_points_agree_with_the_mesh(shared_data, weights):
 
 
 def test_csv_text_names_our_points():
-    text = formats.csv_text([oval_face().points])
+    text = interchange.csv_text([own_points(oval_face())])
     rows = text.splitlines()
     assert rows[0] == "face,point,x,y"
     assert rows[11].startswith("1,outline-11,")

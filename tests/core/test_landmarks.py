@@ -141,13 +141,6 @@ def test_some_tile_holds_every_face_that_tiles_are_for(shape: tuple[int, int], p
         assert inside.all(axis=1).any()
 
 
-def test_an_empty_view_is_not_looked_at(weights: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    detector = BlazeFace(weights / "face_detection_back.tflite")
-    monkeypatch.setattr(detector, "_nets", None)
-    sky = np.full((200, 200, 3), (90, 140, 220), np.uint8)
-    assert detector.look(Pyramid(sky), Square(np.array([100.0, 100.0]), 200.0), 0.1).boxes == []
-
-
 @pytest.mark.parametrize("shape", [(1, 1), (1, 9, 3), (3, 3, 4), (2, 500, 3), (17, 5)])
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32])
 def test_an_image_of_almost_nothing_has_no_face(

@@ -17,7 +17,7 @@ CATALOGUES = sorted((ROOT / "resources" / "translations").glob("*.po"))
 
 
 class German(gettext.NullTranslations):
-    """A few words of a language with a decimal comma, and with its own plural."""
+    """A few words of a language with its own plural."""
 
     def gettext(self, message):
         words = {"{path} is {mib:.1f} MiB large": "{mib:.1f} MiB groß ist {path}", "empty": "leer"}
@@ -26,9 +26,6 @@ class German(gettext.NullTranslations):
     def ngettext(self, msgid1, msgid2, n):
         assert (msgid1, msgid2) == ("{n} face", "{n} faces")
         return "{n} Gesicht" if n == 1 else "{n} Gesichter"
-
-    def pgettext(self, context, message):
-        return "," if context == "decimal point" else message
 
 
 @pytest.fixture
@@ -41,7 +38,7 @@ def test_a_text_is_its_english_and_is_said_in_the_language_at_work():
     text = Text("{path} is {mib:.1f} MiB large", path="a.jpg", mib=1.25)
     assert text == "a.jpg is 1.2 MiB large"
     assert json.dumps({"note": text}) == '{"note": "a.jpg is 1.2 MiB large"}'
-    assert translated(text) == "1,2 MiB groß ist a.jpg"
+    assert translated(text) == "1.2 MiB groß ist a.jpg"
     assert tr("empty") == "leer"
 
 
@@ -65,7 +62,7 @@ def test_an_exception_keeps_its_text_in_another_process_too():
     problem = pickle.loads(
         pickle.dumps(ValueError(Text("{path} is {mib:.1f} MiB large", path=ROOT / "a", mib=2.5)))
     )
-    assert translated(problem) == f"2,5 MiB groß ist {ROOT / 'a'}"
+    assert translated(problem) == f"2.5 MiB groß ist {ROOT / 'a'}"
     assert translated(OSError(2, "No such file")) == "[Errno 2] No such file", "not ours"
 
 

@@ -26,7 +26,7 @@ def pictures() -> list[Path]:
     return [one for one in found if one.suffix in (".png", ".jpg") and one.name not in PEOPLE]
 
 
-@pytest.mark.skipif(not pictures(), reason="scikit-image isn't installed (extra: bench)")
+@pytest.mark.skipif(not pictures(), reason="scikit-image isn't installed (extra: test)")
 def test_there_are_pictures() -> None:
     assert len(pictures()) > 10
 
@@ -37,7 +37,7 @@ def test_sample_pictures_without_people_have_no_face(source: MeshSource, path: P
 
 
 @pytest.mark.usefixtures("weights")
-@pytest.mark.skipif(not pictures(), reason="scikit-image isn't installed (extra: bench)")
+@pytest.mark.skipif(not pictures(), reason="scikit-image isn't installed (extra: test)")
 @pytest.mark.parametrize("name", few_of(("clock_motion.png", "coins.png", "cell.png"), 1))
 def test_what_the_aam_fits_badly_is_no_face(name: str) -> None:
     (path,) = (one for one in pictures() if one.name == name)

@@ -128,16 +128,3 @@ def test_free_is_where_somebody_looked_and_nobody_is():
         known = people.at(np.stack([x, y], axis=-1).astype(float))
         assert (people.free(60, 40) == (known < 0.5)).mean() > 0.98
     assert 0 < alone.free(60, 40).sum() < both.free(60, 40).sum()
-
-
-@pytest.mark.parametrize("kind", ["grey", "16 bits", "light"])
-def test_every_kind_of_photo_is_looked_at(sample, kind):
-    photo, faces = sample
-    other = {
-        "grey": lambda: cv2.cvtColor(photo, cv2.COLOR_RGB2GRAY),
-        "16 bits": lambda: photo.astype(np.uint16) * 257,
-        "light": lambda: photo.astype(np.float32) / 255.0,
-    }[kind]()
-    size = photo.shape[1::-1]
-    pictures = [PersonFinder().find(one, faces).picture(*size) for one in (photo, other)]
-    assert shared(*pictures) > 0.95

@@ -1,7 +1,8 @@
 """Results of stored scenes stay the same: a changed constant is noticed.
 
-`tests/benchmarks/constants.py` halves and doubles each constant and lists those that no scene
-notices. After a deliberate change of the pictures, run `tests/pinned.py`.
+`tests/benchmarks/constants.py` halves and doubles each constant and lists those that no test
+notices.
+After a deliberate change of the pictures, run `tests/pinned.py`.
 """
 
 import json

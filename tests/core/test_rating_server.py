@@ -195,20 +195,11 @@ def test_many_windows_at_once_leave_one_answer(folder, serve):
     assert len(log(folder).records) == 1
 
 
-@pytest.mark.parametrize(
-    "spoil",
-    [
-        lambda line: {**line, "picture": NAMES[0] if line["picture"] != NAMES[0] else NAMES[1]},
-        lambda line: {**line, "name": "A. Person"},
-        lambda _: [],
-    ],
-    ids=["picture", "field", "no line"],
-)
-def test_what_doesnt_follow_is_refused_and_not_kept(folder, serve, spoil):
+def test_what_doesnt_follow_is_refused_and_not_kept(folder, serve):
     page = Page(serve())
     page.open()
     before = (folder / plan.RATINGS_FOLDER / "r1.jsonl").read_bytes()
-    line = spoil(answered(page.session, "natural").to_dict())
+    line = {**answered(page.session, "natural").to_dict(), "name": "A. Person"}
     code, told = refusal(page.ask, "sessions/r1/lines", line)
     assert (code, "\n" in told["problem"]) == (400, False)
     assert (folder / plan.RATINGS_FOLDER / "r1.jsonl").read_bytes() == before
@@ -313,15 +304,6 @@ def test_replies_are_kept_by_nobody_and_framed_by_nobody(serve):
         assert headers["X-Content-Type-Options"] == "nosniff"
         assert headers["Content-Security-Policy"] == "frame-ancestors 'none'"
         assert not any(name.startswith("Access-Control") for name in headers)
-
-
-def test_nobody_hears_of_other_raters(serve):
-    page = Page(serve())
-    page.open()
-    page.judge(2)
-    code, told = refusal(page.ask, "sessions")
-    assert (code, told) == (404, {"problem": "there is no such picture"})
-    assert b"r1" not in page.ask("")
 
 
 @pytest.mark.parametrize(

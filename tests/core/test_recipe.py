@@ -8,11 +8,10 @@ from typing import Literal, Union, get_args, get_origin, get_type_hints
 import click
 import numpy as np
 import pytest
-from scenes import ALONE, textured_photo
+from scenes import textured_photo
 
 import kogao_core as kogao
 from kogao_core.cli.commands import program
-from kogao_core.recipe import recipe as recipes
 from kogao_core.recipe.recipe import LOSSLESS_PX, PAPER, SETTINGS, VERSION, Recipe
 from kogao_core.recipe.settings import CENTERS
 
@@ -102,63 +101,6 @@ def test_every_field_has_an_option_with_its_choices(command, setting):
     elif setting.choices:
         assert isinstance(option.type, click.Choice)
         assert tuple(option.type.choices) == setting.choices
-
-
-def test_a_recipe_of_an_older_version_is_read_step_by_step(monkeypatch):
-    def renamed(values):
-        return {"percent" if name == "distance" else name: v for name, v in values.items()}
-
-    monkeypatch.setattr(recipes, "VERSION", 3)
-    steps = {1: renamed, 2: lambda values: {**values, "guard": not values["guard"]}}
-    monkeypatch.setattr(recipes, "_UPGRADES", steps)
-    old = {"version": 1, "distance": 3.0, "guard": True}
-    assert Recipe.from_dict(old) == Recipe(percent=3.0, guard=False)
-    assert Recipe.from_dict({"version": 2, "guard": True}) == Recipe(guard=False)
-    assert Recipe.from_dict({"version": 3, "percent": 3.0}) == Recipe(percent=3.0)
-    with pytest.raises(ValueError, match="version"):
-        Recipe.from_dict({"version": 0})
-
-
-def test_a_recipe_from_before_lines_were_held_holds_none():
-    read = Recipe.from_dict({"version": 1, "percent": 6.0})
-    assert not read.hold_background
-    assert read == dataclasses.replace(ALONE, percent=6.0, hold_background=False)
-    assert Recipe.from_dict({"percent": 6.0}).hold_background
-
-
-@pytest.mark.parametrize("version", [1, 2])
-def test_before_heads_moved_the_face_moved_alone_or_with_its_hair(version):
-    for fields, scope in (
-        ({}, "face"),
-        ({"whole_head": False}, "face"),
-        ({"whole_head": True}, "head"),
-    ):
-        assert Recipe.from_dict({"version": version, "percent": 6.0, **fields}).scope == scope
-
-
-@pytest.mark.parametrize(
-    ("fields", "same"),
-    [
-        ({}, {"percent": 4.0}),
-        ({"head_follows": 0.0, "keep_features": False}, {"percent": 4.0, "scope": "face"}),
-        ({"head_follows": 0, "keep_features": True}, {"percent": 4.0, "scope": "face"}),
-        ({"head_follows": 100.0}, {"percent": 4.0, "scope": "head"}),
-        ({"percent": 6.0, "jaw": 150.0, "left": 50.0}, {"jaw_width": -3.0, "left_width": 3.0}),
-        ({"percent": 6.0, "chin": 0.0, "chin_length": -2.0}, {"chin_length": 4.0}),
-        ({"percent": 15.0, "cheeks": 200.0, "cheeks_width": -8.0}, {"cheeks_width": -15.0}),
-        ({"zones": False, "jaw": 50.0, "even_out": 40.0, "percent": 6.0}, {"percent": 6.0}),
-        ({"zones": True, "even_out": 40.0, "percent": 6.0}, {"even_out": 40.0}),
-    ],
-)
-def test_a_recipe_of_version_3_is_read_as_the_nearest_shape(fields, same):
-    expected = Recipe(**{"percent": fields.get("percent", 4.0), **same})
-    assert Recipe.from_dict({"version": 3, **fields}) == expected
-
-
-@pytest.mark.parametrize("bad", [{"jaw": "wide"}, {"chin": 300.0}, {"percent": None, "jaw": 50.0}])
-def test_a_bad_value_of_version_3_is_refused(bad):
-    with pytest.raises(ValueError, match="must be"):
-        Recipe.from_dict({"version": 3, **bad})
 
 
 def other_than(setting, default):

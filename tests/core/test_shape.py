@@ -8,7 +8,7 @@ from scenes import oval_face, textured_photo
 
 from kogao_core.faces.targets import aim, shape_center
 from kogao_core.pipeline import render
-from kogao_core.recipe.recipe import PAPER, SHAPE, Recipe
+from kogao_core.recipe.recipe import SHAPE, Recipe
 from kogao_core.warp.surround import forehead_pairs
 
 STILL = Recipe(percent=0)
@@ -67,14 +67,3 @@ def test_a_narrower_face_has_a_narrower_forehead_and_slimmer_cheeks_do_not():
     assert moved["width"][[0, -1], 0].min() > 2.0
     assert moved["width"][6, 0].max() < 0.3
     assert moved["cheeks_width"].max() < 0.3
-
-
-def test_at_0_they_are_as_if_they_werent_there():
-    plain = render(textured_photo(), [FACE], PAPER)
-    assert not any(getattr(PAPER, name) for name in SHAPE)
-    older = {name: value for name, value in PAPER.to_dict().items() if name not in SHAPE}
-    assert Recipe.from_dict(older) == PAPER
-    np.testing.assert_array_equal(
-        plain.pairs[0].target_px,
-        FACE.outline + 0.04 * (plain.pairs[0].center_px - FACE.outline),
-    )

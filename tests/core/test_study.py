@@ -472,12 +472,6 @@ def test_intervals_hold_their_share_and_mirror():
     assert math.isnan(Share(0, 0).value)
 
 
-def test_grades_have_mean_and_sample_deviation():
-    assert Grades.of([90, 92, 94]) == Grades(3, 92.0, 2.0)
-    assert math.isnan(Grades.of([5]).deviation)
-    assert math.isnan(Grades.of([]).mean)
-
-
 def rated(folder, rater, said, count=None, place=plan.RATINGS_FOLDER, took_ms=900):
     """Write made-up ratings into a copy of a study."""
     study, key = plan.load_study(folder), plan.load_key(plan.key_path(folder))

@@ -22,8 +22,7 @@ def noise(shape, dtype):
 
 def read(path):
     with path.open("rb") as file:
-        tags = tiff.TiffTags.read(file)
-        return tiff_format.read_plain(file, tags.tags, tags.orientation)
+        return tiff_format.read_plain(file, tiff.TiffTags.read(file))
 
 
 @pytest.mark.parametrize("shape", SHAPES)
@@ -63,19 +62,19 @@ def test_what_lies_there_otherwise_takes_a_decoder(tmp_path, tag, value):
     path.write_bytes(files.tiff(noise((37, 51, 3), np.uint16)))
     assert read(path) is not None
     with path.open("rb") as file:
-        tags = tiff.TiffTags.read(file).tags
-        tags[tag] = value
-        assert tiff_format.read_plain(file, tags, 1) is None
+        tags = tiff.TiffTags.read(file)
+        tags.tags[tag] = value
+        assert tiff_format.read_plain(file, tags) is None
 
 
 def test_a_file_that_became_shorter_is_damaged(tmp_path):
     path = tmp_path / "in.tif"
     path.write_bytes(files.tiff(noise((37, 51), np.uint16)))
     with path.open("r+b") as file:
-        tags = tiff.TiffTags.read(file).tags
+        tags = tiff.TiffTags.read(file)
         file.truncate(1000)
         with pytest.raises(ValueError, match="cannot reshape"):
-            tiff_format.read_plain(file, tags, 1)
+            tiff_format.read_plain(file, tags)
 
 
 def test_a_deep_photo_is_held_once_to_read_it_and_not_again_to_write_it(tmp_path):

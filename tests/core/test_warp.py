@@ -154,36 +154,6 @@ def area(boxes):
     return sum(box.area for box in boxes)
 
 
-@pytest.mark.parametrize(
-    ("dtype", "recipe"),
-    [
-        (np.uint8, Recipe()),
-        (np.uint16, Recipe(interpolation="lanczos4", threshold_px=1.0)),
-        (np.float32, Recipe(lattice=1.0, fit="multilevel")),
-    ],
-)
-@needs_rounded_positions
-def test_a_faint_change_resamples_single_pixels_and_gives_the_same_bits(monkeypatch, dtype, recipe):
-    photo, face = textured_photo(600, 400, 3, dtype), oval_face(600, 400, size=0.45)
-    wall = Protection().with_stroke([(160, 0), (173, 360)])
-    wall = wall.with_stroke([(433, 40), (433, 360)], 5.0)
-    canvas, sampled, remap = Canvas(photo), [], cv2.remap
-
-    def counted(source, x, y, flag, **more):
-        sampled.append(x.size)
-        return remap(source, x, y, flag, **more)
-
-    render(photo, [face], recipe, canvas=canvas, protection=wall)
-    monkeypatch.setattr(cv2, "remap", counted)
-    for place, move in ((10, (2.0, 1.0)), (3, (-0.3, 0.2)), (0, (0.0, 0.01))):
-        sampled.clear()
-        face = face.with_outline_point(place, face.outline[place] + move)
-        partial = render(photo, [face], recipe, canvas=canvas, protection=wall)
-        assert 0 < sum(sampled) < 0.7 * area(partial.changed)
-        fresh = render(photo, [face], recipe, protection=wall).pixels
-        np.testing.assert_array_equal(partial.pixels, fresh)
-
-
 def test_threads_and_order_make_no_difference():
     photo = textured_photo(1500, 900)
     first = render(photo, [oval_face(1500, 900)], Recipe(), threads=1)
@@ -256,12 +226,3 @@ def test_nothing_is_added_to_what_nobody_has_written(monkeypatch):
     with np.errstate(invalid="raise"):
         pixels = render(photo, faces, Recipe(percent=4), threads=1).pixels
     np.testing.assert_array_equal(pixels, expected)
-
-
-@pytest.mark.parametrize("shape", [(3, 5), (1300, 900), (1300, 900, 3)])
-def test_a_canvas_begins_as_a_copy_of_its_source_however_that_lies_in_memory(shape):
-    source = np.rot90(np.random.default_rng(1).integers(0, 256, shape, np.uint8))
-    pixels = Canvas(source).pixels
-    np.testing.assert_array_equal(pixels, source)
-    assert pixels.flags.c_contiguous
-    assert not np.shares_memory(pixels, source)

@@ -102,13 +102,6 @@ def unevenness(face, outline):
     return float(np.linalg.norm(evened(other, 100.0) - outline, axis=1).mean())
 
 
-def test_something_moves_at_zero_percent_where_sides_are_evened_out():
-    photo = textured_photo()
-    rendering = render(photo, [crooked()], Recipe(percent=0, even_out=50))
-    assert rendering.pixels.tobytes() != photo.tobytes()
-    assert rendering.residual.max_px < 0.01
-
-
 def test_a_face_that_is_even_stays_as_it_is():
     face = oval_face()
     np.testing.assert_allclose(evened(face, 100.0), face.outline, atol=1e-9)

@@ -1,14 +1,12 @@
-"""A process that runs a program again and again, each time as if it had just begun.
+"""A process that runs ``kogao-cli`` again and again, each time as if it had just begun.
 
-``child.py MODULE`` calls the module's `main`. It reads one JSON object a line, ``{"arguments":
-[...], "folder": "..."}``, and answers with one: exit code, seconds, the most memory used, and what
-was raised. What the program prints, or a library, goes to the files ``said`` and ``complaints`` of
-the folder, whoever wrote it.
+It reads one JSON object a line, ``{"arguments": [...], "folder": "..."}``, and answers with one:
+exit code, seconds, the most memory used, and what was raised. What the program prints, or a
+library, goes to the files ``said`` and ``complaints`` of the folder, whoever wrote it.
 """
 
 from __future__ import annotations
 
-import importlib
 import json
 import os
 import re
@@ -18,18 +16,17 @@ import tempfile
 import time
 import traceback
 import warnings
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
+
+from kogao_core.cli import main
 
 MOST_ADDRESSES = 3 << 30  # bytes; more is a MemoryError, not a dead machine
 _OURS = re.compile(r"[/\\](kogao_core|app)[/\\]")
 SAID, COMPLAINTS, WORK, TEMPORARY, DATA = "said", "complaints", "work", "tmp", "data"
 
 
-def answer(
-    main: Callable[[list[str]], object], arguments: list[str], folder: Path
-) -> dict[str, Any]:
+def answer(arguments: list[str], folder: Path) -> dict[str, Any]:
     """Run the program in a folder; return what came of it."""
     for descriptor, name in ((1, SAID), (2, COMPLAINTS)):
         with (folder / name).open("wb") as file:
@@ -78,17 +75,16 @@ def _peak() -> int:
     return 1024 * max(int(own.split()[1]), children)
 
 
-def serve(program: str) -> None:
+def serve() -> None:
     """Answer until there is nothing more to do."""
     replies = os.fdopen(os.dup(1), "w", encoding="utf-8")
     resource.setrlimit(resource.RLIMIT_AS, (MOST_ADDRESSES, MOST_ADDRESSES))
-    main = importlib.import_module(program).main
     for line in sys.stdin:
         asked = json.loads(line)
-        reply = answer(main, asked["arguments"], Path(asked["folder"]))
+        reply = answer(asked["arguments"], Path(asked["folder"]))
         replies.write(json.dumps(reply) + "\n")
         replies.flush()
 
 
 if __name__ == "__main__":
-    serve(sys.argv[1])
+    serve()

@@ -1,7 +1,7 @@
 """Damage to the parts of a photo's file: what holds them together stays in order.
 
-JPEG segments get their lengths again, PNG chunks their sums, WebP chunks and HEIC boxes their
-sizes, so that a decoder comes as far as the damage.
+JPEG segments get their lengths again, PNG chunks their sums and WebP chunks their sizes, so that a
+decoder comes as far as the damage.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from __future__ import annotations
 import struct
 import zlib
 from collections.abc import Callable
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from files import chunk, segment
@@ -18,18 +18,15 @@ from damaging import bytewise, texts, tiffs
 
 _PNG = b"\x89PNG\r\n\x1a\n"
 _PACKED = {b"IDAT": 0, b"zTXt": 2, b"iCCP": 2}  # zeros before what zlib has packed
-_HOLDERS = {b"moov": 0, b"meta": 4, b"iprp": 0, b"ipco": 0, b"iinf": 6, b"dinf": 0, b"iref": 4}
 _SOS, _RESTARTS = 0xDA, (0x00, *range(0xD0, 0xD8))
 _MOST_REPEATS = 300
 
 
-@dataclass
-class Part:
-    """A segment, chunk or box: its name, and its bytes or the parts it holds after a head."""
+class Part(NamedTuple):
+    """A segment or chunk: its name and its bytes."""
 
     name: bytes
     body: bytes
-    inner: list[Part] | None = None
 
 
 def change(data: bytes, rng: np.random.Generator, other: bytes) -> bytes:
@@ -50,9 +47,6 @@ def change(data: bytes, rng: np.random.Generator, other: bytes) -> bytes:
 def _change_one(parts: list[Part], others: list[Part], rng: np.random.Generator) -> None:
     at = int(rng.integers(len(parts)))
     part = parts[at]
-    if part.inner and rng.random() < 0.8:
-        _change_one(part.inner, others, rng)
-        return
     kind = rng.integers(8)
     if kind == 0:
         del parts[at]
@@ -62,7 +56,7 @@ def _change_one(parts: list[Part], others: list[Part], rng: np.random.Generator)
         parts.insert(int(rng.integers(len(parts) + 1)), parts.pop(at))
     elif kind == 3 and others:
         parts.insert(at, others[rng.integers(len(others))])
-    elif part.inner is None:
+    else:
         parts[at] = Part(part.name, _changed_body(part, rng))
 
 
@@ -157,42 +151,10 @@ def _webp(parts: list[Part]) -> bytes:
     return b"RIFF" + struct.pack("<I", 4 + len(body)) + b"WEBP" + body
 
 
-# ---- HEIC -----------------------------------------------------------------------------------
-
-
-def _heic_parts(data: bytes) -> list[Part]:
-    return _boxes(data) if data[4:8] == b"ftyp" else []
-
-
-def _boxes(data: bytes) -> list[Part]:
-    parts, at = [], 0
-    while at < len(data):
-        (length,) = struct.unpack_from(">I", data, at)
-        if length < 8:
-            raise ValueError
-        name, body = data[at + 4 : at + 8], data[at + 8 : at + length]
-        head = _HOLDERS.get(name)
-        if head is None:
-            parts.append(Part(name, body))
-        else:
-            parts.append(Part(name, body[:head], _boxes(body[head:])))
-        at += length
-    return parts
-
-
-def _heic(parts: list[Part]) -> bytes:
-    whole = b""
-    for part in parts:
-        body = part.body + _heic(part.inner or [])
-        whole += struct.pack(">I", 8 + len(body)) + part.name[:4].rjust(4) + body
-    return whole
-
-
 _Split = Callable[[bytes], list[Part]]
 _Join = Callable[[list[Part]], bytes]
 _FORMATS: tuple[tuple[_Split, _Join], ...] = (
     (_jpeg_parts, _jpeg),
     (_png_parts, _png),
     (_webp_parts, _webp),
-    (_heic_parts, _heic),
 )

@@ -74,17 +74,15 @@ class Counts:
     kinds: collections.Counter[tuple[str, str]] = field(default_factory=collections.Counter)
     wrong: collections.Counter[str] = field(default_factory=collections.Counter)
     slowest_seconds: float = 0.0
-    slowest: str = ""
     most_bytes: int = 0
 
-    def add(self, name: str, kind: str, verdict: str, reply: dict[str, Any]) -> None:
+    def add(self, kind: str, verdict: str, reply: dict[str, Any]) -> None:
         """Count one."""
         fine = verdict in _WORDS.values()
         self.kinds[kind, verdict if fine else "wrong"] += 1
         if not fine:
             self.wrong[f"{kind}: {verdict}"] += 1
-        if reply["seconds"] > self.slowest_seconds:
-            self.slowest_seconds, self.slowest = reply["seconds"], name
+        self.slowest_seconds = max(self.slowest_seconds, reply["seconds"])
         self.most_bytes = max(self.most_bytes, reply["peak_bytes"])
 
     def to_dict(self) -> dict[str, Any]:
@@ -95,39 +93,23 @@ class Counts:
         return {
             "sums": dict(sums),
             "slowest_s": round(self.slowest_seconds, 2),
-            "slowest": self.slowest,
             "most_mib": self.most_bytes >> 20,
             "kinds": {f"{kind}: {verdict}": n for (kind, verdict), n in sorted(self.kinds.items())},
             "wrong": dict(self.wrong.most_common()),
         }
 
-    def table(self) -> str:
-        """Return a row for each kind, and a line for all that went wrong."""
-        rows = sorted({kind for kind, _ in self.kinds})
-        columns = [word for word in (*_WORDS.values(), "wrong") if any(
-            self.kinds[row, word] for row in rows)]  # fmt: skip
-        lines = [" ".join([f"{'':26}", *(f"{word:>14}" for word in columns)])]
-        for row in rows:
-            counts = (f"{self.kinds[row, word]:14,}" for word in columns)
-            lines.append(" ".join([f"{row:26}", *counts]))
-        seconds, most = self.slowest_seconds, self.most_bytes >> 20
-        lines.append(f"slowest {seconds:.1f} s ({self.slowest}), most memory {most} MiB")
-        lines += [f"{count:6,} x {what}" for what, count in self.wrong.most_common()]
-        return "\n".join(lines)
-
 
 class Child:
     """A process that runs a program's `main`; a new one takes the place of one that has died."""
 
-    def __init__(self, program: str) -> None:
-        self._program = program
+    def __init__(self) -> None:
         self._process: subprocess.Popen[str] | None = None
 
     def ask(self, arguments: list[str], folder: Path) -> dict[str, Any]:
         """Run a command; return what came of it."""
         if self._process is None:
             self._process = subprocess.Popen(
-                [sys.executable, child.__file__, self._program],
+                [sys.executable, child.__file__],
                 stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
                 env={**os.environ, "PYTHONPATH": str(Path(__file__).parents[1])},
             )  # fmt: skip
@@ -227,25 +209,21 @@ def _among(name: str, patterns: tuple[str, ...]) -> bool:
     return any(fnmatch.fnmatchcase(name, pattern) for pattern in patterns)
 
 
-def run(
-    make: Callable[[np.random.Generator], Trial],
-    options: argparse.Namespace,
-    program: str = "kogao_core.cli",
-) -> Counts:
+def run(make: Callable[[np.random.Generator], Trial], options: argparse.Namespace) -> Counts:
     """Try cases, each of which follows from the seed and its number, and count."""
     counts = Counts()
     keep: Path = options.keep or Path(tempfile.mkdtemp(prefix="hostile-"))
     keep.mkdir(parents=True, exist_ok=True)
 
     def work(numbers: Iterable[int]) -> None:
-        runner = Child(program)
+        runner = Child()
         for number in numbers:
             trial = make(np.random.default_rng([options.seed, number]))
             folder = keep / f"{number} {trial.kind}"
             verdict, reply = tried(trial, runner, folder)
             if verdict not in _WORDS.values():
                 verdict, reply = _again(trial, runner, folder, verdict)
-            counts.add(folder.name, trial.kind, verdict, reply)
+            counts.add(trial.kind, verdict, reply)
             if verdict in _WORDS.values():
                 shutil.rmtree(folder)
             else:
@@ -283,18 +261,11 @@ def options(about: str, inputs: int) -> argparse.ArgumentParser:
     parser.add_argument("--jobs", type=int, default=1, help="processes at a time")
     parser.add_argument("--only", type=lambda text: text.split(","), default=[])
     parser.add_argument("--keep", type=Path, help="folder for what went wrong")
-    parser.add_argument("--json", metavar="OUT", help="write the counts; - prints them alone")
     return parser
 
 
 def finish(counts: Counts, options: argparse.Namespace) -> None:
     """Print the counts; end with 1 if anything went wrong."""
     values = {"inputs": options.inputs, "seed": options.seed, **counts.to_dict()}
-    text = json.dumps(values, indent=1, ensure_ascii=False)
-    if options.json == "-":
-        print(text)
-    else:
-        print(counts.table())
-        if options.json:
-            Path(options.json).write_text(text + "\n", encoding="utf-8")
+    print(json.dumps(values, indent=1, ensure_ascii=False))
     sys.exit(bool(counts.wrong))

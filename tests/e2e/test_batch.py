@@ -21,7 +21,6 @@ from PIL import Image
 from kogao_core import batch, photo
 from kogao_core.batch import workers
 from kogao_core.batch.measures import COLUMNS
-from kogao_core.faces.landmarks import pixels
 from kogao_core.recipe.recipe import Recipe
 
 
@@ -47,19 +46,6 @@ def test_what_nobody_foresaw_fails_one_photo_and_says_whose_fault_it_is(
     assert outcome.status == "failed"
     assert "internal error (KeyError: 'strange')" in outcome.reason
     assert not list(tmp_path.iterdir())
-
-
-def test_a_photo_is_halved_once_for_the_search_and_once_for_the_background(
-    portrait, tmp_path, monkeypatch
-):
-    large = tmp_path / "large.jpg"
-    Image.open(portrait).resize((1800, 1800)).save(large)
-    halved, half = [], pixels._half
-    monkeypatch.setattr(pixels, "_half", lambda image: halved.append(image.shape) or half(image))
-    task = batch.Task(str(large), str(tmp_path / "out.jpg"), Recipe().to_dict())
-    assert batch.work(task).status == "done"
-    assert len(halved) > 2
-    assert max(map(halved.count, halved)) == 2
 
 
 @pytest.fixture

@@ -229,67 +229,13 @@ def test_the_desktop_starts_this_very_program_and_forgets_it(works, tmp_path, mo
     assert "no menu entry" in works("integrate", "desktop", "--remove")
 
 
-PHOTOS = ("image/jpeg", "image/png", "image/tiff", "image/webp", "image/heic")
-LISTED = """[Added Associations]
-image/png=painter.desktop;viewer.desktop;
-
-# mine
-[Default Applications]
-image/jpeg=painter.desktop;
-"""
-
-
-@pytest.fixture
-def programs(tmp_path, monkeypatch):
-    """A desktop of two programs, neither of which opens HEIC."""
-    for name in ("DATA_DIRS", "DATA_HOME", "CONFIG_HOME", "CONFIG_DIRS"):
-        monkeypatch.setenv(f"XDG_{name}", str(tmp_path / name))
-    monkeypatch.setenv("XDG_CURRENT_DESKTOP", "Nobodys")
+def test_removing_takes_everything_out_and_says_what_there_was(works, fails, tmp_path, monkeypatch):
+    fails(2, "desktop, darktable, gimp, krita", "integrate")
     monkeypatch.setenv("HOME", str(tmp_path))
-    entries = tmp_path / "DATA_DIRS" / "applications"
-    entries.mkdir(parents=True)
-    for name in ("viewer", "painter"):
-        text = f"[Desktop Entry]\nType=Application\nName={name}\nExec=/bin/true %F\n"
-        (entries / f"{name}.desktop").write_text(text)
-    lines = [f"{kind}=viewer.desktop;painter.desktop;" for kind in PHOTOS[:4]]
-    (entries / "mimeinfo.cache").write_text("\n".join(["[MIME Cache]", *lines, ""]))
-    return tmp_path / "CONFIG_HOME" / "mimeapps.list"
-
-
-def opened_by(kind):
-    """Which program GLib opens a type with."""
-    done = subprocess.run(
-        ["gio", "mime", kind], capture_output=True, text=True, env=os.environ | {"LC_ALL": "C"}
-    )
-    found = re.search(r"^Default application.*: (\S+)$", done.stdout, re.MULTILINE)
-    return found and found[1]
-
-
-@pytest.mark.skipif(not shutil.which("gio"), reason="needs GLib's gio, which tells defaults")
-@pytest.mark.parametrize("listed", [None, LISTED, "[Default Applications]\n"])
-def test_integrating_takes_no_default_over_and_removing_leaves_nothing(works, programs, listed):
-    if listed:
-        programs.parent.mkdir()
-        programs.write_text(listed)
-    before = {kind: opened_by(kind) for kind in PHOTOS}
-    assert before["image/tiff"] == "viewer.desktop"
-    assert before["image/heic"] is None
-    for _ in range(2):
-        works("integrate", "desktop")
-        if not shutil.which("update-desktop-database"):
-            pytest.skip("needs desktop-file-utils, which tell desktops of an entry")
-        ours = f"{desktop.NAME}.desktop"
-        assert {kind: opened_by(kind) for kind in PHOTOS} == before
-        assert opened_by("application/vnd.kogao.project+json") == ours
-    works("integrate", "--remove")
-    assert {kind: opened_by(kind) for kind in PHOTOS} == before
-    assert (programs.read_text() if programs.exists() else None) in (listed, None)
-    assert programs.exists() or listed in (None, "[Default Applications]\n")
-
-
-def test_removing_takes_everything_out_and_says_what_there_was(works, programs, tmp_path):
+    for name in ("DATA", "CONFIG"):
+        monkeypatch.setenv(f"XDG_{name}_HOME", str(tmp_path / name))
     for version in ("2.10", "3.0"):
-        (programs.parent / "GIMP" / version).mkdir(parents=True)
+        (tmp_path / "CONFIG" / "GIMP" / version).mkdir(parents=True)
     before = {file for file in tmp_path.rglob("*") if file.is_file()}
     for host in ("desktop", *integrate.HOSTS):
         works("integrate", host)
@@ -306,10 +252,6 @@ def test_removing_takes_everything_out_and_says_what_there_was(works, programs, 
 def contents(file):
     """What a file says, caches of the desktop's own aside."""
     return "" if file.suffix == ".cache" else file.read_text(errors="replace").lower()
-
-
-def test_which_program_is_asked_for_unless_all_are_removed(fails):
-    fails(2, "desktop, darktable, gimp, krita", "integrate")
 
 
 @pytest.mark.parametrize("has_own", [True, False])

@@ -78,6 +78,6 @@ def test_nothing_but_the_door_knows_it():
                 opening.add(name)
     assert {name for name in knowing if not name.startswith("app.features.experiments")} == {
         "kogao_core.base.installed",
-        "kogao_core.cli.commands",
+        "kogao_core.cli.declarations",
     }
     assert opening == {"app.editor"}

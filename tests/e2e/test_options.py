@@ -157,7 +157,7 @@ def test_a_report_never_goes_over_a_photo(cli, small_portrait, kind):
     ("command", "made"),
     [
         (("experiment", "figures", "--width", "240"), "{stem}-lattice.png"),
-        (("landmarks", "export", "--format", "pts"), "{stem}.pts"),
+        (("landmarks", "export", "--format", "csv"), "{stem}.csv"),
         (("experiment", "study", "make", "--lattices", "1"), "study.json"),
     ],
 )

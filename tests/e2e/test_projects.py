@@ -309,11 +309,6 @@ def test_a_result_tells_only_when_asked(cli, works, kept, tmp_path):
     assert (tmp_path / "zero.jpg").read_bytes() == kept.read_bytes()
 
 
-@pytest.mark.parametrize("option", ["--label-picture", "--label-share", "--sign-key"])
-def test_an_option_of_the_former_disclosure_is_answered_in_a_sentence(fails, kept, option):
-    fails(2, f"{option} was removed; use --label or --disclose", "warp", kept, option, "x")
-
-
 def test_a_batch_tells_and_does_again_when_it_is_to_tell_more(cli, fails, kept, tmp_path):
     call = ("batch", kept, "-o", tmp_path / "out", "-j", 1)
     cli(*call)

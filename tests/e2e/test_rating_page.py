@@ -1,5 +1,6 @@
 """The page of a rating session in a real browser: nothing is judged unseen, nothing is lost."""
 
+import contextlib
 import time
 
 import numpy as np
@@ -91,12 +92,19 @@ def press(browser, *keys):
     """Press keys, each when the picture is on the screen, and wait until it counts."""
     for key in keys:
         seen(browser)
-        before = place(browser)
-        browser.press(key)
-        browser.until(
-            f"document.getElementById('place').textContent !== '{before}'"
-            " || document.getElementById('judge').hidden"
-        )
+        with counts(browser):
+            browser.press(key)
+
+
+@contextlib.contextmanager
+def counts(browser):
+    """Wait until an answer given here counts."""
+    before = place(browser)
+    yield
+    browser.until(
+        f"document.getElementById('place').textContent !== '{before}'"
+        " || document.getElementById('judge').hidden"
+    )
 
 
 def seen(browser):
@@ -459,13 +467,8 @@ def test_two_pictures_are_compared(held, task, left, right):
         width, height = page.ask("[picture.naturalWidth, picture.naturalHeight]")
         assert (width, height) == (2 * 960 + 40, 720)
         side = key.pictures[page.ask("picture.getAttribute('src')")].side
-        before = place(page)
         # The warped one is found less natural, and different.
-        page.press("j" if task == "same" or side == "left" else "f")
-        page.until(
-            f"document.getElementById('place').textContent !== '{before}'"
-            " || document.getElementById('judge').hidden"
-        )
+        press(page, "j" if task == "same" or side == "left" else "f")
     counted = tally([(folder, plan.key_path(folder))])
     assert [row.is_unnatural for row in counted.answers] == [True] * 4
     made = report.report(counted)
@@ -479,15 +482,11 @@ def test_naturalness_can_be_graded(held):
     page.until("!document.getElementById('judge').hidden")
     for grade in (10, 60, 70, 80):
         seen(page)
-        before = place(page)
-        page.press("f")
-        page.press("s")  # what isn't of oneself can't be skipped
-        page.ask(f"grade.value = {grade}, grade.dispatchEvent(new Event('input'))")
-        click(page, "#enter")
-        page.until(
-            f"document.getElementById('place').textContent !== '{before}'"
-            " || document.getElementById('judge').hidden"
-        )
+        with counts(page):
+            page.press("f")
+            page.press("s")  # what isn't of oneself can't be skipped
+            page.ask(f"grade.value = {grade}, grade.dispatchEvent(new Event('input'))")
+            click(page, "#enter")
     counted = tally([(folder, plan.key_path(folder))])
     assert [row.record.grade for row in counted.answers] == [10, 60, 70, 80]
     grades = counted.naturalness()

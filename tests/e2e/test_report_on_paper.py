@@ -26,7 +26,7 @@ NARROW = Table("Narrow", ("a", *"bcdef"), [["1", *["12.345"] * 5]] * 4)
 @pytest.fixture(scope="module")
 def printed(tmp_path_factory):
     tmp_path = tmp_path_factory.mktemp("report")
-    chart = Chart("t", ["a", "b"], "ms", [Series("here", [1.0, 2.0])], bars=True, caption="c")
+    chart = Chart("t", ["a", "b"], "ms", [Series("here", [1.0, 2.0])], "x", "c")
     parts = [Row([chart] * 2, wide=True), WIDE, Heading("Parts"), Row([NARROW] * 3, wide=True)]
     made = Made("a command", datetime(2026, 11, 21, tzinfo=UTC), {"cores": 2})
     (tmp_path / "r.html").write_text(page(Report("Title", "Lead", parts, [], {}), made))

@@ -84,10 +84,7 @@ def test_a_package_that_does_not_load_is_named(tmp_path, program, module):
 
 def test_what_is_no_fault_of_the_installation_is_told_as_such(tmp_path):
     (tmp_path / "broken.py").write_text("from kogao_core import nothing_of_that_name")
-    breaks = (
-        "from kogao_core.cli import warp; "
-        "warp.command.callback = lambda **_: __import__('broken'); "
-    )
+    breaks = "from kogao_core.cli import warp; warp.run = lambda _: __import__('broken'); "
     done = start(
         ALL_LIBRARIES + breaks + CLI, "warp", "--sample", "-o", "x.png", PYTHONPATH=tmp_path
     )

@@ -116,8 +116,7 @@ def test_a_study_of_ones_own_design(works, portrait, tmp_path):
 
 
 def test_points_of_a_file_are_the_photos_and_practice_needs_none(works, small_png, tmp_path):
-    points = interchange.own_points(oval_face(300, 300))
-    interchange.write_points([points], tmp_path / "small.csv")
+    interchange.write([oval_face(300, 300)], tmp_path / "small.csv")
     works(
         "make", small_png, "-o", tmp_path / "own", "--points", tmp_path / "small.csv", *FEW,
         "--practice", "1",
@@ -145,7 +144,7 @@ def test_two_faces_with_one_seed_share_nothing(cli, works, small_png, tmp_path):
     code, said, err = cli("report", tmp_path / "two")
     assert code == 5
     assert re.fullmatch(
-        r"kogao-cli: not counted: \S+synthetic-1.jsonl contains ratings of another study, [^\n]+\n",
+        r"kogao-cli: not counted: \S+synthetic-1.jsonl: ratings of another study, [^\n]+\n",
         err,
     )
     assert "1 face, 0 raters, 0 answers per kind" in said
@@ -161,16 +160,7 @@ def test_what_cant_be_done_is_said_and_leaves_nothing(fails, portrait, tmp_path)
         (2, "different numbers", "make", portrait, "-o", tmp_path / "new", "--lattices", "1,99"),
         (2, "within -15..15", "make", portrait, "-o", tmp_path / "new", "--percents", "-4,20"),
         (2, "a list such as exact", "make", portrait, "-o", tmp_path / "new", "--fits", "exact,x"),
-        (
-            2,
-            "not a size such as",
-            "make",
-            portrait,
-            "-o",
-            tmp_path / "new",
-            "--picture-size",
-            "big",
-        ),
+        (2, "not a size such", "make", portrait, "-o", tmp_path / "new", "--picture-size", "big"),
         (3, "as UTF-8 text", "make", portrait, "-o", tmp_path / "new", "--consent", tmp_path),
         (3, "text.jpg", "make", tmp_path / "text.jpg", "-o", tmp_path / "new"),
         (3, "contains no study", "report", tmp_path / "full"),

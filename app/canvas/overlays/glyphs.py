@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import cache
-from itertools import product, starmap
+from itertools import starmap
 from typing import Final
 
 import cv2
 import numpy as np
 import numpy.typing as npt
-from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
+from PySide6.QtCore import QLine, QLineF, QPointF, QRectF, Qt
 from PySide6.QtGui import (
     QBrush,
     QColor,
@@ -27,7 +27,7 @@ from kogao_core.base.geometry import Affine, Array
 
 from ...theme import OKABE_ITO
 
-_HATCH_PX: Final = 48  # a multiple of all hatch periods
+_HATCH_PX: Final = 16
 _BESIDE_PX: Final = 14.0
 SWATCH_PX: Final = 18
 # Dark enough that a mark with something light in it differs from any grey by 3 : 1 at least.
@@ -35,8 +35,6 @@ CASE: Final = QColor(0, 0, 0, 230)
 _CASE_PX: Final = 1.1  # on either side of a line
 WIDTH_PX: Final = 1.4
 _FINE_PX: Final = 1.0
-# Light enough for the same without a halo, which a thin line has no room for.
-_LIGHT: Final = 0.5
 _HEAD_TURN: Final = np.deg2rad(28.0)
 PLATE: Final = QColor(0, 0, 0, 170)
 HALO: Final = QColor(255, 255, 255, 230)
@@ -44,36 +42,17 @@ LANDMARK: Final = QColor(OKABE_ITO["sky"])
 TARGET: Final = QColor(OKABE_ITO["vermilion"])
 CENTRE: Final = QColor(OKABE_ITO["yellow"])
 FOLD: Final = QColor(OKABE_ITO["vermilion"])
-PERSON: Final = QColor(OKABE_ITO["green"])
 DOMAINS: Final = {
     "image": QColor(150, 150, 150),
     "control-points": QColor(OKABE_ITO["blue"]),
     "threshold": QColor(OKABE_ITO["green"]),
 }
-# After how many px a hatch repeats, and which pixels of those are light; right of each is a dark
-# one.
+# The light pixels of a hatch, which repeats after `_HATCH_PX`.
 _HATCHES: Final = {
-    "image": (16, ((2, 2), (10, 10))),
-    "control-points": (16, tuple((n, 15 - n) for n in range(16))),
-    "threshold": (16, tuple((n, n) for n in range(16))),
+    "image": [QLine(2, 2, 2, 2), QLine(10, 10, 10, 10)],
+    "control-points": [QLine(0, 15, 15, 0)],
+    "threshold": [QLine(0, 0, 15, 15)],
 }
-
-
-def luminance(colour: QColor) -> float:
-    """Return a colour's relative luminance after WCAG, 0 to 1."""
-    shares = colour.redF(), colour.greenF(), colour.blueF()
-    linear = [x / 12.92 if x <= 0.04045 else ((x + 0.055) / 1.055) ** 2.4 for x in shares]
-    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
-
-
-def light(colour: QColor) -> QColor:
-    """Return the colour, lightened towards white until lines have enough contrast."""
-    for share in range(101):
-        parts = (colour.red(), colour.green(), colour.blue())
-        mixed = QColor(*(round(part + (255 - part) * share / 100) for part in parts))
-        if luminance(mixed) >= _LIGHT:
-            break
-    return mixed
 
 
 def translucent(colour: QColor, alpha: int) -> QColor:
@@ -81,15 +60,19 @@ def translucent(colour: QColor, alpha: int) -> QColor:
     return QColor(colour.red(), colour.green(), colour.blue(), alpha)
 
 
-# Lines.
-OUTLINE: Final = light(LANDMARK)
-WAY: Final = light(TARGET)
-DISPLACEMENT: Final = light(QColor(OKABE_ITO["orange"]))
-LATTICE: Final = light(QColor(OKABE_ITO["purple"]))
-STRAIGHT: Final = light(QColor(OKABE_ITO["sky"]))
-BENT: Final = light(QColor(OKABE_ITO["vermilion"]))
-READ: Final = light(QColor(OKABE_ITO["green"]))
-DOMAIN_EDGES: Final = {name: light(colour) for name, colour in DOMAINS.items()}
+# Lines have no room for a halo: the palette's colours, mixed with white to a luminance of 0.5.
+OUTLINE: Final = QColor("#7dc5ee")
+WAY: Final = QColor("#eab082")
+DISPLACEMENT: Final = QColor("#ebb336")
+LATTICE: Final = QColor("#e0afca")
+STRAIGHT: Final = OUTLINE
+BENT: Final = WAY
+READ: Final = QColor("#78ccb5")
+DOMAIN_EDGES: Final = {
+    "image": QColor("#bcbcbc"),
+    "control-points": QColor("#94c4df"),
+    "threshold": READ,
+}
 
 
 def _cased(colour: QColor, width: float, style: Qt.PenStyle) -> tuple[QPen, QPen]:
@@ -330,31 +313,28 @@ def outlined(
 @cache
 def brush(name: str) -> QBrush:
     """Return a brush with tint and hatch of a domain: one fill is faster than two."""
-    return _hatch(translucent(DOMAINS[name], 26), DOMAIN_EDGES[name], *_HATCHES[name])
+    tint, edge = translucent(DOMAINS[name], 26), DOMAIN_EDGES[name]
+    return _hatch(tint, edge, _HATCH_PX, _HATCHES[name])
 
 
 @cache
 def protected() -> QBrush:
     """Return the hatch of protected regions."""
-    crossed = [(n, across) for n in range(12) for across in (n, 11 - n)]
+    crossed = [QLine(0, 0, 11, 11), QLine(0, 11, 11, 0)]
     return _hatch(QColor(0, 0, 0, 70), HALO, 12, crossed)
 
 
-def _hatch(
-    ground: QColor, colour: QColor, repeats_px: int, at: Sequence[tuple[int, int]]
-) -> QBrush:
+def _hatch(ground: QColor, colour: QColor, period_px: int, light: Sequence[QLine]) -> QBrush:
     """Return a brush: pixels of `colour` on a translucent `ground`, each next to a dark pixel."""
-    picture = QPixmap(_HATCH_PX, _HATCH_PX)
-    picture.fill(ground)
-    painter = QPainter(picture)
+    tile = QPixmap(period_px, period_px)
+    tile.fill(ground)
+    painter = QPainter(tile)
     painter.setCompositionMode(QPainter.CompositionMode.CompositionMode_Source)
-    starts = range(0, _HATCH_PX, repeats_px)
-    for right, shown in ((1, CASE), (0, colour)):
-        for left, top in product(starts, starts):
-            for x, y in at:
-                painter.fillRect((left + x + right) % _HATCH_PX, top + y, 1, 1, shown)
+    for right, shown in ((1, CASE), (1 - period_px, CASE), (0, colour)):
+        painter.setPen(shown)
+        painter.drawLines([line.translated(right, 0) for line in light])
     painter.end()
-    return QBrush(picture)
+    return QBrush(tile)
 
 
 def mask_outline(painter: QPainter, mask: npt.NDArray[np.bool_], to_screen: Affine) -> QPainterPath:

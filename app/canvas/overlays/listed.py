@@ -15,9 +15,9 @@ from kogao_core.recipe.settings import DOMAINS
 from ...i18n import tr, translated
 from ...view_state import Kind
 from . import glyphs
-from .background import BentLines, People
+from .background import BentLines
 from .field import Displacement, DomainRegions, Folds, HeatMap, JacobianMap, LatticeLines
-from .marks import Centre, Landmarks, LensStretch, Protected, ReadOutline, Targets
+from .marks import Centre, Landmarks, Protected, ReadOutline, Targets
 from .overlay import Overlay, Place
 
 Swatch = Callable[[QPainter, QRectF], object]
@@ -90,7 +90,7 @@ LISTED: Final[tuple[type[Overlay], ...]] = (
     *(Landmarks, Targets, ReadOutline, Centre),
     *(Displacement, LatticeLines, DomainRegions, Folds),
     *(HeatMap, JacobianMap),
-    *(BentLines, People, LensStretch, Protected, Legend),
+    *(BentLines, Protected, Legend),
 )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import lru_cache
 from typing import Final
 
 import numpy as np
@@ -14,12 +15,9 @@ from kogao_core.base.language import Text
 from kogao_core.faces.doubt import SEEN
 from kogao_core.faces.face import Face
 from kogao_core.faces.targets import center_candidates
-from kogao_core.warp.frame import edges_px
-from kogao_core.warp.lens import stretch_percent
-from kogao_core.warp.protection import NOTHING, Protection, Stroke
+from kogao_core.warp.protection import Stroke
 from kogao_core.warp.surround import forehead_pairs
 
-from ...i18n import tr
 from ...view_state import RenderedFrame, ViewState
 from ..handles import apart
 from . import glyphs
@@ -28,9 +26,6 @@ from .overlay import Overlay, Place
 _TICK_PX: Final = 6.0
 # Least landmark spacing on screen for marks of full size.
 _ROOM_PX: Final = 16.0
-_TURNS: Final = np.linspace(0.0, 2.0 * np.pi, 73)
-_ROUND: Final = np.column_stack([np.cos(_TURNS), np.sin(_TURNS)])
-_BALL: Final = 6.0  # radius of the sphere that models a head, in landmark spacings
 _FOLLOWER: Final = 0.5  # size of a follower's mark, relative to a target's mark
 _THINNEST_PX: Final = 3.0
 _READ_PX: Final = 1.6
@@ -183,47 +178,6 @@ class Centre(Overlay):
                 glyphs.label(painter, at + beside, str(number), bold=number == chosen + 1)
 
 
-class LensStretch(Overlay):
-    """Spheres for heads, stretched by the lens; dotted without stretch; axis and percentage."""
-
-    name = "stretch"
-    title = Text("Lens stretch")
-    height = 95
-    key = "Shift+L"
-
-    @classmethod
-    def swatch(cls, painter: QPainter, box: QRectF) -> None:
-        """Draw the symbol of this overlay, for lists."""
-        ball = QPainterPath()
-        ball.addEllipse(box.center(), 7.0, 4.5)
-        glyphs.outlined(painter, ball, glyphs.DISPLACEMENT)
-
-    @classmethod
-    def is_there(cls, view: ViewState) -> bool:
-        """Return whether the focal length is known."""
-        return view.state.focal_mm is not None
-
-    def draw(self, painter: QPainter, place: Place) -> None:
-        """Draw the spheres of all faces, if the focal length is known."""
-        state, colour, width = self.shown.state, glyphs.DISPLACEMENT, glyphs.WIDTH_PX
-        if (focal_mm := state.focal_mm) is None:
-            return
-        for face in state.faces:
-            origin, radius = np.array(face.anchor.origin_px), _BALL * face.anchor.spacing_px
-            off = origin - edges_px(state.image).mean(axis=0)
-            way = radius * off / max(float(np.hypot(*off)), 1e-9)
-            aside, percent = way[::-1] * (-1.0, 1.0), stretch_percent(face, focal_mm, state.image)
-            longer = (1.0 + percent / 100.0) * way
-            glyphs.lines(painter, [place.to_screen([origin - longer, origin + longer])], colour)
-            for axis, dotted in ((way, True), (longer, False)):
-                ball = place.points(origin + _ROUND @ np.stack([axis, aside]))
-                glyphs.polyline(painter, ball, colour, width, dotted=dotted)
-            middle, end = place.points([origin, origin + longer])
-            text = tr("{n:.1f} %", n=percent)
-            plate = glyphs.outward_plate(painter.font(), end, middle, text, place.viewport)
-            glyphs.on_plate(painter, plate, text)
-
-
 class Protected(Overlay):
     """A hatch over each stroke, and a dashed line around the region that moves less."""
 
@@ -244,36 +198,25 @@ class Protected(Overlay):
         """Return whether the photo has protection strokes."""
         return bool(view.state.protection.strokes)
 
-    _drawn: Protection = NOTHING
-    _shapes: tuple[tuple[Stroke, QPainterPath], ...] = ()
-
     def wanted(self) -> bool:
         """Return True if the overlay is on or a protecting tool is selected."""
         return super().wanted() or self.shown.brush.protects
 
     def draw(self, painter: QPainter, place: Place) -> None:
         """Fill the strokes with one hatch, fixed to the photo."""
-        self._trace(self.shown.state.protection)
         matrix, (dx, dy) = place.to_screen.matrix, place.to_screen.shift
         to_screen = QTransform(matrix[0, 0], matrix[1, 0], matrix[0, 1], matrix[1, 1], dx, dy)
         painter.setBrushOrigin(QPointF(dx, dy))
-        for stroke, core in self._shapes:
-            shape = to_screen.map(core)
+        strokes = self.shown.state.protection.strokes
+        for stroke in strokes:
+            shape = to_screen.map(_shape(stroke))
             if stroke.radius_px * place.zoom < _THINNEST_PX / 2:
                 shape = _outline(place.points(stroke.points_px), _THINNEST_PX / 2)
             painter.fillPath(shape, glyphs.protected())
             glyphs.outlined(painter, shape, glyphs.HALO)
-        if self._shapes and self.shown.frame is not None:
+        if strokes and self.shown.frame is not None:
             edge = _slowed(painter, place, self.shown.frame)
             glyphs.outlined(painter, edge, glyphs.HALO, 1.0, style=Qt.PenStyle.DashLine)
-
-    def _trace(self, protection: Protection) -> None:
-        # Outlining a stroke is slower than filling: outline once per change, not per paint.
-        if protection is self._drawn:
-            return
-        known = {id(shape[0]): shape for shape in self._shapes}
-        self._shapes = tuple(known.get(id(s)) or (s, _shape(s)) for s in protection.strokes)
-        self._drawn = protection
 
 
 class BrushRing(Overlay):
@@ -300,6 +243,7 @@ class BrushRing(Overlay):
             glyphs.outlined(painter, inner, glyphs.HALO, 1.0, style=Qt.PenStyle.DotLine)
 
 
+@lru_cache(maxsize=256)  # outlining a stroke is slower than filling
 def _shape(stroke: Stroke) -> QPainterPath:
     return _outline([QPointF(x, y) for x, y in stroke.points_px.tolist()], stroke.radius_px)
 

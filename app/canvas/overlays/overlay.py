@@ -89,9 +89,9 @@ class Overlay:
         raise NotImplementedError
 
     @classmethod
-    def is_there(cls, view: ViewState) -> bool:  # noqa: ARG003
+    def is_there(cls, view: ViewState) -> bool:
         """Return whether the overlay has content to explain in the legend."""
-        return True
+        return bool(view.state.faces) or not cls.handles
 
     def wanted(self) -> bool:
         """Return whether the overlay is enabled; always True without a switch."""

@@ -26,9 +26,6 @@ from .overlay import Overlay, Place
 if TYPE_CHECKING:
     from ..photo_layer import PhotoItem
 
-FROM_ZOOM: Final = 8.0  # screen px per photo px
-# Semi-transparent grey darkens light pixels and lightens dark pixels.
-_GREY: Final = QColor(128, 128, 128, 110)
 _BAND_PX: Final = 9.0
 _OPAQUE: Final = 0.75
 KNOB_PX: Final = 14.0
@@ -125,27 +122,6 @@ class Draft(Overlay):
             glyphs.ring(painter, to, glyphs.TARGET)
         if self.shown.marking and self.shown.cursor is not None:
             glyphs.cross(painter, place.points(self.shown.cursor)[0], glyphs.LANDMARK)
-
-
-class PixelGrid(Overlay):
-    """Thin lines between the pixels of the photo."""
-
-    height = 0
-
-    def draw(self, painter: QPainter, place: Place) -> None:
-        """Draw the visible lines at a high zoom, unless overlays are hidden."""
-        if place.zoom < FROM_ZOOM or not self.shown.visible:
-            return
-        image, (low, high) = self.shown.image, place.seen
-        first = np.maximum(np.floor(low), (image.left, image.top)).astype(int) - 0.5
-        last = np.minimum(np.ceil(high) + 1, (image.right, image.bottom)).astype(int) - 0.5
-        (left, top), (right, bottom) = (p.toTuple() for p in place.points([first, last]))
-        xs = place.to_screen([(x, 0.0) for x in np.arange(first[0], last[0] + 1)])[..., 0]
-        ys = place.to_screen([(0.0, y) for y in np.arange(first[1], last[1] + 1)])[..., 1]
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing, False)
-        painter.setPen(QPen(_GREY, 0))
-        upright = [QLineF(x, top, x, bottom) for x in xs.tolist()]
-        painter.drawLines([*upright, *(QLineF(left, y, right, y) for y in ys.tolist())])
 
 
 class Placement(Overlay):
@@ -313,7 +289,7 @@ class Loupe(Overlay):
 
 
 _UNLISTED: Final[tuple[type[Overlay], ...]] = (
-    *(PixelGrid, FollowingBand, FaceNumbers, PointsToLookAt, Draft),
+    *(FollowingBand, FaceNumbers, PointsToLookAt, Draft),
     *(Placement, Names, Divider, BrushRing),
 )
 

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from typing import Final
 
@@ -14,8 +13,10 @@ from PySide6.QtGui import QAction, QDesktopServices
 from kogao_core.base import atomic
 from kogao_core.faces.landmarks import source
 from kogao_core.lab.experiments import EXPERIMENTS
-from kogao_core.lab.experiments.experiment import Experiment
+from kogao_core.lab.experiments.experiment import Experiment, ExperimentOption, Work
+from kogao_core.lab.reports.report import Made, files, translated_report
 from kogao_core.lab.subjects import Progress, Subject
+from kogao_core.recipe.recipe import Recipe
 
 from ...actions import Item
 from ...i18n import sentence, tr, translated, unwritten
@@ -24,7 +25,6 @@ from ..feature import Context, Feature
 from ..landmarks import LandmarkSources
 from ..readings import differing_from_paper, settings_text
 from .dialog import ExperimentDialog, Findings
-from .measure import measured
 
 TRIALS: Final = "trials.jsonl"
 _NUMBERS: Final = (1, 2, 3, 4, 6, 7, 9, 0)  # digits of the shortcuts: 5 and 8 are taken
@@ -58,41 +58,16 @@ class Experiments(Feature):
         """Run an experiment on the active faces of the photo."""
         subject = self._subject()
         if subject is None:
-            self._say_what_it_takes()
+            text = tr("An experiment needs a photo with an active face.")
+            self.say(text, applies=lambda: self._subject() is None)
             return
-        recipe, wanted = self.document.state.recipe, self._landmarks.wanted
-        work = partial(
-            measured, experiment, subject, recipe, lambda: source(wanted), self.storage.data
-        )
-        self._run(translated(experiment.title), work, partial(self._start_as_paper, experiment))
-
-    def _start_as_paper(self, experiment: Experiment) -> None:
-        self.actions["paper-settings"].trigger()
-        self.start(experiment)
-
-    def _say_what_it_takes(self) -> None:
-        text = tr("An experiment needs a photo with an active face.")
-        self.say(text, applies=lambda: self._subject() is None)
-
-    def _subject(self) -> Subject | None:
-        photo, state, path = self.document.photo, self.document.state, self.document.path
-        if photo is None or path is None or not state.active:
-            return None
-        return Subject(path.name, photo.pixels, tuple(state.active), file=path)
-
-    def _run(
-        self,
-        title: str,
-        work: Callable[[Progress], Findings],
-        as_paper: Callable[[], None],
-    ) -> None:
-        """Run an experiment in a dialog; `as_paper` repeats it with the paper's settings."""
         if self._dialog is not None:
             self._dialog.close()
-        recipe = self.document.state.recipe
-        self._dialog = dialog = ExperimentDialog(title, self.window, settings_text(recipe))
+        recipe, wanted = self.document.state.recipe, self._landmarks.wanted
+        title, settings = translated(experiment.title), settings_text(recipe)
+        self._dialog = dialog = ExperimentDialog(title, self.window, settings)
         dialog.paper.setEnabled(bool(differing_from_paper(recipe)))
-        dialog.paper.clicked.connect(as_paper)
+        dialog.paper.clicked.connect(lambda: self._start_as_paper(experiment))
         dialog.finished.connect(lambda _: self._let_go())
         dialog.open()
         self.stop()
@@ -103,7 +78,18 @@ class Experiments(Feature):
                 raise _Stopped
             self._progressed.emit(done, of)
 
-        self._running.submit(lambda: work(progress))
+        data = self.storage.data
+        self._running.submit(lambda: measured(experiment, subject, recipe, wanted, data, progress))
+
+    def _start_as_paper(self, experiment: Experiment) -> None:
+        self.actions["paper-settings"].trigger()
+        self.start(experiment)
+
+    def _subject(self) -> Subject | None:
+        photo, state, path = self.document.photo, self.document.state, self.document.path
+        if photo is None or path is None or not state.active:
+            return None
+        return Subject(path.name, photo.pixels, tuple(state.active), file=path)
 
     def stop(self) -> None:
         """Cancel the experiment after the current run."""
@@ -122,7 +108,7 @@ class Experiments(Feature):
             dialog.to_file.clicked.connect(lambda: self._ask_where(dialog, findings))
 
     def _fail(self, problem: Exception) -> None:
-        if self._dialog is not None and not isinstance(problem, _Stopped):
+        if self._dialog is not None:
             self._dialog.show_failure(sentence(problem))
 
     def _let_go(self) -> None:
@@ -157,3 +143,45 @@ def _saved(dialog: ExperimentDialog, findings: Findings, file: Path) -> bool:
         dialog.state.setText(unwritten(file, problem))
         return False
     return True
+
+
+def measured(
+    experiment: Experiment,
+    subject: Subject,
+    recipe: Recipe,
+    landmarks: str | None,
+    data: Path,
+    progress: Progress,
+) -> Findings:
+    """Return the results of an experiment; an exception in `progress` cancels the experiment.
+
+    `landmarks` names the landmark source. `data` is the editor's data folder.
+    """
+    left_out: list[str] = []
+    work = Work(
+        [subject],
+        recipe,
+        cache(lambda: source(landmarks)),
+        {one.key: chosen(one, data) for one in experiment.options},
+        progress,
+        left_out.append,
+        lambda _: None,
+    )
+    report = experiment.run(work)
+    made = Made.now(tr("the editor, {photo}", photo=subject.name), left_out)
+    shown = translated_report(report)
+    return Findings(
+        experiment.name,
+        shown.lead,
+        shown.tables,
+        list(map(translated, left_out)),
+        {kind: text() for kind, text in files(report, made).items()},
+    )
+
+
+def chosen(option: ExperimentOption, data: Path) -> object:
+    """Return the value of an option in the window, which shows no form for options."""
+    if option.read is None:
+        return option.default if option.in_window is None else option.in_window
+    kept = data / f"{option.name}.jsonl"
+    return option.read(kept) if kept.exists() else ()

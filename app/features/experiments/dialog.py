@@ -1,17 +1,14 @@
-"""Window of an experiment: progress, then tables, pictures and report."""
+"""Window of an experiment: progress, then tables and report."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import (
     QDialogButtonBox,
-    QGridLayout,
     QHeaderView,
-    QLabel,
     QProgressBar,
     QPushButton,
     QScrollArea,
@@ -20,20 +17,15 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from kogao_core.base.geometry import Image
-
 from ...i18n import tr
-from ...render.pictures import scaled
 from ...theme import GRID_PX
-from ...widgets.controls import ChoiceBox, column_of, heading, muted_label, row_of
+from ...widgets.controls import column_of, heading, muted_label, row_of
 from ...widgets.dialogs import Dialog, table
 
 if TYPE_CHECKING:
     from kogao_core.lab.reports.report import Table
 
 _SIZE_PX: Final = (900, 680)
-_PICTURE_PX: Final = 260
-_COLUMNS: Final = 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,8 +35,6 @@ class Findings:
     name: str  # which one
     lead: str  # the question, as one sentence
     tables: list[Table]
-    # By kind: captions and RGB pictures of one size, to look at in one place.
-    pictures: Mapping[str, Sequence[tuple[str, Image]]] = field(default_factory=dict)
     left_out: list[str] = field(default_factory=list)  # sentences about photos and methods left out
     # The report by kind of file: html, json and csv.
     texts: dict[str, str] = field(default_factory=dict)
@@ -62,12 +52,9 @@ class ExperimentDialog(Dialog):
         self.progress.setAccessibleName(tr("Progress"))
         self.progress.setTextVisible(False)
         self.state = muted_label(tr("Measuring…"), wraps=True)
-        self.kinds = ChoiceBox()
-        self.kinds.setAccessibleName(tr("Pictures"))
         self.tables: list[QTableWidget] = []
         self._page = QVBoxLayout()
         self._page.setSpacing(3 * GRID_PX)
-        self._gallery = QGridLayout()
         page = _scrolled(self._page)
         content = heading(title), row, self.state, self.progress, page, self._buttons()
         column = column_of(self, *content, margin=4 * GRID_PX, spacing=3 * GRID_PX)
@@ -82,7 +69,6 @@ class ExperimentDialog(Dialog):
         """Show the results in place of the progress."""
         self.progress.hide()
         self.state.setText("\n".join([findings.lead, *findings.left_out]))
-        self._show_pictures(findings.pictures)
         for content in findings.tables:
             caption = heading(content.caption)
             caption.setWordWrap(True)
@@ -108,28 +94,6 @@ class ExperimentDialog(Dialog):
         for button in (self.in_browser, self.to_file):
             button.setEnabled(False)
         return buttons
-
-    def _show_pictures(self, pictures: Mapping[str, Sequence[tuple[str, Image]]]) -> None:
-        if not pictures:
-            return
-        for kind in pictures:
-            self.kinds.addItem(kind)
-        self._page.addWidget(self.kinds)
-        self._page.addLayout(self._gallery)
-        self.kinds.currentTextChanged.connect(lambda kind: self._hang(kind, pictures[kind]))
-        self._hang(self.kinds.currentText(), pictures[self.kinds.currentText()])
-
-    def _hang(self, kind: str, pictures: Sequence[tuple[str, Image]]) -> None:
-        while (item := self._gallery.takeAt(0)) is not None:
-            if (old := item.widget()) is not None:
-                old.deleteLater()
-        for place, (caption, pixels) in enumerate(pictures):
-            row, column = divmod(place, _COLUMNS)
-            label = QLabel()
-            label.setAccessibleName(f"{kind}: {caption}")
-            label.setPixmap(scaled(pixels, _PICTURE_PX, self.devicePixelRatioF()))
-            self._gallery.addWidget(muted_label(caption, wraps=True), 2 * row, column)
-            self._gallery.addWidget(label, 2 * row + 1, column)
 
 
 def _scrolled(page: QVBoxLayout) -> QScrollArea:

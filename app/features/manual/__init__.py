@@ -43,9 +43,8 @@ class Manual(Feature):
         # True if the photo opened without manual points; other photos give no valid timing.
         self.fresh: bool | None = None
         self._add_actions()
-        self.panel: ManualPanel = ManualPanel(self.actions["mode-automatic"])
-        for name in _TOOLS:
-            self.panel.add_button(self.actions[name])
+        tools = [self.actions[name] for name in _TOOLS]
+        self.panel: ManualPanel = ManualPanel(self.actions["mode-automatic"], tools)
         self.document.opened.connect(self._forget)
         self.document.aborted.connect(self._drop)
         self.changed.connect(self._show)
@@ -225,7 +224,7 @@ def _is_set_otherwise(state: State, seen: State) -> bool:
 class ManualPanel(QWidget):
     """Panel of manual mode, hidden in automatic mode."""
 
-    def __init__(self, back: QAction) -> None:
+    def __init__(self, back: QAction, actions: list[QAction]) -> None:
         super().__init__()
         self.time = QLabel()
         self.time.setAccessibleName(tr("Setting time"))
@@ -234,9 +233,13 @@ class ManualPanel(QWidget):
         self.back.setToolTip(back.toolTip())
         self.back.clicked.connect(back.trigger)
         tools = QWidget()
-        self._grid = QGridLayout(tools)
-        self._grid.setContentsMargins(0, 0, 0, 0)
-        self._grid.setSpacing(GRID_PX)
+        grid = QGridLayout(tools)
+        grid.setContentsMargins(0, 0, 0, 0)
+        grid.setSpacing(GRID_PX)
+        for place, action in enumerate(actions):
+            button = action_button(action)
+            button.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+            grid.addWidget(button, *divmod(place, _COLUMNS))
         self.fold = Fold(tr("Tools"), tools, "hand")
         row = row_of(heading(tr("By hand")), None, self.note, self.time, self.back)
         column_of(self, row, self.fold, spacing=2 * GRID_PX)
@@ -248,12 +251,6 @@ class ManualPanel(QWidget):
         for reading in (self.note, self.time):
             reading.setHidden(wanted)
         self.fold.flatten(not wanted)
-
-    def add_button(self, action: QAction) -> None:
-        """Add a button for a command."""
-        button = action_button(action)
-        button.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
-        self._grid.addWidget(button, *divmod(self._grid.count(), _COLUMNS))
 
     def show_clock(self, clock: SettingClock) -> None:
         """Show the setting time and the state of the clock."""

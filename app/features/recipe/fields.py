@@ -335,10 +335,10 @@ class OwnerLine(QWidget):
         if chosen is None:
             numbers = ", ".join(str(index + 1) for index in own)
             self.title.setText(tr("All faces"))
-            self.note.setText(tr("but {numbers}", numbers=numbers) if own else "")
+            self.note.setText(tr("except {numbers}", numbers=numbers) if own else "")
         else:
             numbers = ", ".join(str(index + 1) for index in sorted({chosen, *also}))
             several = tr("Faces {numbers}", numbers=numbers)
             self.title.setText(several if also else tr("Face {n}", n=chosen + 1))
-            self.note.setText(tr("its own") if chosen in own else tr("as the photo"))
+            self.note.setText(tr("own settings") if chosen in own else tr("photo settings"))
         self.button.setVisible(chosen in own or (chosen is None and bool(own)))

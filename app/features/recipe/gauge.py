@@ -19,6 +19,7 @@ from ...widgets.controls import WarningLabel, column_of
 _SEEN_PERCENT: Final = 5.0  # half of the raters see a change of features beside the original
 _DIFFERENT_PERCENT: Final = 8.0  # most raters call it clearly different
 _DIFFERENT_SHARE: Final = 61.7  # % of raters
+_LINES: Final = 2  # of the visibility in the narrowest panel
 
 
 class NaturalnessGauge(QWidget):
@@ -32,6 +33,11 @@ class NaturalnessGauge(QWidget):
             label.setTextFormat(Qt.TextFormat.PlainText)
             label.setToolTip(source)
         column_of(self, self.seen, self.text)
+        # Keep the place of an empty gauge, so that the controls below don't move.
+        self.seen.setMinimumHeight(_LINES * self.seen.fontMetrics().height())
+        policy = self.sizePolicy()
+        policy.setRetainSizeWhenHidden(True)
+        self.setSizePolicy(policy)
 
     def show_state(self, state: State, chosen: int | None = None) -> None:
         """Show the figures of the selected face, or of the faces without settings of their own."""
@@ -45,7 +51,7 @@ class NaturalnessGauge(QWidget):
         both = _visibility(found), _survey(found)
         for label, words in zip((self.seen, self.text), both, strict=True):
             label.setText(words)
-            label.setVisible(bool(words))
+        self.text.setVisible(state.recipe_of(chosen).scope == "face")
         self.text.warn(found is not None and found.warns)
         self.setAccessibleDescription("\n".join(filter(None, both)))
         self.setVisible(any(both))

@@ -60,6 +60,8 @@ class RecipePanel(QWidget):
         self.centre.chosen.connect(lambda number: self._choose("center", number))
         self.controls |= {"lens": self.lens, "center": self.centre}
         self.one_to_one, self.residual = WarningLabel(wraps=True), muted_label(wraps=True)
+        # Keep the place of empty readings, so that the controls below don't move.
+        self.residual.setMinimumHeight(2 * self.residual.fontMetrics().height())
         self.edge_note = muted_label(wraps=True)
         self._readings = "", ""
         self._on: list[int] = []

@@ -14,6 +14,7 @@ from kogao_core.base.json_reader import BadFile
 from kogao_core.base.language import Text, tr
 from kogao_core.cli import common, ending, options, reading, words
 from kogao_core.cli.common import ProgressLine
+from kogao_core.cli.declarations import experiment
 from kogao_core.faces.face import LandmarkSource
 from kogao_core.faces.landmarks import ModelRefused
 from kogao_core.faces.landmarks import source as landmark_source
@@ -24,7 +25,7 @@ from kogao_core.lab.subjects import Subject
 from kogao_core.recipe.recipe import PAPER
 
 _takes_photos = words.together(
-    reading.takes_photos,
+    options.takes_photos,
     options.chooses_as_the_paper,
     outputs.writes_files,
     words.option(
@@ -32,11 +33,6 @@ _takes_photos = words.together(
         help="Folder for all three files and pictures; created if missing.",
     ),
 )  # fmt: skip
-
-
-@words.group("experiment")
-def command() -> None:
-    """Repeat the paper's tables and figures on your own photos."""
 
 
 class _Run:
@@ -58,13 +54,11 @@ class _Run:
 
     def deliver(self) -> int:
         """Run the experiment, print the tables, write the requested files; return the exit code."""
-        new_source = partial(landmark_source, self._given["landmarks"])
-        source = cache(new_source)
+        source = cache(partial(landmark_source, self._given["landmarks"]))
         work = Work(
             self._subjects(source),
             self._recipe,
             source,
-            new_source,
             {one.key: self._value(one) for one in self._experiment.options},
             self._progress.step,
             self._leave_out,
@@ -113,7 +107,7 @@ class _Run:
 
     def _subject(self, path: Path, source: LandmarkSource) -> Subject:
         photo = reading.read_photo(path, self._given["max_megapixels"])
-        known = reading.points_of(photo)
+        known = reading.points_of(photo, self._given["points"])
         with ending.stopping((AssetMissing, ModelRefused), ending.BROKEN):
             faces = known or source.find(photo.pixels)
         if not faces:
@@ -160,4 +154,4 @@ def _command_of(experiment: Experiment) -> click.Command:
 
 
 for one in (*map(_command_of, EXPERIMENTS), pictures.figures, study.command):
-    command.add_command(one)
+    experiment.add_command(one)

@@ -5,17 +5,17 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Final
+from typing import Any
 
 import click
 
 from kogao_core.base.atomic import atomic_write
+from kogao_core.base.display import png
 from kogao_core.base.language import Text
 from kogao_core.cli import common, ending, options, reading, words
 from kogao_core.lab.experiments.figures import figures as drawings_of
 from kogao_core.lab.subjects import Subject
 
-_KINDS: Final = ("png", "svg")
 _writes_pictures = words.option(
     "-o", "--output", "folder", required=True, type=common.FOLDER, metavar="DIR",
     help="Output folder, created if missing; files are named after the photos.",
@@ -36,15 +36,13 @@ def _photos(given: Mapping[str, Any]) -> list[Path]:
 
 def _subject(path: Path, given: Mapping[str, Any]) -> Subject:
     photo = reading.read_photo(path, given["max_megapixels"])
-    faces = reading.find_faces(photo, given["landmarks"])
+    faces = reading.find_faces(photo, given["landmarks"], given["points"])
     return Subject(path.name, photo.pixels, tuple(reading.selected(faces, given["which"])))
 
 
 @words.command("figures")
-@reading.takes_photos
+@options.takes_photos
 @_writes_pictures
-@words.option("--format", "kinds", type=click.Choice((*_KINDS, "both")), default="png",
-              show_default=True)  # fmt: skip
 @words.option(
     "--width", "width_px", type=click.IntRange(240, 8000), default=960, show_default=True,
     metavar="PX", help="Width of each figure.",
@@ -52,7 +50,7 @@ def _subject(path: Path, given: Mapping[str, Any]) -> Subject:
 @options.chooses_percent
 @options.chooses_as_the_paper
 @common.forces
-def figures(folder: Path, kinds: str, width_px: int, force: bool, **given: Any) -> int:
+def figures(folder: Path, width_px: int, force: bool, **given: Any) -> int:
     """Draw the paper's figures of photos.
 
     One point (1), lattice (2), control points of two landmarks (3), landmarks and targets (4, 5),
@@ -64,17 +62,13 @@ def figures(folder: Path, kinds: str, width_px: int, force: bool, **given: Any) 
 
     def draw(photo: Path) -> None:
         drawings = drawings_of(_subject(photo, given), recipe, width_px)
-        targets = {
-            folder / f"{photo.stem}-{drawing.name}.{kind}": (drawing, kind)
-            for drawing in drawings
-            for kind in (_KINDS if kinds == "both" else (kinds,))
-        }
+        targets = {folder / f"{photo.stem}-{one.name}.png": one for one in drawings}
         for path in targets:
             common.check_free(path, force)
         with ending.writing(folder):
             folder.mkdir(parents=True, exist_ok=True)
-            for path, (drawing, kind) in targets.items():
-                atomic_write(drawing.png() if kind == "png" else drawing.svg(), path)
+            for path, drawing in targets.items():
+                atomic_write(png(drawing.painted()), path)
         ending.print_text(f"{photo}: {', '.join(path.name for path in targets)}")
 
     return common.each(photos, draw)

@@ -5,9 +5,10 @@ from __future__ import annotations
 import dataclasses
 import threading
 import webbrowser
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any, Final, get_args
 
 import click
@@ -90,7 +91,7 @@ def _text(path: Path | None) -> str:
 
 
 @command.command("make")
-@reading.takes_photos
+@options.takes_photos
 @words.option(
     "-o", "--output", "folder", required=True, type=click.Path(path_type=Path),
     help="New folder for the raters; the key is written next to this folder.",
@@ -163,87 +164,70 @@ def _text(path: Path | None) -> str:
 @words.option("--debriefing", type=_TEXT, metavar="FILE", help="Text at the end.")
 @words.option("--completion-code", default="", help="Code shown at the end, for payment.")
 @words.option("--seed", help="Seed of an earlier study, for the same pictures [random].")
-def make(
-    inputs: Sequence[Path],
-    sample: bool,
-    folder: Path,
-    lattices: tuple[float, ...],
-    percents: tuple[float, ...],
-    centers: tuple[float, ...],
-    fits: tuple[Fit, ...] | None,
-    match: bool,
-    recipe_file: Path | None,
-    control: bool,
-    catch: bool,
-    count_unfinished: bool,
-    satisfaction: bool,
-    practice: int,
-    distance: float,
-    seed: str | None,
-    landmarks: str | None,
-    max_megapixels: float,
-    **held: Any,
-) -> None:
+def make(**given: Any) -> None:
     """Make a study of the largest face in each photo."""
-    photos = reading.input_paths(inputs, sample)
+    args = SimpleNamespace(**given)
+    photos = reading.input_paths(args.inputs, args.sample)
     with ending.stopping(making.RefusedFolder, ending.USAGE):
-        making.check_folder(folder)
-    recipe = options.paper_recipe_of(recipe_file, None)
+        making.check_folder(args.folder)
+    recipe = options.paper_recipe_of(args.recipe_file, None)
     kinds = variants(
         recipe,
-        lattices,
-        percents=percents,
-        centers=tuple(map(int, centers)),
-        fits=fits,
-        control=control,
-        catch=catch,
-        satisfaction=satisfaction,
+        args.lattices,
+        percents=args.percents,
+        centers=tuple(map(int, args.centers)),
+        fits=args.fits,
+        control=args.control,
+        catch=args.catch,
+        satisfaction=args.satisfaction,
     )
-    source, (points, _) = landmark_source(landmarks), reading.point_files()
-    texts = ("consent", "instructions", "debriefing")
-    held |= {name: _text(held[name]) for name in texts}
+    source = landmark_source(args.landmarks)
+    fields = dataclasses.fields(Conduct)
+    sessions: dict[str, Any] = {one.name: given.get(one.name) for one in fields}
+    sessions |= {name: _text(given[name]) for name in ("consent", "instructions", "debriefing")}
+    sessions["distance_mm"] = round(10.0 * args.distance)
     with ending.stopping(ValueError, ending.USAGE):
-        conduct = Conduct(**held, distance_mm=round(10.0 * distance))
-        found_by = source.name if points is None else f"--points {points.name}"
-        rules = Rules(unfinished=count_unfinished)
-        choices = making.Choices(recipe, kinds, seed, found_by, match, practice, conduct, rules)
+        choices = making.Choices(
+            recipe,
+            kinds,
+            args.seed,
+            source.name if args.points is None else f"--points {args.points.name}",
+            args.match,
+            args.practice,
+            Conduct(**sessions),
+            Rules(unfinished=args.count_unfinished),
+        )
     other = None
-    if practice:
+    if args.practice:
         # `--points` are of the photos, not of this one.
-        photo = reading.read_photo(reading.input_path(None, True), max_megapixels)
+        photo = reading.read_photo(common.input_path(None, True), args.max_megapixels)
         (face,) = select(source.find(photo.pixels), "largest")
         other = making.subject(photo, face)
-    with ending.stopping(making.RefusedFolder, ending.USAGE), ending.writing(folder):
-        subjects = _subjects(photos, landmarks, max_megapixels)
+    with ending.stopping(making.RefusedFolder, ending.USAGE), ending.writing(args.folder):
+        subjects = [_subject(path, args) for path in photos]
         progress = ProgressLine()
-        progress.begin(tr("pictures for {folder}", folder=folder))
-        key = making.make(subjects, folder, choices, progress.step, other)
+        progress.begin(tr("pictures for {folder}", folder=args.folder))
+        key = making.make(subjects, args.folder, choices, progress.step, other)
         progress.end()
     ending.print_text(
         tr(
             "{folder}: {count} pictures of {faces}; to rate: kogao-cli experiment study rate "
             "{folder}",
-            folder=folder,
+            folder=args.folder,
             count=len(key.pictures),
             faces=common.count_of_faces(len(photos)),
         )
     )
-    key_file = plan.key_path(folder)
+    key_file = plan.key_path(args.folder)
     ending.print_text(
         tr("{file}: the key of the pictures; keep this file from the raters", file=key_file)
     )
 
 
-def _subjects(
-    photos: Sequence[Path], landmarks: str | None, max_megapixels: float
-) -> list[Subject]:
-    found = []
-    for path in photos:
-        photo = reading.read_photo(path, max_megapixels)
-        (face,) = select(reading.find_faces(photo, landmarks), "largest")
-        shown = making.subject(photo, face)
-        found.append(dataclasses.replace(shown, sha256=reading.hash_of(path)))
-    return found
+def _subject(path: Path, args: SimpleNamespace) -> Subject:
+    photo = reading.read_photo(path, args.max_megapixels)
+    (face,) = select(reading.find_faces(photo, args.landmarks, args.points), "largest")
+    return dataclasses.replace(making.subject(photo, face), sha256=reading.hash_of(path))
 
 
 @command.command("rate")
@@ -287,23 +271,16 @@ def _browse(address: str) -> None:
     help="Write tables of all answers and raters, a codebook, and a mixed model for R.",
 )  # fmt: skip
 @outputs.writes_files
-def report(
-    folders: Sequence[Path],
-    keys: Sequence[Path],
-    files: Sequence[Path],
-    exclude: Sequence[str],
-    data: Path | None,
-    force: bool,
-    **given: Any,
-) -> int:
+def report(**given: Any) -> int:
     """Count the ratings of the studies in FOLDERS."""
-    if keys and len(keys) != len(folders):
+    args = SimpleNamespace(**given)
+    if args.keys and len(args.keys) != len(args.folders):
         raise ending.Stop(Text("give one --key per folder, or none"), ending.USAGE)
-    to = outputs.Outputs(outputs.asked_for(given), data, force)
-    found = [*keys] or [plan.key_path(folder) for folder in folders]
+    to = outputs.Outputs(outputs.asked_for(given), args.data, args.force)
+    keys = args.keys or [plan.key_path(folder) for folder in args.folders]
     with ending.stopping(BadFile, ending.UNREADABLE):
-        counted = tally.tally(list(zip(folders, found, strict=True)), files, exclude)
-    for rater in set(exclude) - set(counted.raters):
+        counted = tally.tally(list(zip(args.folders, keys, strict=True)), args.files, args.exclude)
+    for rater in set(args.exclude) - set(counted.raters):
         raise ending.Stop(Text("no rater {rater}", rater=rater), ending.USAGE)
     for note in notes(counted):
         ending.print_message(note)

@@ -1,12 +1,11 @@
 """Measure the warp for the variants of table 1 and figure 11: area, folds, bent lines, misses.
 
 The paper asked people which pictures look unnatural. This experiment measures the warp itself, for
-the same centres and distances, for four lattice sizes, and for three lattice origins.
+the same centres and distances, and for four lattice sizes.
 """
 
 from __future__ import annotations
 
-import dataclasses
 import statistics
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
@@ -19,23 +18,20 @@ from kogao_core.background.lines import bends, off_faces, straight_lines
 from kogao_core.base.geometry import Array, Box
 from kogao_core.base.language import Text
 from kogao_core.faces.naturalness import DISTANCES, STUDENTS, SUBJECTS, UNNATURAL
-from kogao_core.faces.targets import Pairs, aim
+from kogao_core.faces.targets import Pairs
 from kogao_core.lab.experiments.experiment import Experiment, Work
 from kogao_core.lab.reports.charts import Chart, Series
 from kogao_core.lab.reports.report import NONE, Heading, Part, Report, Row, Table
-from kogao_core.lab.study.design import BEST_CENTER, BEST_PERCENT, Variant, variants
+from kogao_core.lab.study.design import Variant, variants
 from kogao_core.lab.subjects import Progress, Subject, no_progress
 from kogao_core.pipeline import Rendering, render
 from kogao_core.recipe.recipe import PAPER, SETTINGS, Recipe
 from kogao_core.warp.field import Field, shown_at
-from kogao_core.warp.fit import fit
-from kogao_core.warp.measures import achieved_percent
 from kogao_core.warp.one_to_one import largest_det
 
 RULES: Final = 16  # ruled lines in each direction
 _ROUND: Final = 0.25  # margin around the faces for the ruled lines, relative to the faces' box
 _LOCAL_STEPS: Final = 200  # samples of det J along each side of the domain
-_EVERY_PX: Final = 2.0  # sampling of compared displacements
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,35 +69,15 @@ class Distortion:
 
 
 @dataclass(frozen=True, slots=True)
-class OriginEffect:
-    """Effect of the lattice's origin, which the paper leaves open, at 4 % towards centre 2."""
-
-    photo: str
-    # Largest change of the displacement when the origin moves by half a cell, or to the image's
-    # corner, and the same relative to the largest displacement, %.
-    change_px: float
-    change_percent: float
-    # Range of the achieved distance over the three origins, % of D.
-    least_achieved: float
-    most_achieved: float
-
-
-@dataclass(frozen=True, slots=True)
 class DistortionResult:
     """Results for table 1 and figure 11 on some photos, with one recipe."""
 
     distortions: tuple[Distortion, ...]
     recipe: Recipe
-    origins: tuple[OriginEffect, ...] = ()
 
     def of(self, variant: Variant) -> list[Distortion]:
         """Return the measures of one variant, one for each photo."""
         return [one for one in self.distortions if one.variant == variant]
-
-
-def shown(recipe: Recipe) -> tuple[Variant, ...]:
-    """Return the 20 variants of table 1 and the 4 lattice sizes."""
-    return variants(recipe, satisfaction=False)
 
 
 def measure(
@@ -109,42 +85,13 @@ def measure(
 ) -> list[Distortion]:
     """Measure one photo at each centre and distance of table 1 and each lattice of figure 11."""
     found = []
-    chosen = shown(recipe)
+    chosen = variants(recipe)
     lines = _LinesOf(subject)
     for done, variant in enumerate(chosen, start=1):
         rendering = render(subject.pixels, subject.faces, variant.recipe(recipe))
         found.append(_distortion(subject, variant, rendering, lines))
         progress(done, len(chosen))
     return found
-
-
-def origin_effect(subject: Subject, recipe: Recipe) -> OriginEffect:
-    """Fit the lattices of the faces alone at three origins, and compare the displacements."""
-    recipe = dataclasses.replace(recipe, percent=BEST_PERCENT, center=BEST_CENTER)
-    pairs = [aim(face, recipe) for face in subject.faces]
-    recipes = [recipe] * len(pairs)
-
-    def field(*origins: tuple[float, float]) -> Field:
-        anchors = [
-            dataclasses.replace(face.anchor, origin_px=origin)
-            for face, origin in zip(subject.faces, origins, strict=True)
-        ]
-        return Field(fit(pairs, anchors, recipes))
-
-    own = [face.anchor.origin_px for face in subject.faces]
-    first = field(*own)
-    halves = [a.grid.spacing_px / 2.0 for a in first.lattices]
-    moved = [(x + half, y + half) for (x, y), half in zip(own, halves, strict=True)]
-    others = field(*moved), field(*[(0.0, 0.0)] * len(own))
-    ends = subject.pixels.shape[1::-1]
-    grid = [np.arange(0.0, end, _EVERY_PX) for end in ends]
-    before = first.on_grid(*grid)
-    changes = [float(np.hypot(*(other.on_grid(*grid) - before)).max()) for other in others]
-    achieved = [percent for one in (first, *others) for percent in achieved_percent(one, pairs)]
-    largest = float(np.hypot(*before).max())
-    return OriginEffect(
-        subject.name, max(changes), 100.0 * max(changes) / largest, min(achieved), max(achieved)
-    )
 
 
 def _distortion(
@@ -230,12 +177,11 @@ class Measure:
     """A number of `Distortion`."""
 
     name: str  # column in files
-    # Title within a sentence, and above a table.
     title: Text
-    heading: Text
     digits: int  # decimals shown
     # Converts the value to a measure of harm: 0 without a warp, growing with the warp.
     harm: Callable[[float], float] = abs
+    harm_title: Text | None = None  # if different from the title
 
     def median(self, found: Sequence[Distortion]) -> float:
         """Return the median over photos; NaN without values."""
@@ -249,67 +195,30 @@ class Measure:
 
 
 MEASURES: Final = (
-    Measure("achieved", Text("achieved, % of D"), Text("Achieved, % of D"), 2),
+    Measure("achieved", Text("achieved, % of D"), 2),
+    Measure("face_area", Text("area of the face, change in %"), 1),
+    Measure("local_area", Text("local change of area, rms in %"), 1),
     Measure(
-        "face_area", Text("area of the face, change in %"), Text("Area of the face, change in %"), 1
+        "min_det", Text("smallest det J, sampled: stretch"), 2,
+        lambda det: 1.0 - det, Text("1 - smallest det J"),
     ),
     Measure(
-        "local_area",
-        Text("local change of area, rms in %"),
-        Text("Local change of area, rms in %"),
-        1,
+        "max_det", Text("largest det J, sampled: compression"), 2,
+        lambda det: det - 1.0, Text("largest det J - 1"),
+    ),
+    Measure("bend", Text("bend of the worst ruled line, % of the eyes' distance"), 2),
+    Measure(
+        "photo_bend", Text("bend of the worst line in the photo, % of the eyes' distance"), 2
     ),
     Measure(
-        "min_det",
-        Text("smallest det J, sampled: stretch"),
-        Text("Smallest det J of the samples (stretched the most)"),
-        2,
-        lambda det: 1.0 - det,
+        "residual", Text("displacement off at the targets, mean, % of the eyes' distance"), 3
     ),
     Measure(
-        "max_det",
-        Text("largest det J, sampled: compression"),
-        Text("Largest det J of the samples (compressed the most)"),
-        2,
-        lambda det: det - 1.0,
+        "landing", Text("landmarks land off their targets, mean, % of the eyes' distance"), 3
     ),
-    Measure(
-        "bend",
-        Text("bend of the worst ruled line, % of the eyes' distance"),
-        Text("Bend of the worst ruled line, % of the eyes' distance"),
-        2,
-    ),
-    Measure(
-        "photo_bend",
-        Text("bend of the worst line in the photo, % of the eyes' distance"),
-        Text("Bend of the worst line in the photo, % of the eyes' distance"),
-        2,
-    ),
-    Measure(
-        "residual",
-        Text("displacement off at the targets, mean, % of the eyes' distance"),
-        Text("Displacement off at the targets, mean, % of the eyes' distance"),
-        3,
-    ),
-    Measure(
-        "landing",
-        Text("landmarks land off their targets, mean, % of the eyes' distance"),
-        Text("Landmarks land off their targets, mean, % of the eyes' distance"),
-        3,
-    ),
-    Measure(
-        "contour",
-        Text("outline off its curve, largest, % of the eyes' distance"),
-        Text("Outline off its curve, largest, % of the eyes' distance"),
-        3,
-    ),
-)
-_CHARTED: Final = {
-    "local_area": Text("local change of area, rms in %"),
-    "min_det": Text("1 - smallest det J"),
-    "max_det": Text("largest det J - 1"),
-    "bend": Text("bend of the worst ruled line"),
-}
+    Measure("contour", Text("outline off its curve, largest, % of the eyes' distance"), 3),
+)  # fmt: skip
+_CHARTED: Final = ("local_area", "min_det", "max_det", "bend")
 
 
 def report(result: DistortionResult) -> Report:
@@ -331,7 +240,6 @@ def report(result: DistortionResult) -> Report:
         _chart(result), how, _growth(result),
         Heading(Text("Cell by cell")), Row(cells, wide=True),
         Heading(Text("Lattice size")), _lattices(result),
-        *([_origins(result.origins)] if result.origins else []),
     ]  # fmt: skip
     return Report(
         Text("Table 1 and the measured distortion"),
@@ -348,7 +256,6 @@ def report(result: DistortionResult) -> Report:
             "face_alone": result.recipe.scope == "face",
             "units": {measure.name: measure.title for measure in MEASURES},
             "distortions": records,
-            "origins": [asdict(one) for one in result.origins],
         },
     )
 
@@ -371,7 +278,7 @@ def _published() -> Table:
 
 def _medians(result: DistortionResult, measure: Measure) -> list[list[float]]:
     """Return medians over photos, a row for each centre."""
-    medians = [measure.median(result.of(v)) for v in shown(result.recipe) if v.kind == "table1"]
+    medians = [measure.median(result.of(v)) for v in variants(result.recipe) if v.kind == "table1"]
     count = len(DISTANCES)
     return [medians[k : k + count] for k in range(0, len(medians), count)]
 
@@ -381,7 +288,7 @@ def _in_its_shape(result: DistortionResult, measure: Measure) -> Table:
         (str(center), *map(measure.text, row))
         for center, row in enumerate(_medians(result, measure), start=1)
     ]
-    return Table(measure.heading, _header(Text("centre")), rows)
+    return Table(measure.title, _header(Text("centre")), rows)
 
 
 def _harms(result: DistortionResult, measure: Measure) -> list[list[float]]:
@@ -400,7 +307,7 @@ def _growth(result: DistortionResult) -> Table:
     for measure in MEASURES:
         harms = _harms(result, measure)
         alike = rank_correlation(np.ravel(harms), np.ravel(UNNATURAL))
-        title = _CHARTED.get(measure.name, measure.title)
+        title = measure.harm_title or measure.title
         rows.append((title, *_whole(_relative(harms)), NONE if alike is None else f"{alike:.2f}"))
     header = (
         *_header(Text("mean over the centres, % of the value at 10 %")),
@@ -408,9 +315,8 @@ def _growth(result: DistortionResult) -> Table:
     )
     note = Text(
         "det J of the backward field: below 1 the result is stretched, above 1 compressed. "
-        "Even growth reads 20, 40, 60, 80, 100. Rank correlation: Spearman's, of the 20 cells"
-        " with table 1; this compares the order, not the jump. The row on lines of the photo "
-        "omits photos without a straight line outside of the face."
+        "Even growth reads 20, 40, 60, 80, 100. Rank correlation: Spearman's, of the 20 cells "
+        "with table 1; it compares the order, not the jump."
     )
     return Table(Text("Growth of each measure with the warp distance"), header, rows, note)
 
@@ -432,7 +338,7 @@ def _ranks(values: np.ndarray) -> np.ndarray:
 
 
 def _lattices(result: DistortionResult) -> Table:
-    sizes = [variant for variant in shown(result.recipe) if variant.kind == "figure11"]
+    sizes = [variant for variant in variants(result.recipe) if variant.kind == "figure11"]
     found = [result.of(variant) for variant in sizes]
     rows = [
         (Text("lattice spacing, px"), *(f"{_median(one, 'spacing_px'):.1f}" for one in found)),
@@ -448,33 +354,11 @@ def _lattices(result: DistortionResult) -> Table:
     ]
     note = Text(
         "At 4 % towards centre 2, medians over the photos. The paper prints no numbers for "
-        "figure 11. According to the text, all faces looked natural with a lattice larger "
-        "than the warp distance. The four sizes are this program's choice. The columns differ"
-        " in lattice size and in achieved distance."
+        "figure 11; the sizes are this program's choice. The columns differ in achieved distance, "
+        "too."
     )
     header = ("", *(f"R = {variant.lattice:g}" for variant in sizes))
     return Table(Text("Figure 11's question: lattice sizes"), header, rows, note)
-
-
-def _origins(found: Sequence[OriginEffect]) -> Table:
-    return Table.of(
-        Text("Lattice origin"),
-        found,
-        [
-            (Text("photo"), lambda one: one.photo),
-            (Text("largest change, px"), lambda one: f"{one.change_px:.2f}"),
-            (Text("% of the largest displacement"), lambda one: f"{one.change_percent:.0f}"),
-            (
-                Text("achieved, % of D"),
-                lambda one: f"{one.least_achieved:.2f} .. {one.most_achieved:.2f}",
-            ),
-        ],
-        Text(
-            "The paper's lattice starts at the image's corner, this program's at the face. The "
-            "columns compare this origin with an origin half a cell away and with the image's "
-            "corner, for the faces alone at 4 % towards centre 2."
-        ),
-    )
 
 
 def _in_warps(found: Sequence[Distortion]) -> str:
@@ -500,7 +384,8 @@ def _chart(result: DistortionResult) -> Chart:
     series = [Series(Text("unnatural answers (table 1)"), _relative(UNNATURAL))]
     for measure in MEASURES:
         if measure.name in _CHARTED:
-            series.append(Series(_CHARTED[measure.name], _relative(_harms(result, measure))))
+            title = measure.harm_title or measure.title
+            series.append(Series(title, _relative(_harms(result, measure))))
     return Chart(
         Text("Growth with the warp distance"), [f"{distance:g}" for distance in DISTANCES],
         Text("% of the value at 10 %"), series, along=Text("warp distance, % of D"),
@@ -510,11 +395,9 @@ def _chart(result: DistortionResult) -> Chart:
 
 def _run(work: Work) -> Report:
     found: list[Distortion] = []
-    origins: list[OriginEffect] = []
     for subject in work.subjects:
         found += measure(subject, work.recipe, progress=work.progress)
-        origins.append(origin_effect(subject, work.recipe))
-    return report(DistortionResult(tuple(found), work.recipe, tuple(origins)))
+    return report(DistortionResult(tuple(found), work.recipe))
 
 
 EXPERIMENT: Final = Experiment(

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 import statistics
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from fractions import Fraction
-from functools import partial
 from typing import Final
 
 import numpy as np
@@ -28,7 +28,7 @@ from kogao_core.lab.reports.report import (
     recipe_in_words,
 )
 from kogao_core.lab.reports.spread import Spread, in_turns
-from kogao_core.lab.subjects import Progress, Subject, no_progress, psnr_db, white_of
+from kogao_core.lab.subjects import Progress, Subject, no_progress
 from kogao_core.pipeline import Rendering, render
 from kogao_core.recipe.recipe import LOSSLESS_PX, Recipe
 from kogao_core.recipe.settings import DOMAINS, DomainName
@@ -174,8 +174,11 @@ class _Compared:
         )
 
     def _error(self, pixels: Image, displacement: Array) -> Error:
-        apart = np.abs(pixels.astype(np.float64) - self.whole) * (_LEVELS / white_of(pixels))
-        psnr = psnr_db(apart[self.domain], _LEVELS)
+        white = 1.0 if pixels.dtype == np.float32 else np.iinfo(pixels.dtype).max
+        apart = np.abs(pixels.astype(np.float64) - self.whole) * (_LEVELS / white)
+        inside = apart[self.domain]
+        mean = float(np.square(inside).sum()) / max(1, inside.size)
+        psnr = 10.0 * float(np.log10(_LEVELS**2 / mean)) if mean > 0.0 else None
         return Error(
             float(apart.max(initial=0.0)), psnr, _largest_step(displacement - self.displacement)
         )
@@ -197,11 +200,9 @@ def _largest_step(change: Array) -> float:
 def report(photos: Sequence[Domains], recipe: Recipe) -> Report:
     """Return the report: pixel counts, errors of thresholds, pictures of domains."""
     parts: list[Part] = [
-        Row(_bars(photos), wide=True),
+        Row(_curves(photos), wide=True),
         Text("{recipe}.", recipe=recipe_in_words(recipe)),
         _counts(photos),
-        Heading(Text("Error of a threshold")),
-        Row(_curves(photos), wide=True),
         _errors(photos),
         Heading(Text("The domains")),
         Text(
@@ -212,8 +213,6 @@ def report(photos: Sequence[Domains], recipe: Recipe) -> Report:
     for photo in photos:
         parts += [Heading(photo.photo, 3), Row([_figure(photo, name) for name in photo.shown])]
     records = [_record(photo, step) for photo in photos for step in photo.steps]
-    titles = {one.name: one.title for one in DOMAINS}
-    shown = [(titles[name], pixels) for name, pixels in photos[0].shown.items()]
     return Report(
         Text("Figures 14 and 15: the reduced domain"),
         Text(
@@ -236,29 +235,7 @@ def report(photos: Sequence[Domains], recipe: Recipe) -> Report:
                 for photo in photos
             ],
         },
-        {Text("Domains"): shown},
     )
-
-
-def _bars(photos: Sequence[Domains]) -> list[Chart]:
-    shares = [[_share(photo, name) for photo in photos] for name in _WORDS]
-    spreads = [_computing(photos, name) for name in _WORDS]
-    pixels = Series(Text("pixels worked on"), list(map(statistics.median, shares)))
-    computing = Series(
-        Text("computing"), [one.median for one in spreads], [(one.q1, one.q3) for one in spreads]
-    )
-    words = list(_WORDS.values())
-    of = "" if len(photos) == 1 else Text(", {count} photos", count=len(photos))
-    return [
-        Chart(
-            Text("Pixels to be worked on"), words, Text("% of the image"), [pixels], bars=True,
-            caption=Text("Pixels of each domain: median{of}.", of=of),
-        ),
-        Chart(
-            Text("Computing time"), words, "ms", [computing], bars=True,
-            caption=Text("From landmarks to pixels: median and quartiles{of}.", of=of),
-        ),
-    ]  # fmt: skip
 
 
 def _counts(photos: Sequence[Domains]) -> Table:
@@ -268,11 +245,11 @@ def _counts(photos: Sequence[Domains]) -> Table:
     rows: list[tuple[str, ...]] = []
     for called, group in groups:
         for name, word in _WORDS.items():
-            count, computing = partial(_pixels, name), _computing(group, name).text()
-            rows.append((called, word, *_count_cells(group, count), computing))
-        if all(photo.literal for photo in group):
-            word = Text("section 4.1 to the letter")
-            rows.append((called, word, *_count_cells(group, lambda photo: photo.literal), NONE))
+            cells = _count_cells(group, [one.counts[name] for one in group])
+            rows.append((called, word, *cells, _computing(group, name).text()))
+        if all(one.literal for one in group):
+            cells = _count_cells(group, [one.literal for one in group])
+            rows.append((called, Text("section 4.1 to the letter"), *cells, NONE))
     return Table(
         Text("Pixels to be worked on"),
         (
@@ -285,26 +262,22 @@ def _counts(photos: Sequence[Domains]) -> Table:
         ),
         rows,
         Text(
-            "Computing: median and quartiles of all stages from landmarks to pixels, domains in "
-            "turns. Control points: cells in reach of control points other than zero. Section 4.1"
-            " to the letter: cells in reach of the 4 x 4 control points around each target, zero "
-            "or not."
+            "Computing: median and quartiles from landmarks to pixels, domains in turns. Control "
+            "points: cells in reach of control points other than zero. To the letter: of all 4 x 4 "
+            "control points around each target."
         ),
     )
 
 
-def _pixels(name: DomainName, photo: Domains) -> int:
-    return photo.counts[name]
+def _shares(photos: Sequence[Domains], pixels: Sequence[int]) -> list[float]:
+    """Return the pixels of each photo, % of the image."""
+    pairs = zip(photos, pixels, strict=True)
+    return [100.0 * count / photo.counts["image"] for photo, count in pairs]
 
 
-def _share(photo: Domains, name: DomainName) -> float:
-    return 100.0 * photo.counts[name] / photo.counts["image"]
-
-
-def _count_cells(photos: Sequence[Domains], count: Callable[[Domains], int]) -> tuple[str, ...]:
-    pixels = statistics.median(map(count, photos))
-    share = statistics.median(100.0 * count(one) / one.counts["image"] for one in photos)
-    return _whole_or_half(pixels), f"{share:.1f}", f"{100.0 - share:.1f}"
+def _count_cells(photos: Sequence[Domains], pixels: Sequence[int]) -> tuple[str, ...]:
+    share = statistics.median(_shares(photos, pixels))
+    return _whole_or_half(statistics.median(pixels)), f"{share:.1f}", f"{100.0 - share:.1f}"
 
 
 def _computing(photos: Sequence[Domains], name: DomainName) -> Spread:
@@ -320,7 +293,7 @@ def _errors(photos: Sequence[Domains]) -> Table:
     )  # fmt: skip
     rows = []
     for steps in _by_threshold(photos):
-        share = statistics.median(_shares(photos, steps))
+        share = _median_share(photos, steps)
         proven = sum(step.fade_proven for step in steps)
         rows.append((
             _threshold(steps[0].threshold_px), f"{share:.1f}",
@@ -329,11 +302,10 @@ def _errors(photos: Sequence[Domains]) -> Table:
             Text("{proven} of {count}", proven=proven, count=len(steps)),
         ))  # fmt: skip
     note = Text(
-        "Differences to the result without a threshold, medians over the photos. Max: largest"
-        " difference of a pixel, of 255. PSNR: over the control-point domain; a dash for no "
-        "difference. Seam: largest step between neighbouring pixels caused by the threshold. "
-        "Cut: no displacement below T, as in the paper. Fade: the displacement fades in over "
-        "[T, 2T]. A fade without proof could fold between the samples."
+        "Differences to the result without a threshold, medians over the photos. Max: largest "
+        "difference of a pixel, of 255. PSNR: over the control-point domain. Seam: largest step "
+        "between neighbouring pixels. Cut: no displacement below T, as in the paper. Fade: the "
+        "displacement fades in over [T, 2T]. A fade without proof could fold between the samples."
     )
     return Table(Text("Error of each threshold"), header, rows, note)
 
@@ -341,17 +313,25 @@ def _errors(photos: Sequence[Domains]) -> Table:
 def _error_cells(errors: list[Error]) -> tuple[str, str, str]:
     psnr = _psnr(errors)
     return (
-        _whole_or_half(statistics.median(error.max_levels for error in errors)),
-        NONE if psnr is None else f"{psnr:.1f}",
-        f"{statistics.median(error.seam_px for error in errors):.3f}",
+        _whole_or_half(_levels(errors)),
+        NONE if math.isnan(psnr) else f"{psnr:.1f}",
+        f"{_seam(errors):.3f}",
     )
 
 
-def _psnr(errors: list[Error]) -> float | None:
-    """Return the median; None where at least half of the results have no error."""
-    found = [float("inf") if e.psnr_db is None else e.psnr_db for e in errors]
+def _levels(errors: list[Error]) -> float:
+    return statistics.median(error.max_levels for error in errors)
+
+
+def _psnr(errors: list[Error]) -> float:
+    """Return the median; NaN where at least half of the results have no error."""
+    found = [math.inf if e.psnr_db is None else e.psnr_db for e in errors]
     middle = statistics.median(found)
-    return None if middle == float("inf") else middle
+    return math.nan if middle == math.inf else middle
+
+
+def _seam(errors: list[Error]) -> float:
+    return statistics.median(error.seam_px for error in errors)
 
 
 def _whole_or_half(value: float) -> str:
@@ -363,9 +343,8 @@ def _by_threshold(photos: Sequence[Domains]) -> list[list[ThresholdErrors]]:
     return [list(steps) for steps in zip(*(p.steps for p in photos), strict=True)]
 
 
-def _shares(photos: Sequence[Domains], steps: list[ThresholdErrors]) -> list[float]:
-    pairs = zip(photos, steps, strict=True)
-    return [100.0 * step.pixels / photo.counts["image"] for photo, step in pairs]
+def _median_share(photos: Sequence[Domains], steps: list[ThresholdErrors]) -> float:
+    return statistics.median(_shares(photos, [step.pixels for step in steps]))
 
 
 def _threshold(px: float) -> str:
@@ -396,31 +375,22 @@ def _curves(photos: Sequence[Domains]) -> list[Chart]:
     by_threshold = _by_threshold(photos)
     places = [_threshold(steps[0].threshold_px) for steps in by_threshold]
 
-    ways = {"cut": Text("cut, as in the paper"), "fade": Text("fade over [T, 2T]")}
-
     def errors(of: Callable[[list[Error]], float]) -> list[Series]:
         return [
             Series(word, [of([getattr(s, way) for s in steps]) for steps in by_threshold])
-            for way, word in ways.items()
+            for way, word in (
+                ("cut", Text("cut, as in the paper")),
+                ("fade", Text("fade over [T, 2T]")),
+            )
         ]
 
-    def median(name: str) -> Callable[[list[Error]], float]:
-        return lambda found: statistics.median(getattr(error, name) for error in found)
-
-    shares = [statistics.median(_shares(photos, steps)) for steps in by_threshold]
+    shares = [_median_share(photos, steps) for steps in by_threshold]
+    moved = [Series(Text("pixels displaced by more than T"), shares)]
     charts = (
-        (
-            Text("Pixels worked on"),
-            Text("% of the image"),
-            [Series(Text("pixels displaced by more than T"), shares)],
-        ),
-        (Text("Largest difference"), Text("levels of 255"), errors(median("max_levels"))),
-        (
-            Text("Signal-to-noise ratio"),
-            Text("PSNR, dB"),
-            errors(lambda e: _psnr(e) or float("nan")),
-        ),
-        (Text("Seam"), Text("step between neighbours, px"), errors(median("seam_px"))),
+        (Text("Pixels worked on"), Text("% of the image"), moved),
+        (Text("Largest difference"), Text("levels of 255"), errors(_levels)),
+        (Text("Signal-to-noise ratio"), Text("PSNR, dB"), errors(_psnr)),
+        (Text("Seam"), Text("step between neighbours, px"), errors(_seam)),
     )
     return [
         Chart(
@@ -437,7 +407,7 @@ def _figure(photo: Domains, name: DomainName) -> Picture:
         "{which}: {count} pixels, {share:.1f} % of the image",
         which=which,
         count=photo.counts[name],
-        share=_share(photo, name),
+        share=100.0 * photo.counts[name] / photo.counts["image"],
     )
     return Picture(
         photo.shown[name], caption, Text("{photo}, {caption}", photo=photo.photo, caption=caption)

@@ -22,7 +22,6 @@ class Work:
     subjects: Iterable[Subject]  # read and searched lazily
     recipe: Recipe  # settings of the warp
     source: Callable[[], LandmarkSource]  # returns the landmark source, made at the first call
-    new_source: Callable[[], LandmarkSource]  # returns a new source with networks not yet loaded
     given: Mapping[str, Any]  # values of the options, by key
     progress: Progress
     leave_out: Callable[[str], None]  # called with the reason for a skipped photo or method

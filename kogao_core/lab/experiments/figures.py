@@ -15,10 +15,11 @@ from kogao_core.faces.face import Face
 from kogao_core.faces.naturalness import DISTANCES
 from kogao_core.faces.targets import Pairs, aim, center_candidates
 from kogao_core.lab.reports.drawing import Dots, Drawing, Mark, Strokes, Word
+from kogao_core.lab.study.design import LATTICES
 from kogao_core.lab.subjects import Subject, at_paper_size
 from kogao_core.pipeline import Rendering, render
 from kogao_core.recipe.recipe import Recipe
-from kogao_core.recipe.settings import DOMAINS, PAPER_CENTERS
+from kogao_core.recipe.settings import DOMAINS, PAPER_CENTERS, DomainName
 from kogao_core.warp.canvas import Canvas
 from kogao_core.warp.domain import mask_of, reduce
 from kogao_core.warp.field import Field
@@ -41,7 +42,6 @@ _FAR_PERCENT: Final = 30.0  # of D; large, to be visible in print
 _SEEN_PX: Final = 0.5  # minimum threshold of figure 13; large, to be visible in print
 # Lattice sizes of figures 8 to 10, in landmark spacings; the paper prints none.
 _SMALL_LATTICE, _LARGE_LATTICE = 0.25, 4.0
-_LATTICES: Final = (0.25, 0.5, 1.0, 2.0)
 
 
 def figures(subject: Subject, recipe: Recipe, width_px: int) -> list[Drawing]:
@@ -166,7 +166,7 @@ def domains(shown: Subject, rendering: Rendering) -> Drawing:
     image = Box.of(shown.pixels)
     threshold_px = rendering.recipe.threshold_px
     panels = [_mask(mask_of(rendering.field, image, one.name, threshold_px)) for one in DOMAINS]
-    return dataclasses.replace(_side_by_side("domains", panels), exact=True)
+    return _side_by_side("domains", panels)
 
 
 def _mask(mask: Image) -> Image:
@@ -258,38 +258,33 @@ def large_lattice(shown: Subject, rendering: Rendering) -> Drawing:
 
 def lattice_sizes(shown: Subject, rendering: Rendering) -> Drawing:
     """Draw the results of the survey's four lattice sizes (figure 10)."""
-    panels = [_at_lattice(shown, rendering, size).pixels for size in _LATTICES]
+    panels = [_at_lattice(shown, rendering, size).pixels for size in LATTICES]
     return _side_by_side("lattice-sizes", panels)
 
 
 def selection(shown: Subject, rendering: Rendering) -> Drawing:
     """Draw the image domain and the control-point domain of four landmarks (figure 12)."""
-    field = _of_four(shown, rendering)
-    image = Box.of(shown.pixels)
-    masks = [mask_of(field, image, name) for name in ("image", "control-points")]
-    marked = [_over(shown, mask, field.lattices, _four(rendering)) for mask in masks]
-    return _side_by_side("selection", marked)
+    return _of_four("selection", shown, rendering, ("image", 0.0), ("control-points", 0.0))
 
 
 def threshold(shown: Subject, rendering: Rendering) -> Drawing:
     """Draw the control-point and threshold domains of four landmarks (figure 13)."""
-    field, image = _of_four(shown, rendering), Box.of(shown.pixels)
-    masks = (
-        mask_of(field, image, "control-points"),
-        mask_of(field, image, "threshold", max(rendering.recipe.threshold_px, _SEEN_PX)),
-    )
-    panels = [_over(shown, mask, field.lattices, _four(rendering)) for mask in masks]
-    return _side_by_side("threshold", panels)
+    least_px = max(rendering.recipe.threshold_px, _SEEN_PX)
+    masks: tuple[tuple[DomainName, float], ...] = (("control-points", 0.0), ("threshold", least_px))
+    return _of_four("threshold", shown, rendering, *masks)
 
 
-def _four(rendering: Rendering) -> Array:
-    return np.asarray(rendering.pairs[0].target_px[list(_FOUR)])
-
-
-def _of_four(shown: Subject, rendering: Rendering) -> Field:
+def _of_four(
+    name: str, shown: Subject, rendering: Rendering, *masks: tuple[DomainName, float]
+) -> Drawing:
+    """Draw domains, each with its threshold in px, of four landmarks."""
     pairs, few = rendering.pairs[0], list(_FOUR)
-    chosen = Pairs(pairs.source_px[few], pairs.target_px[few], pairs.center_px)
-    return _field_of(shown, rendering, chosen)
+    four = Pairs(pairs.source_px[few], pairs.target_px[few], pairs.center_px)
+    field, image = _field_of(shown, rendering, four), Box.of(shown.pixels)
+    panels = [
+        _over(shown, mask_of(field, image, *one), field.lattices, four.target_px) for one in masks
+    ]
+    return _side_by_side(name, panels)
 
 
 def _field_of(shown: Subject, rendering: Rendering, pairs: Pairs) -> Field:

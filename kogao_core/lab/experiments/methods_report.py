@@ -1,4 +1,4 @@
-"""Report of the method comparison: bars, tables, pictures."""
+"""Report of the method comparison: tables and pictures."""
 
 from __future__ import annotations
 
@@ -18,35 +18,29 @@ from kogao_core.lab.experiments.methods import (
     Compared,
     Comparison,
 )
-from kogao_core.lab.methods import Method
-from kogao_core.lab.reports.charts import Chart, Series
 from kogao_core.lab.reports.report import Heading, Part, Picture, Report, Row, Table
 from kogao_core.lab.reports.spread import Spread, in_columns, rounded
 from kogao_core.recipe.recipe import Recipe
-from kogao_core.recipe.settings import FITS
 
-_FITS: Final[dict[str, Text]] = {fit.name: fit.word for fit in FITS}
 # Photos are compared in classes of the longer side, px: ratios of times depend on the size.
 _CLASSES_PX: Final = (0, 640, 1280, 2560, 5120, 10**6)
-_Cell = Callable[[Sequence[Compared]], str]  # returns a method's cell of a table
+_Rows = Sequence[tuple[Comparison, Compared]]  # a method's results, with those of its photo
 _FIGURES: Final = (
     *("residual_mean_px", "residual_max_px", "landing_mean_px", "min_det"),
     *("max_det", "folded_share", "moved_share", "largest_px"),
 )
 _KINDS: Final = {
-    "result": Text("Results"),
-    "difference": Text("Differences to the photo, times {gain}", gain=DIFFERENCE_GAIN),
+    "result": Text("Result"),
+    "difference": Text("Difference to the photo, times {gain}", gain=DIFFERENCE_GAIN),
     "heat": Text("Displacement"),
 }
 
 
 def report(photos: Sequence[Comparison], recipe: Recipe, repeats: int) -> Report:
-    """Return tables of costs and effects for each class of photo sizes, then for each photo."""
+    """Return tables of costs and effects for each class of photo sizes, then pictures."""
     # Only landmarks and targets are the same for all methods, so the faces move alone.
     recipe = dataclasses.replace(recipe, scope="face")
-    classes = _by_size(photos)
     parts: list[Part] = [
-        Row(_bars(photos), wide=True),
         Text(
             "{amount}; B-splines with lattice R = {lattice:g}. {repeats} rounds.",
             amount=recipe.amount,
@@ -54,11 +48,11 @@ def report(photos: Sequence[Comparison], recipe: Recipe, repeats: int) -> Report
             repeats=repeats,
         ),
     ]
-    for mine in classes:
-        parts += _tables(_of_size(mine), mine)
+    for least, most in pairwise(_CLASSES_PX):
+        if mine := [photo for photo in photos if least < photo.longer_side_px <= most]:
+            parts += _tables(_of_size(mine), mine)
     for photo in photos:
-        several = len(photos) > len(classes)
-        parts += _photo(photo, _tables(photo.subject.name, [photo]) if several else [])
+        parts += _photo(photo)
     records = [_record(photo, one) for photo in photos for one in photo.methods]
     document: dict[str, object] = {
         "experiment": "methods",
@@ -76,16 +70,7 @@ def report(photos: Sequence[Comparison], recipe: Recipe, repeats: int) -> Report
         parts,
         records,
         document,
-        _gallery(photos[0]),
     )
-
-
-def _by_size(photos: Sequence[Comparison]) -> list[list[Comparison]]:
-    classes = [
-        [photo for photo in photos if least < photo.longer_side_px <= most]
-        for least, most in pairwise(_CLASSES_PX)
-    ]
-    return [one for one in classes if one]
 
 
 def _of_size(photos: Sequence[Comparison]) -> Text:
@@ -99,67 +84,42 @@ def _of_size(photos: Sequence[Comparison]) -> Text:
     )
 
 
-def _bars(photos: Sequence[Comparison]) -> list[Chart]:
-    methods = _methods(photos)
-    names = [_FITS.get(method.name, method.name) for method in methods]
-
-    def medians(of: Callable[[Compared], float]) -> list[float]:
-        return [statistics.median(of(one) for one in _of(photos, method)) for method in methods]
-
-    times = (
-        Series(Text("fit"), medians(lambda one: one.fit_ms.median)),
-        Series(Text("warp"), medians(lambda one: one.warp_ms.median)),
-    )
-    off = (
-        Series(Text("mean"), medians(lambda one: one.residual_mean_px)),
-        Series(Text("largest"), medians(lambda one: one.residual_max_px)),
-    )
-    return [
-        Chart(
-            Text("Computing time"), names, Text("time, ms"), times, bars=True,
-            logarithmic=True,
-            caption=Text("Medians over all photos. The axis is logarithmic."),
-        ),
-        Chart(
-            Text("Error of the displacement at the targets"), names, "px", off, bars=True,
-            caption=Text("Mean and maximum over the points of a face, medians over the photos."),
-        ),
-    ]  # fmt: skip
-
-
 def _tables(of: str, photos: Sequence[Comparison]) -> list[Table]:
-    methods = _methods(photos)
-    by_method = [_of(photos, method) for method in methods]
-    first = methods[0].title if methods else ""
+    by_method: dict[str, list[tuple[Comparison, Compared]]] = {}
+    for photo in photos:
+        for one in photo.methods:
+            by_method.setdefault(one.method.name, []).append((photo, one))
+    rows = list(by_method.values())
+    method = Text("method"), lambda mine: mine[0][1].method.title
+    first = photos[0].methods[0].method.title
     over = Text(" Medians over the photos.") if len(photos) > 1 else ""
     return [
         Table.of(
             Text("Computing time: {of}", of=of),
-            by_method,
+            rows,
             [
-                (Text("method"), lambda mine: mine[0].method.title),
-                (Text("reference"), lambda mine: mine[0].method.reference),
+                method,
+                (Text("reference"), lambda mine: mine[0][1].method.reference),
                 (Text("fit, ms"), _time("fit_ms")),
                 (Text("warp, ms"), _time("warp_ms")),
                 (Text("processor, ms"), _time("processor_ms")),
-                (Text("times the first"), _times_the_first(photos)),
+                (Text("times the first"), _times_the_first),
             ],
             Text(
                 "Median and quartiles of a photo's rounds, methods in turns.{over} Times the "
-                "first: processor time of fit and warp together against {first}, the median of "
-                "the photos' own ratios; the ratio depends on the size of the picture. B-spline "
-                "fits resample the engine's domain. All other methods compute the displacement on "
-                "a grid of at most 8 px and resample the box that moves by more than 1/64 px. All "
-                "resample bilinearly.",
+                "first: processor time against {first}; depends on the size of the picture. "
+                "B-spline fits resample the engine's domain; all others compute a grid of at most "
+                "8 px and resample the box that moves by more than 1/64 px. All resample "
+                "bilinearly.",
                 over=over,
                 first=first,
             ),
         ),
         Table.of(
             Text("Accuracy and effect: {of}", of=of),
-            by_method,
+            rows,
             [
-                (Text("method"), lambda mine: mine[0].method.title),
+                method,
                 (Text("off at targets, px"), _median("residual_mean_px", 2)),
                 (Text("largest"), _median("residual_max_px", 2)),
                 (Text("landmarks land off, px"), _median("landing_mean_px", 2)),
@@ -169,11 +129,9 @@ def _tables(of: str, photos: Sequence[Comparison]) -> list[Table]:
                 (Text("% moved"), _median("moved_share", 1, 100.0)),
             ],
             Text(
-                "Off at targets: difference between the displacement and the requested "
-                "displacement, mean and largest. Landmarks land off: mean distance of the moved "
-                "landmarks from their targets. The map goes "
-                "backward: det J below 1 is stretch, above 1 compression. Folded, moved (by "
-                "more than 1/64 px) and det J: by differences between pixels, every pixel of "
+                "Off at targets: difference to the requested displacement, mean and largest. The "
+                "map goes backward: det J below 1 is stretch, above 1 compression. Folded, moved "
+                "(by more than 1/64 px) and det J: by differences between pixels, every pixel of "
                 "photos up to {most:g} megapixels.{over}",
                 most=SAMPLES_PX / 1e6,
                 over=over,
@@ -182,43 +140,29 @@ def _tables(of: str, photos: Sequence[Comparison]) -> list[Table]:
     ]
 
 
-def _methods(photos: Sequence[Comparison]) -> list[Method]:
-    found = {one.method.name: one.method for photo in photos for one in photo.methods}
-    return list(found.values())
+def _median(name: str, digits: int, unit: float = 1.0) -> Callable[[_Rows], str]:
+    def cell(mine: _Rows) -> str:
+        return f"{unit * statistics.median(getattr(one, name) for _, one in mine):.{digits}f}"
+
+    return cell
 
 
-def _of(photos: Sequence[Comparison], method: Method) -> list[Compared]:
-    return [one for photo in photos for one in photo.methods if one.method.name == method.name]
-
-
-def _median(name: str, digits: int, unit: float = 1.0) -> _Cell:
-    return lambda mine: f"{unit * statistics.median(getattr(one, name) for one in mine):.{digits}f}"
-
-
-def _time(clock: str) -> _Cell:
+def _time(clock: str) -> Callable[[_Rows], str]:
     """Return the rounds of one photo, or the median of several photos."""
 
-    def cell(mine: Sequence[Compared]) -> str:
-        spreads: list[Spread] = [getattr(one, clock) for one in mine]
-        medians = [spread.median for spread in spreads]
-        return rounded(statistics.median(medians)) if len(medians) > 1 else spreads[0].text()
+    def cell(mine: _Rows) -> str:
+        spreads: list[Spread] = [getattr(one, clock) for _, one in mine]
+        if len(spreads) == 1:
+            return spreads[0].text()
+        return rounded(statistics.median(spread.median for spread in spreads))
 
     return cell
 
 
-def _times_the_first(photos: Sequence[Comparison]) -> _Cell:
+def _times_the_first(mine: _Rows) -> str:
     """Return the processor time relative to the first method, median over photos."""
-
-    def cell(mine: Sequence[Compared]) -> str:
-        ratios = []
-        for photo in photos:
-            took = {one.method.name: one.processor_ms.median for one in photo.methods}
-            if mine[0].method.name in took:
-                first = photo.methods[0].processor_ms.median
-                ratios.append(took[mine[0].method.name] / first)
-        return rounded(statistics.median(ratios))
-
-    return cell
+    ratios = (one.processor_ms.median / photo.methods[0].processor_ms.median for photo, one in mine)
+    return rounded(statistics.median(ratios))
 
 
 def _record(photo: Comparison, one: Compared) -> dict[str, object]:
@@ -243,10 +187,9 @@ def pictures(comparison: Comparison) -> Iterator[tuple[str, Image]]:
             yield f"{comparison.subject.stem}-{one.method.name}-{kind}.png", pixels
 
 
-def _photo(photo: Comparison, tables: Sequence[Table]) -> Iterator[Part]:
+def _photo(photo: Comparison) -> Iterator[Part]:
     name = photo.subject.name
     yield Heading(name)
-    yield from tables
     original = Picture(photo.subject.pixels, Text("The photo"), Text("{name} as it is", name=name))
     for kind, title in _KINDS.items():
         yield Heading(title, 3)
@@ -259,7 +202,7 @@ def _photo(photo: Comparison, tables: Sequence[Table]) -> Iterator[Part]:
         figures = [
             Picture(
                 one.pictures[kind],
-                _caption(one, kind),
+                one.method.title,
                 Text(
                     "{title}: {method}, {photo}", title=title, method=one.method.title, photo=name
                 ),
@@ -267,33 +210,6 @@ def _photo(photo: Comparison, tables: Sequence[Table]) -> Iterator[Part]:
             for one in photo.methods
         ]
         yield Row([original, *figures] if kind == "result" else figures)
-
-
-def _caption(one: Compared, kind: str) -> Text:
-    facts = {
-        "result": Text("landmarks land off by {px:.2f} px on average", px=one.landing_mean_px),
-        "difference": Text("smallest det J {det:.2f}", det=one.min_det),
-        "heat": Text(
-            "{share:.0f} % of the image moves, {px:.1f} px most",
-            share=100.0 * one.moved_share,
-            px=one.largest_px,
-        ),
-    }
-    return Text("{method}: {fact}", method=one.method.title, fact=facts[kind])
-
-
-def _gallery(photo: Comparison) -> dict[str, list[tuple[str, Image]]]:
-    kinds = {
-        "result": Text("Result"),
-        "difference": Text("Difference to the photo, amplified"),
-        "heat": Text("Displacement"),
-    }
-    hung: dict[str, list[tuple[str, Image]]] = {
-        title: [(one.method.title, one.pictures[kind]) for one in photo.methods]
-        for kind, title in kinds.items()
-    }
-    hung[kinds["result"]].insert(0, (Text("The photo"), photo.subject.pixels))
-    return hung
 
 
 def _run(work: Work) -> Report:

@@ -4,24 +4,19 @@ from __future__ import annotations
 
 import dataclasses
 import math
-import tempfile
 import time
 from collections import defaultdict
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
-from pathlib import Path
-from typing import Any, Final, Literal
+from typing import Final, Literal
 
 from kogao_core.base.geometry import Box
 from kogao_core.base.language import Text
 from kogao_core.faces.face import Face, LandmarkSource
 from kogao_core.faces.targets import matching
-from kogao_core.lab.experiments.trials import Apart, Trial, apart
+from kogao_core.lab.experiments.trials import Trial
 from kogao_core.lab.reports.spread import Spread, in_turns
 from kogao_core.lab.subjects import Progress, Subject, at_paper_size, no_progress, set_by_hand
-from kogao_core.photo import read, write
-from kogao_core.photo.formats import READ_ONLY
 from kogao_core.pipeline import render
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.recipe.settings import DomainName
@@ -80,18 +75,6 @@ class Timing:
 
 
 @dataclass(frozen=True, slots=True)
-class Around:
-    """Times of one photo that are not in table 2, one value per run, ms."""
-
-    photo: str  # name
-    reading_ms: tuple[float, ...]  # from file to pixels
-    # First search of a new source, with loading of the networks; second search.
-    cold_ms: tuple[float, ...]
-    warm_ms: tuple[float, ...]
-    saving_ms: tuple[float, ...]  # saving the result in the same format
-
-
-@dataclass(frozen=True, slots=True)
 class TimingResult:
     """Results for table 2 on some photos."""
 
@@ -101,29 +84,16 @@ class TimingResult:
     # Number of counted rounds, and of warm-up rounds.
     repeats: int
     warm_up: int
-    around: tuple[Around, ...] = ()
 
     def trials_of(self, mode: str) -> list[Trial]:
-        """Return the trials of a mode, without practice."""
-        return [one for one in self.trials if one.mode == mode and not one.practice]
+        """Return the trials of a mode."""
+        return [one for one in self.trials if one.mode == mode]
 
     @property
     def setting(self) -> Spread | None:
         """Manual setting time with corrections, s; None without trials."""
         times = [one.total_s for one in self.trials_of("manual")]
         return Spread.of(times) if times else None
-
-    @property
-    def points(self) -> list[tuple[Trial, int, Apart]]:
-        """Manual trials, with the number of found landmarks and their distances."""
-        found = {one.trial: one.faces for one in self.trials if one.mode == "automatic"}
-        pairs = [(one, found.get(one.trial, ())) for one in self.trials_of("manual")]
-        compared = [(one, other, apart(one.faces, other)) for one, other in pairs]
-        return [
-            (one, sum(len(face.outline) for face in other), far)
-            for one, other, far in compared
-            if far is not None
-        ]
 
     def of(self, size: Size, procedure: str) -> list[Timing]:
         """Return the timings of one procedure at one size."""
@@ -205,7 +175,9 @@ class _Timer:
     def _faces(self, procedure: Procedure) -> tuple[Sequence[Face], float]:
         if not procedure.automatic:
             return self.by_hand, 0.0
-        found, setting_ms = timed(lambda: self.source.find(self.subject.pixels))
+        start = time.perf_counter()
+        found = self.source.find(self.subject.pixels)
+        setting_ms = (time.perf_counter() - start) * 1e3
         return _again(self.subject.faces, found), setting_ms
 
     def timing(self, size: Size, procedure: Procedure) -> Timing:
@@ -221,40 +193,6 @@ class _Timer:
             {stage: tuple(lap[stage] for lap in laps) for stage in laps[0]},
             processor_ms,
         )  # fmt: skip
-
-
-def timed(work: Callable[[], Any]) -> tuple[Any, float]:
-    """Run `work`. Return the result and the time, ms."""
-    start = time.perf_counter()
-    made = work()
-    return made, (time.perf_counter() - start) * 1e3
-
-
-def measure_around(
-    subject: Subject, source: Callable[[], LandmarkSource], recipe: Recipe, *, repeats: int = 3
-) -> Around | None:
-    """Time reading, search and saving of one photo; None if the photo has no file.
-
-    `source` makes a new source, whose first search loads its networks.
-    """
-    if subject.file is None:
-        return None
-    times: defaultdict[str, list[float]] = defaultdict(list)
-    file = subject.file
-    suffix = ".jpg" if file.suffix.lower() in READ_ONLY else file.suffix
-    pixels = render(subject.pixels, subject.faces, recipe).pixels
-    with tempfile.TemporaryDirectory() as folder:
-        to = Path(folder) / f"result{suffix}"
-        for _ in range(repeats):
-            photo, ms = timed(partial(read, file, max_megapixels=math.inf))
-            times["reading"].append(ms)
-            find = partial(source().find, subject.pixels)
-            save = partial(write, photo, pixels, to, force=True)
-            for kind, work in (("cold", find), ("warm", find), ("saving", save)):
-                times[kind].append(timed(work)[1])
-    return Around(
-        subject.name, *(tuple(times[kind]) for kind in ("reading", "cold", "warm", "saving"))
-    )
 
 
 def _again(faces: Sequence[Face], found: Sequence[Face]) -> list[Face]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import statistics
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, fields
@@ -16,14 +15,12 @@ from kogao_core.lab.experiments.timing import (
     AGAIN,
     PROCEDURES,
     SIZES,
-    Around,
     Procedure,
     Size,
     Timing,
     TimingResult,
 )
 from kogao_core.lab.experiments.trials import Trial, read
-from kogao_core.lab.reports.charts import Chart, Series
 from kogao_core.lab.reports.report import NONE, Report, Table, recipe_in_words
 from kogao_core.lab.reports.spread import Spread, in_columns, rounded
 from kogao_core.pipeline import STAGES
@@ -32,24 +29,12 @@ _NAMES: Final[dict[Size, str]] = {
     "960x720": Text("960 x 720 px"),
     "own": Text("the photos' own size"),
 }
-_SHORT: Final = {
-    "conventional": Text("Conventional method"),
-    "wdr": Text("Warping domain reduction"),
-    "akt": Text("Automatic transformation"),
-    "dual": Text("Dual method"),
-}
 
 
 def report(result: TimingResult) -> Report:
     """Return the report: table 2 and stages by size, manual trials, each photo."""
     sizes = [size for size in SIZES if any(timing.size == size for timing in result.timings)]
-    parts = [
-        part
-        for size in sizes
-        for part in (
-            _chart(result, size), _table_2(result, size), _stages(result, size),
-        )
-    ]  # fmt: skip
+    parts = [part for size in sizes for part in (_table_2(result, size), _stages(result, size))]
     how = Text(
         "{recipe}; {warm_up} warm-up rounds, then {repeats} rounds, procedures in turns. "
         "Manual procedures use the points of the manual trial of the photo. Without a trial, "
@@ -64,37 +49,9 @@ def report(result: TimingResult) -> Report:
             "How long does a warp take with manual or found landmarks, on the whole image or the "
             "reduced domain?"
         ),
-        [*parts, *_by_hand(result), *_around(result), _photos(result), how],
+        [*parts, *_by_hand(result), how],
         [_record(result, timing) for timing in result.timings],
         _document(result),
-    )
-
-
-def _chart(result: TimingResult, size: Size) -> Chart:
-    procedures = _procedures(result, size)
-    settings = [_setting(result, timings, procedure) for procedure, timings in procedures]
-    computings = [_pooled(timings) for _, timings in procedures]
-    series = (
-        _bars(Text("setting"), settings, 1.0),
-        _bars(Text("computing"), computings, 1e-3),
-    )
-    caption = Text(
-        "At {size}: medians with quartiles. The axis is logarithmic.",
-        size=_NAMES[size],
-    )
-    return Chart(
-        Text("Table 2 at {size}", size=_NAMES[size]), [_SHORT[one.name] for one, _ in procedures],
-        Text("time, s"), series, bars=True, logarithmic=True, caption=caption,
-    )  # fmt: skip
-
-
-def _bars(name: str, spreads: Sequence[Spread | None], unit_s: float) -> Series:
-    missing = Spread(math.nan, math.nan, math.nan, 0)
-    known = [spread or missing for spread in spreads]
-    return Series(
-        name,
-        [unit_s * one.median for one in known],
-        [(unit_s * one.q1, unit_s * one.q3) for one in known],
     )
 
 
@@ -146,47 +103,27 @@ _CLOCKS: Final[tuple[Callable[[Timing], Sequence[float]], ...]] = (
 
 
 def _by_hand(result: TimingResult) -> list[Table]:
-    """Return each person's times, and the distance of their points from the found points."""
+    """Return setting times by hand and of the machine."""
     trials = result.trials_of("manual")
     if not trials:
         return []
-    people = list(dict.fromkeys(one.person for one in trials))
-    rows = [_set_by(one or NONE, [t for t in trials if t.person == one]) for one in people]
-    if len(people) > 1:
-        rows.insert(0, _set_by(Text("all people"), trials))
+    rows = [_set_by(Text("by hand"), trials)]
     for cold, called in ((True, Text("machine, cold")), (False, Text("machine, warm"))):
         found = [one for one in result.trials_of("automatic") if one.cold == cold]
         rows += [_set_by(called, found)] if found else []
-    practice = sum(one.practice and one.mode == "manual" for one in result.trials)
-    times = Table(
-        Text("Setting time by person"),
+    return [Table(
+        Text("Setting time"),
         (
             Text("who"), Text("n"), Text("looking, s"), Text("to applying, s"),
             Text("corrections"), Text("correcting, s"), Text("all of it, s"), Text("landmarks"),
         ),
         rows,
         Text(
-            "Medians and quartiles of n photos, without {practice} practice photos. The clock "
-"starts with the first view of the photo. Looking ends with the first point. "
-"Corrections after Apply belong to the same trial. Cold: the time contains loading "
-"the networks.",
-            practice=practice,
+            "Medians and quartiles of n photos. The clock starts with the first view of the photo. "
+            "Looking ends with the first point. Corrections after Apply belong to the same trial. "
+            "Cold: the time contains loading the networks."
         ),
-    )  # fmt: skip
-    beside = Table.of(
-        Text("Distances between manual and found points"),
-        result.points,
-        [
-            (Text("who"), lambda of: of[0].person or NONE),
-            (Text("photo"), lambda of: of[0].photo),
-            (Text("set by hand"), lambda of: str(of[0].landmarks)),
-            (Text("found"), lambda of: str(of[1])),
-            (Text("landmarks, % of the eyes' distance"), lambda of: f"{of[2].landmarks:.1f}"),
-            (Text("targets, % of the eyes' distance"), lambda of: f"{of[2].targets:.1f}"),
-        ],
-        Text("Means over the points of a photo, each to the corresponding or nearest point."),
-    )
-    return [times, beside] if beside.rows else [times]
+    )]  # fmt: skip
 
 
 def _set_by(who: str, trials: Sequence[Trial]) -> list[str]:
@@ -200,24 +137,6 @@ def _set_by(who: str, trials: Sequence[Trial]) -> list[str]:
         Spread.of(corrected).text() if corrected else NONE,
         spread(lambda one: one.total_s), spread(lambda one: one.landmarks),
     ]  # fmt: skip
-
-
-def _around(result: TimingResult) -> list[Table]:
-    if not result.around:
-        return []
-    kinds = {
-        "reading_ms": Text("reading the file"),
-        "cold_ms": Text("finding, cold: with loading of the networks"),
-        "warm_ms": Text("finding, warm"),
-        "saving_ms": Text("saving the result"),
-    }
-    rows = []
-    for name, title in kinds.items():
-        pooled = Spread.of([ms for one in result.around for ms in getattr(one, name)])
-        rows.append((title, pooled.text(), str(pooled.count)))
-    header = (Text("what"), Text("ms"), Text("n"))
-    note = Text("At the original size; median and quartiles of all runs of all photos.")
-    return [Table(Text("Before and after"), header, rows, note)]
 
 
 def _procedures(result: TimingResult, size: Size) -> list[tuple[Procedure, list[Timing]]]:
@@ -274,30 +193,8 @@ def _stages(result: TimingResult, size: Size) -> Table:
             for _, timings in procedures
         )
         rows.append([STAGES[name], *map(rounded, medians)])
-    header = (Text("stage"), *(_SHORT[procedure.name] for procedure, _ in procedures))
+    header = (Text("stage"), *(procedure.title for procedure, _ in procedures))
     return Table(Text("Stages at {size}, median ms", size=_NAMES[size]), header, rows)
-
-
-def _photos(result: TimingResult) -> Table:
-    header = (
-        Text("photo"), Text("width"), Text("height"), Text("faces"), Text("domain, % of image"),
-        Text("conventional, ms"), Text("wdr, ms"), Text("wdr / conventional"), Text("finding, ms"),
-    )  # fmt: skip
-    rows = []
-    for size in SIZES:
-        by_hand = zip(result.of(size, "conventional"), result.of(size, "wdr"), strict=True)
-        finding = {one.photo: Spread.of(one.setting_ms) for one in result.of(size, "dual")}
-        for whole, reduced in by_hand:
-            all_of_it, part = Spread.of(whole.computing_ms), Spread.of(reduced.computing_ms)
-            found = finding.get(whole.photo)
-            rows.append([
-                whole.photo, str(whole.width), str(whole.height), str(whole.faces),
-                f"{100.0 * reduced.domain_share:.1f}", all_of_it.text(), part.text(),
-                f"{part.median / all_of_it.median:.2f}", found.text() if found else NONE,
-            ])  # fmt: skip
-    return Table(
-        Text("Photo by photo"), header, rows, Text("Computing and finding: median and quartiles.")
-    )
 
 
 def _record(result: TimingResult, timing: Timing) -> dict[str, object]:
@@ -329,15 +226,6 @@ def _document(result: TimingResult) -> dict[str, object]:
             }
             for one in result.trials
         ],
-        "apart": [
-            {
-                "trial": trial.trial,
-                "found": found,
-                **{f"{name}_percent": percent for name, percent in asdict(apart).items()},
-            }
-            for trial, found, apart in result.points
-        ],
-        "around": [asdict(one) for one in result.around],
         "timings": [asdict(timing) for timing in result.timings],
     }
 
@@ -347,7 +235,6 @@ def _run(work: Work) -> Report:
     trials = tuple(given["trials"])
     sizes = [one for one in SIZES if given["size"] in (one, "both")]
     timings: list[Timing] = []
-    around: list[Around] = []
     for subject in work.subjects:
         subject = timing.with_trial(subject, trials)
         found, missing = timing.measure(
@@ -355,14 +242,10 @@ def _run(work: Work) -> Report:
             warm_up=given["warm_up"], progress=work.progress,
         )  # fmt: skip
         timings += found
-        if (one := timing.measure_around(subject, work.new_source, work.recipe)) is not None:
-            around.append(one)
         for sentence in missing:
             work.leave_out(sentence)
     return report(
-        TimingResult(
-            tuple(timings), trials, work.recipe, given["repeats"], given["warm_up"], tuple(around)
-        )
+        TimingResult(tuple(timings), trials, work.recipe, given["repeats"], given["warm_up"])
     )
 
 

@@ -3,9 +3,9 @@
 A file has one line of JSON per trial and mode. A correction after *Apply* appends a longer line;
 the last line of a trial counts::
 
-    {"version": 2, "trial": "9f1c…", "mode": "manual", "person": "anna", "photo": "a.jpg",
-     "width": 960, "height": 720, "order": 3, "practice": false, "cold": false, "looking_s": 6.1,
-     "setting_s": 22.8, "corrections_s": [2.2], "faces": [{"outline": [[…], …], …}], "at": "2026-…"}
+    {"version": 2, "trial": "9f1c…", "mode": "manual", "photo": "a.jpg", "width": 960,
+     "height": 720, "cold": false, "looking_s": 6.1, "setting_s": 22.8, "corrections_s": [2.2],
+     "faces": [{"outline": [[…], …], …}], "at": "2026-…"}
 
 Files are append-only. Readers ignore an incomplete last line, left by a killed program.
 """
@@ -15,22 +15,17 @@ from __future__ import annotations
 import dataclasses
 import json
 import os
-from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 from typing import Any, Final, Literal, get_args
 
-import numpy as np
-
 from kogao_core.base.atomic import appended
 from kogao_core.base.json_reader import BadFile, Node, parse
 from kogao_core.base.language import Text
 from kogao_core.faces.face import Face
-from kogao_core.faces.targets import differences, matching
 from kogao_core.projects.json import MOST_FACES, face_dict
 from kogao_core.projects.json import faces as faces_of
-from kogao_core.recipe.recipe import PAPER
 
 VERSION: Final = 2
 Mode = Literal["manual", "automatic"]
@@ -46,13 +41,10 @@ class Trial:
 
     trial: str  # name; of lines with the same name and mode the last counts
     mode: Mode
-    person: str  # code of the person; may be empty
     photo: str  # file name without folder
     # Size of the photo, px.
     width: int
     height: int
-    order: int  # number in the session, from 1; 0 without a session
-    practice: bool  # True: not in table 2
     cold: bool  # automatic setting: whether the time contains loading the networks
     looking_s: float  # from the first view to the first point, s
     setting_s: float  # from the first view to Apply, s
@@ -70,26 +62,6 @@ class Trial:
     def landmarks(self) -> int:
         """Number of landmarks on outlines."""
         return sum(len(face.outline) for face in self.faces)
-
-
-@dataclass(frozen=True, slots=True)
-class Apart:
-    """Mean distances between manual and found points, % of the eye distance."""
-
-    landmarks: float
-    targets: float
-
-
-def apart(by_hand: Sequence[Face], found: Sequence[Face]) -> Apart | None:
-    """Compare the points of two modes on one photo; None without a matching face."""
-    pairs = []
-    for face in by_hand:
-        place = matching(face, found)
-        if place is not None:
-            far = differences(face, found[place], (PAPER, PAPER))
-            unit = 100.0 / found[place].interocular_px
-            pairs.append((unit * far.landmarks_px.mean(), unit * far.targets_px.mean()))
-    return Apart(*np.mean(pairs, axis=0).tolist()) if pairs else None
 
 
 def now() -> str:
@@ -113,8 +85,9 @@ def read(path: Path) -> list[Trial]:
     lines = path.read_bytes().split(b"\n")
     for number, line in enumerate(lines, start=1):
         try:
-            if line.strip():
-                trial = _trial(parse(line, _MOST_BYTES))
+            node = parse(line.strip() or b"{}", _MOST_BYTES)
+            if node.value and node.field("practice").value is not True:
+                trial = _trial(node)
                 found[trial.trial, trial.mode] = trial
         except BadFile as error:
             if _was_cut_off(line):
@@ -135,7 +108,9 @@ def _was_cut_off(line: bytes) -> bool:
 
 
 def _trial(node: Node) -> Trial:
-    node.only({"version", *(field.name for field in dataclasses.fields(Trial))})
+    # Former versions stored the fields of a guided session, too.
+    former = ("person", "order", "practice")
+    node.only({"version", *former, *(field.name for field in dataclasses.fields(Trial))})
     node.field("version").whole(VERSION, VERSION)
     mode: Any = node.field("mode").text(20, get_args(Mode))
     size = node.field("width").whole(1, _MOST_PX), node.field("height").whole(1, _MOST_PX)
@@ -145,11 +120,8 @@ def _trial(node: Node) -> Trial:
     return Trial(
         node.field("trial").text(64),
         mode,
-        node.field("person").text(100),
         node.field("photo").text(1024),
         *size,
-        node.field("order").whole(0, _MOST_TRIALS),
-        node.field("practice").flag(),
         node.field("cold").flag(),
         node.field("looking_s").number(0.0, _LONGEST_S),
         node.field("setting_s").number(0.0, _LONGEST_S),

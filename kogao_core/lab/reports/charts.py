@@ -1,4 +1,4 @@
-"""Small SVG charts; lines differ by marks, dashes and words, not only by colour.
+"""Small SVG charts; lines differ by dashes and words, not only by colour.
 
 The serializer escapes all text of SVG and HTML elements.
 """
@@ -20,17 +20,12 @@ _DASHES: Final = ("", "7 4", "2 4", "10 4 2 4")
 _COLOURS: Final = 6
 _KEY_PX: Final = 17  # height of a legend line
 _DODGE_PX: Final = 5.0  # offset between markers with intervals at one place
-_LABELS, _BARS_END = 172, 380  # bar charts: right end of the names, and of the longest bar
-_BAR_PX: Final = 12
-_GAP_PX: Final = 10
-_MOST_TICKS: Final = 6  # more tick labels would overlap
 _DIGITS: Final = 1  # decimals of a coordinate, px
-_LEAST: Final = 1e-3  # smaller values are written as < 0.001
 
 
 @dataclass(frozen=True, slots=True)
 class Series:
-    """One curve, or one kind of bar."""
+    """One curve."""
 
     name: str  # name in the legend
     values: Sequence[float]  # one per place; NaN and infinity leave a gap
@@ -40,36 +35,34 @@ class Series:
 
 @dataclass(frozen=True, slots=True)
 class Chart:
-    """A line chart over evenly spaced places, or a bar chart."""
+    """A line chart over evenly spaced places."""
 
     title: str  # read by screen readers, with the values
     places: Sequence[str]  # names of the places
     unit: str  # name and unit of the values; the axis begins at 0
     series: Sequence[Series]  # at most a handful
-    along: str = ""  # label of the x axis with its unit; for curves only
-    bars: bool = False  # draw bars
-    logarithmic: bool = False  # markers on an axis of powers of ten instead of bars
-    caption: str = ""  # text below the chart
+    along: str  # label of the x axis with its unit
+    caption: str  # text below the chart
     # Minimum end of the value axis, to compare charts side by side.
     most: float = 0.0
 
 
 def svg(chart: Chart) -> Element:
     """Draw a chart."""
-    drawn, height = (_bars if chart.bars else _curves)(chart)
+    height = HEIGHT + _KEY_PX * len(chart.series)
     return element(
         "svg",
-        *drawn,
-        *_key(chart, height),
+        *_axes_and_curves(chart),
+        *_key(chart),
         role="img",
         aria_label=f"{chart.title}. {_in_words(chart)}",
-        viewBox=f"0 0 {WIDTH} {height + _KEY_PX * len(chart.series)}",
+        viewBox=f"0 0 {WIDTH} {height}",
         width=str(WIDTH),
-        height=str(height + _KEY_PX * len(chart.series)),
+        height=str(height),
     )
 
 
-def _curves(chart: Chart) -> tuple[list[Element], int]:
+def _axes_and_curves(chart: Chart) -> list[Element]:
     top, step = _scale(max([*_finite(chart), chart.most], default=1.0))
     drawn = [_text(_LEFT, 18, chart.unit, class_="name")]
 
@@ -95,68 +88,14 @@ def _curves(chart: Chart) -> tuple[list[Element], int]:
             for x, value in zip(middles, series.values, strict=True) if math.isfinite(value)
         ], number)  # fmt: skip
         for x, (low, high) in zip(middles, series.intervals, strict=False):
-            drawn.append(_whisker([(x + dodge, y(low)), (x + dodge, y(high))], number))
-    return drawn, HEIGHT
+            drawn.append(_whisker(x + dodge, y(low), y(high), number))
+    return drawn
 
 
-def _bars(chart: Chart) -> tuple[list[Element], int]:
-    values = [value for value in _finite(chart) if value > 0.0] or [1.0]
-    group = _BAR_PX * len(chart.series) + _GAP_PX
-    floor = _TOP + group * len(chart.places)
-    if chart.logarithmic:
-        low, high = math.floor(math.log10(0.8 * min(values))), math.ceil(math.log10(max(values)))
-        ticks = [10.0**power for power in range(low, max(high, low + 1) + 1)]
-    else:
-        top, step = _scale(max(values))
-        ticks = [step * number for number in range(round(top / step) + 1)]
-
-    def x(value: float) -> float:
-        first, last = ticks[0], ticks[-1]
-        if chart.logarithmic:
-            share = math.log(max(value, first) / first) / math.log(last / first)
-        else:
-            share = value / last
-        return _LABELS + (_BARS_END - _LABELS) * share
-
-    drawn = [_text(_LABELS, 18, chart.unit, class_="name")]
-    for number, tick in enumerate(ticks):
-        drawn.append(element("path", class_="rule", d=f"M{x(tick):.1f} {_TOP}V{floor}"))
-        if number % (1 + len(ticks) // _MOST_TICKS) == 0:
-            drawn.append(_text(x(tick), floor + 16, f"{tick:g}", "middle", class_="soft"))
-    for place, name in enumerate(chart.places):
-        beginning = _TOP + group * place + _GAP_PX / 2
-        drawn.append(_text(_LABELS - 8, beginning + group / 2 - 1, name, "end"))
-        for number, series in enumerate(chart.series):
-            value, y = series.values[place], beginning + _BAR_PX * number
-            if not math.isfinite(value):
-                continue
-            drawn.append(_bar(chart, x(value), y, number))
-            ends = [x(end) for end in series.intervals[place]] if series.intervals else []
-            if ends:
-                middle = y + _BAR_PX / 2
-                drawn.append(_whisker([(end, middle) for end in ends], number))
-            drawn.append(_text(max([x(value), *ends]) + 6, y + 10, _short(value), class_="value"))
-    drawn.append(element("path", class_="axis", d=f"M{_LABELS} {_TOP}V{floor}"))
-    return drawn, floor + 30
-
-
-def _bar(chart: Chart, end: float, y: float, number: int) -> Element:
-    if chart.logarithmic:  # the length of a bar would mean nothing
-        return _mark(end, y + _BAR_PX / 2, number, f"mark c{number % _COLOURS}")
-    return element(
-        "rect", class_=f"bar c{number % _COLOURS} b{number % 2}",
-        x=_LABELS, y=y + 1, width=max(1.0, end - _LABELS), height=_BAR_PX - 2.0,
-    )  # fmt: skip
-
-
-def _key(chart: Chart, top: int) -> Iterator[Element]:
+def _key(chart: Chart) -> Iterator[Element]:
     for number, series in enumerate(chart.series):
-        y = top + 6 + _KEY_PX * number
-        if chart.bars:
-            place = f"translate({_LEFT + 4 - _LABELS} {y - _BAR_PX / 2:g})"
-            yield element("g", _bar(chart, _LABELS + 30, 0, number), transform=place)
-        else:
-            yield from _curve([(_LEFT + 4, y), (_LEFT + 34, y)], number)
+        y = HEIGHT + 6 + _KEY_PX * number
+        yield from _curve([(_LEFT + 4, y), (_LEFT + 34, y)], number)
         yield _text(_LEFT + 46, y + 4, series.name)
 
 
@@ -170,31 +109,14 @@ def _curve(points: Sequence[tuple[float, float]], number: int) -> Iterator[Eleme
     dash = _DASHES[number % len(_DASHES)]
     yield element("path", class_=f"line {colour}", stroke_dasharray=dash, d=path)
     for x, y in points:
-        yield _mark(x, y, number, f"mark {colour}")
+        yield element("circle", class_=f"mark {colour}", cx=x, cy=y, r=3.5)
 
 
-def _whisker(ends: Sequence[tuple[float, float]], number: int) -> Element:
+def _whisker(x: float, low: float, high: float, number: int) -> Element:
     """Draw an error bar with caps."""
-    (x, y), (u, v) = ends
-    across = "m-3 0h6" if x == u else "m0 -3v6"
-    path = f"M{x:.1f} {y:.1f}L{u:.1f} {v:.1f}" + "".join(
-        f"M{a:.1f} {b:.1f}{across}" for a, b in ends
-    )
+    path = f"M{x:.1f} {low:.1f}L{x:.1f} {high:.1f}"
+    path += "".join(f"M{x:.1f} {y:.1f}m-3 0h6" for y in (low, high))
     return element("path", class_=f"whisker c{number % _COLOURS}", d=path)
-
-
-def _mark(x: float, y: float, number: int, look: str) -> Element:
-    shape = number % 4
-    if shape == 0:
-        return element("circle", class_=look, cx=x, cy=y, r=3.5)
-    outline = ("m-3.5 -3.5h7v7h-7z", "m0 -4.5l4.5 8h-9z", "m0 -4.8l4.8 4.8l-4.8 4.8l-4.8 -4.8z")[
-        shape - 1
-    ]
-    return element("path", class_=look, d=f"M{x:.1f} {y:.1f}{outline}")
-
-
-def _short(value: float) -> str:
-    return f"< {_LEAST:g}" if 0.0 < value < _LEAST else rounded(value)
 
 
 def _finite(chart: Chart) -> list[float]:
@@ -219,7 +141,7 @@ def _in_words(chart: Chart) -> str:
     return "; ".join(
         f"{series.name}: "
         + ", ".join(
-            f"{place} {_short(value)}"
+            f"{place} {rounded(value)}"
             for place, value in zip(chart.places, series.values, strict=True)
             if math.isfinite(value)
         )

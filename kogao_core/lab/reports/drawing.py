@@ -1,15 +1,13 @@
-"""A picture with dots, lines and words, saved as PNG or SVG."""
+"""A picture with dots, lines and words painted on it."""
 
 from __future__ import annotations
 
-import html
 from dataclasses import dataclass
 from typing import Final
 
 import cv2
 import numpy as np
 
-from kogao_core.base.display import data_uri, png
 from kogao_core.base.geometry import Array, Image
 
 _HALO: Final = "#ffffff"
@@ -55,10 +53,9 @@ Mark = Dots | Strokes | Word
 class Drawing:
     """A picture and shapes painted over the picture, in order."""
 
-    name: str  # title, and part of the file name
+    name: str  # part of the file name
     pixels: Image  # (H, W, 3): RGB, uint8
     marks: tuple[Mark, ...] = ()  # in px of the picture
-    exact: bool = False  # SVG contains the picture as PNG (lossless) instead of JPEG
 
     def painted(self) -> Image:
         """Return the pixels of the picture with all shapes."""
@@ -66,47 +63,6 @@ class Drawing:
         for mark in self.marks:
             _paint(canvas, mark)
         return canvas
-
-    def png(self) -> bytes:
-        """Return the drawing as a PNG file."""
-        return png(self.painted())
-
-    def svg(self) -> bytes:
-        """Return the drawing as an SVG file without external references."""
-        height, width = self.pixels.shape[:2]
-        source = data_uri(self.pixels, exact=self.exact)
-        # Pixel centres are at integers here, pixel corners in SVG: shift by half a pixel.
-        parts = [
-            f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" '
-            f'viewBox="-0.5 -0.5 {width} {height}">',
-            f"<title>{html.escape(self.name)}</title>",
-            f'<image x="-0.5" y="-0.5" width="{width}" height="{height}" href="{source}"/>',
-            *(_tag(mark) for mark in self.marks),
-            "</svg>",
-        ]
-        return "\n".join(parts).encode() + b"\n"
-
-
-def _tag(mark: Mark) -> str:
-    if isinstance(mark, Strokes):
-        path = "".join(
-            f"M{a[0]:.2f} {a[1]:.2f}L{b[0]:.2f} {b[1]:.2f}" for a, b in mark.segments.tolist()
-        )
-        return f'<path d="{path}" stroke="{mark.colour}" stroke-width="{mark.width_px:g}"/>'
-    if isinstance(mark, Word):
-        x, y = mark.at
-        return (
-            f'<text x="{x:.2f}" y="{y:.2f}" fill="{mark.colour}" stroke="{_HALO}" '
-            f'stroke-width="3" paint-order="stroke" font-size="{1.4 * mark.height_px:.1f}" '
-            f'font-family="sans-serif">{html.escape(mark.text)}</text>'
-        )
-    inside = mark.colour if mark.filled else "none"
-    edge = _HALO if mark.filled else mark.colour
-    circles = "".join(
-        f'<circle cx="{x:.2f}" cy="{y:.2f}" r="{mark.radius_px:g}"/>'
-        for x, y in mark.points.tolist()
-    )
-    return f'<g fill="{inside}" stroke="{edge}" stroke-width="{_HALO_PX}">{circles}</g>'
 
 
 def _paint(canvas: Image, mark: Mark) -> None:

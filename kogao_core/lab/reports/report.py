@@ -13,7 +13,7 @@ import os
 import platform
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, field, fields, is_dataclass, replace
+from dataclasses import asdict, dataclass, fields, is_dataclass, replace
 from datetime import datetime
 from importlib import resources
 from importlib.metadata import PackageNotFoundError, version
@@ -141,8 +141,6 @@ class Report:
     parts: Sequence[Part]  # contents in order; the first is a picture or chart
     records: list[dict[str, object]]  # rows of the CSV file
     document: dict[str, object]  # content of the JSON file
-    # By kind: captions and pictures of the first photo, of one size, for the window.
-    gallery: Mapping[str, Sequence[tuple[str, Image]]] = field(default_factory=dict)
 
     @property
     def tables(self) -> list[Table]:
@@ -224,8 +222,7 @@ def translated_report(report: Report) -> Report:
     Result: with the same records and document.
     """
     title, lead, parts = map(_said, (report.title, report.lead, report.parts))
-    gallery = dict(_said(list(report.gallery.items())))
-    return replace(report, title=title, lead=lead, parts=parts, gallery=gallery)
+    return replace(report, title=title, lead=lead, parts=parts)
 
 
 def _said(part: Any) -> Any:
@@ -283,7 +280,7 @@ def _shown(part: Part | Element) -> Element:
         case Picture():
             shown = reduced(part.pixels)
             height, width = shown.shape[:2]
-            source = data_uri(shown, exact=False)
+            source = data_uri(shown)
             image = element("img", src=source, alt=part.alt, width=str(width), height=str(height))
             return _figure(image, part.caption)
         case Row(parts, wide):

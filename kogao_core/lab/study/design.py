@@ -83,12 +83,10 @@ def variants(
     ]
     best = Variant("figure11", BEST_PERCENT, BEST_CENTER, base.lattice, base.fit)
     made += [dataclasses.replace(best, lattice=size) for size in lattices]
-    single: dict[Kind, bool] = {"control": control, "catch": catch}
-    made += [
-        dataclasses.replace(best, kind=kind, percent=0.0)
-        for kind, wanted in single.items()
-        if wanted
-    ]
+    if control:
+        made.append(dataclasses.replace(best, kind="control", percent=0.0))
+    if catch:
+        made.append(dataclasses.replace(best, kind="catch", percent=0.0))
     if satisfaction:
         made.append(dataclasses.replace(best, kind="satisfaction"))
     return tuple(made)

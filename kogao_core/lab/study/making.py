@@ -11,6 +11,7 @@ import secrets
 from collections import defaultdict
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Final
 
@@ -18,6 +19,7 @@ import numpy as np
 from PIL import Image as Pillow
 from PIL import ImageCms
 
+from kogao_core import __version__
 from kogao_core.base.atomic import atomic_write, temporary_folder
 from kogao_core.base.display import rgb8
 from kogao_core.base.geometry import Image
@@ -206,7 +208,8 @@ def make(
         for path in ready.iterdir():  # one time, which hides the order
             os.utime(path, (_CHANGED_S, _CHANGED_S))
         faces = tuple(PhotoRecord.of(subject) for subject, _ in todo)
-        made = Origin.now(choices.landmarks)
+        now = datetime.now(UTC).isoformat(timespec="seconds")
+        made = Origin(__version__, now, choices.landmarks)
         key = Key(study.identity, seed, choices.recipe, faces, meanings, made, choices.rules)
         _put_in_place(ready, key, folder)
     return key

@@ -13,17 +13,15 @@ import json
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Final, Literal
 
 import numpy as np
 
-from kogao_core import __version__
 from kogao_core.base.atomic import atomic_write
-from kogao_core.base.json_reader import BadFile, Node, parse
+from kogao_core.base.json_reader import BadFile, Node, parse, read
 from kogao_core.base.language import Text
-from kogao_core.base.wording import printable, system_reason
+from kogao_core.base.wording import printable
 from kogao_core.lab.study.design import CONDUCT, RULES, Conduct, Kind, Rules, Variant, one_of
 from kogao_core.lab.subjects import Subject
 from kogao_core.pipeline import Rendering
@@ -56,11 +54,6 @@ class Origin:
     program: str  # version of Kogao
     made: str  # when, ISO 8601 in UTC
     landmarks: str  # name of the landmark source; empty if unknown
-
-    @staticmethod
-    def now(landmarks: str) -> Origin:
-        """Return the origin for a study made now by this program."""
-        return Origin(__version__, datetime.now(UTC).isoformat(timespec="seconds"), landmarks)
 
     @staticmethod
     def parse(node: Node) -> Origin:
@@ -265,7 +258,7 @@ def load_study(folder: Path) -> Study:
 
 def load_key(path: Path) -> Key:
     """Read the maker's file. Raises BadFile."""
-    top = _parsed(path, Text("the key {path} can't be read", path=path))
+    top = _parsed(path, Text("the key {path} can't be used", path=path))
     fields = ("study", "seed", "recipe", "subjects", "pictures", "origin", "rules")
     _check(top, _KEY_FORMAT, fields, KEY_VERSION)
     subjects = tuple(map(PhotoRecord.parse, top.field("subjects").items(_MOST_PICTURES)))
@@ -300,17 +293,7 @@ def save(content: Study | Key, path: Path) -> None:
 
 def _parsed(path: Path, refusal: str) -> Node:
     try:
-        with path.open("rb") as file:
-            return parse(file.read(_MOST_BYTES + 1), _MOST_BYTES)
-    except OSError as error:
-        raise BadFile(
-            Text(
-                "{refusal} ({name}: {reason})",
-                refusal=refusal,
-                name=path.name,
-                reason=system_reason(error),
-            )
-        ) from None
+        return parse(read(path, _MOST_BYTES), _MOST_BYTES)
     except BadFile as error:
         raise BadFile(Text("{refusal}: {error}", refusal=refusal, error=error)) from None
 

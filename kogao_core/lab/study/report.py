@@ -32,13 +32,7 @@ _LEADS: Final[Mapping[Task, Text]] = {
         "unnatural means the answer different."
     ),
 }
-_ORIGIN: Final = (
-    "study",
-    "seed",
-    "recipe",
-    "origin",
-    "subjects",
-)  # fields of a key, without pictures
+_ORIGIN: Final = ("study", "seed", "recipe", "origin", "subjects")  # fields of a key
 _SHOWN: Final = 12  # letters of a digest
 _ALIKE: Final = 0.02  # relative difference below which sizes, as angles, are equal
 
@@ -70,9 +64,8 @@ def report(tally: Tally) -> Report:
             parts.append(tables.lattice_chart(shares))
     if any(row.variant.kind == "satisfaction" for row in tally.answers):
         parts += [Heading(Text("Satisfaction")), tables.satisfaction(tally)]
-    parts += [Heading(Text("Raters")), care(tally)] if tally.raters else []
-    parts += [left_out(tally)] if tally.left_out else []
-    parts += [Heading(Text("Origin")), studies(tally)]
+    parts += [care(tally)] if tally.raters else []
+    parts.append(studies(tally))
     parts += [Text("Note: {sentence}.", sentence=sentence) for sentence in notes(tally)]
     measured = tally.measured()
     records = [
@@ -94,29 +87,18 @@ def _curves(tally: Tally) -> Curves | None:
 
 def care(tally: Tally) -> Table:
     """Return the quality of each rater's answers."""
-    rules = tally.keys[0].rules
     return Table(
         Text("Raters"),
         (
             Text("rater"), Text("answers"), Text("median, s"),
-            Text("under {ms} ms", ms=rules.least_ms), Text("unnatural"), Text("longest run"),
-            Text("twins alike"), Text("catches seen"), Text("follows distance"), Text("away, s"),
-            Text("picture, CSS px"), Text("in degrees"),
+            Text("under {ms} ms", ms=tally.keys[0].rules.least_ms), Text("unnatural"),
+            Text("longest run"), Text("twins alike"), Text("catches seen"),
+            Text("follows distance"), Text("away, s"), Text("picture, CSS px"), Text("in degrees"),
         ),
         [_rater_row(one) for one in tally.raters.values()],
         Text(
-            "Rules fixed when the study was made: an answer in less than {ms} ms doesn't count. A "
-            "rater doesn't count with more than {quick:.0f} % of such answers, with one answer to "
-            "{straight} or more pictures from 2 to 10 % of D, with less than {caught:.0f} % of the "
-            "catch pictures seen, or with answers that follow the distance no better than chance "
-            "({follows:g} standard errors above an AUC of 0.5). Follows distance: AUC; 0.5 is "
-            "guessing, 1 perfect. Twins are two identical pictures. Times exclude time in another "
-            "tab or window.",
-            ms=rules.least_ms,
-            quick=100.0 * rules.most_quick,
-            straight=rules.straight,
-            caught=100.0 * rules.least_caught,
-            follows=rules.least_follows,
+            "Follows distance: AUC; 0.5 is guessing, 1 perfect. Twins: identical pictures. Times "
+            "exclude other tabs and windows. The key contains the rules that exclude answers."
         ),
     )  # fmt: skip
 
@@ -139,12 +121,6 @@ def _rater_row(one: Quality) -> list[str]:
         sizes or NONE,
         degrees if one.degrees else NONE,
     ]
-
-
-def left_out(tally: Tally) -> Table:
-    """Return the excluded raters, with the reasons."""
-    rows = [[one.rater, Text.joined("; ", one.reasons)] for one in tally.left_out]
-    return Table(Text("Excluded raters"), (Text("rater"), Text("reason")), rows)
 
 
 def studies(tally: Tally) -> Table:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import errno
 import json
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final, Literal
@@ -259,8 +259,10 @@ def load(path: Path) -> Ratings:
     if len(data) > _MOST_BYTES:
         raise BadFile(Text("{path} is too large for a rating file", path=path))
     lines, torn = _lines(data)
+    if not lines:
+        raise BadFile(Text("{path} contains no ratings", path=path))
+    top, *rest = lines
     try:
-        top = next(lines)
         top.field("format").text(40, (_FORMAT,))
         top.field("version").whole(VERSION, VERSION)
         rater = top.field("rater").text(32)
@@ -268,9 +270,7 @@ def load(path: Path) -> Ratings:
             top.field("rater").refuse("is no code of a rater")
         study = top.field("study").text(64)
         order, keys = plan.names(top.field("order")), one_of(top.field("keys"), Keys, 2)
-        records = tuple(map(record, lines))
-    except StopIteration:
-        raise BadFile(Text("{path} contains no ratings", path=path)) from None
+        records = tuple(map(record, rest))
     except BadFile as error:
         raise BadFile(
             Text("{path} is not a rating file: {error}", path=path, error=error)
@@ -278,7 +278,7 @@ def load(path: Path) -> Ratings:
     return Ratings(study, rater, order, keys, records, torn)
 
 
-def _lines(data: bytes) -> tuple[Iterator[Node], int]:
+def _lines(data: bytes) -> tuple[list[Node], int]:
     found: list[Node] = []
     lines = [line for line in data.split(b"\n") if line.strip()]
     for number, line in enumerate(lines, start=1):
@@ -288,7 +288,7 @@ def _lines(data: bytes) -> tuple[Iterator[Node], int]:
             found.append(Node(parse(line, most).value, root=Text("line {number}", number=number)))
         except BadFile:
             continue
-    return iter(found), len(lines) - len(found)
+    return found, len(lines) - len(found)
 
 
 def record(node: Node) -> Record:

@@ -56,11 +56,7 @@ _HEADERS: Final = {
 
 
 class Behind(Exception):
-    """Another window continued the session; `session` is the newer state."""
-
-    def __init__(self, session: dict[str, Any]) -> None:
-        super().__init__("the session went on in another window")
-        self.session = session
+    """Another window continued the session; the argument is the newer state."""
 
 
 class Sessions:
@@ -114,9 +110,7 @@ class Sessions:
     def add(self, rater: str, record: Record) -> dict[str, Any]:
         """Write a record to the disk and add the record to the session. Raises Behind, BadFile."""
         with self._lock:
-            if rater not in self._open:
-                raise BadFile(Text("this session isn't open; load the page again"))
-            log = self._open[rater][0]
+            log, _ = self._opened(rater)
             if record.number <= len(log.session.records):
                 raise Behind(_state_of(log.session))
             log.add(record)
@@ -125,12 +119,16 @@ class Sessions:
     def withdraw(self, rater: str) -> dict[str, Any]:
         """Delete the answers of an open session from the disk. Raises BadFile."""
         with self._lock:
-            if rater not in self._open:
-                raise BadFile(Text("this session isn't open; load the page again"))
-            log, file = self._open.pop(rater)
+            log, file = self._opened(rater)
+            del self._open[rater]
             file.close()
             log.path.unlink()
             return {}
+
+    def _opened(self, rater: str) -> tuple[Log, BinaryIO]:
+        if rater not in self._open:
+            raise BadFile(Text("this session isn't open; load the page again"))
+        return self._open[rater]
 
     def close(self) -> None:
         """Close all sessions."""
@@ -251,7 +249,7 @@ class _Handler(BaseHTTPRequestHandler):
         try:
             self._reply_json(HTTPStatus.OK, act())
         except Behind as behind:
-            self._reply_json(HTTPStatus.CONFLICT, behind.session)
+            self._reply_json(HTTPStatus.CONFLICT, behind.args[0])
         except BadFile as problem:
             self._refuse(HTTPStatus.BAD_REQUEST, str(problem))
         except OSError as problem:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from statistics import fmean
 from typing import TYPE_CHECKING, Final
@@ -28,9 +28,8 @@ _ACHIEVED: Final = Text(
     "requested distances."
 )
 _INDEPENDENCE: Final = Text(
-    "Intervals: Wilson, 95 %, for independent answers. Answers of one rater, or about one"
-    " face, are dependent, so the true uncertainty is larger. The intervals of the curve "
-    "below include both effects."
+    "Intervals: Wilson, 95 %. Answers of one rater, or about one face, are dependent, so the true "
+    "uncertainty is larger."
 )
 Shares = Mapping[Variant, Share]
 
@@ -42,28 +41,32 @@ def published(variant: Variant) -> float | None:
 
 def table_1(tally: Tally, shares: Shares, who: str, people: int) -> Table:
     """Return the shares of "unnatural" by centre and warp distance, with the paper's rows."""
-    rows: list[list[str]] = []
-    distances = _distances(shares)
-    for group in _groups(shares):
-        own = [_share(shares, percent, group) for percent in distances]
-        came = [_achieved(tally, percent, group) for percent in distances]
-        rows.append([_named(group, shares), *map(_percent, own)])
-        rows.append([Text("achieved, % of D"), *came])
-        printed = [_published(percent, group[0]) for percent in distances]
-        if tally.task != "natural" or not any(value is not None for value in printed):
-            continue
-        cells = [NONE if value is None else f"{value:.3f} %" for value in printed]
-        rows.append([Text("the paper"), *cells])
     return Table(
         Text("Unnaturalness by centre candidate and warp distance (table 1), {who}", who=who),
-        _asked_for(distances),
-        rows,
+        _asked_for(_distances(shares)),
+        _by_group(tally, shares, lambda percent, group: _percent(_share(shares, percent, group))),
         _note_1(_basis(tally, shares, people), tally.task),
     )
 
 
 def _asked_for(distances: Sequence[float]) -> list[str]:
     return [Text("requested"), *(Text("{percent:g} % of D", percent=p) for p in distances)]
+
+
+def _by_group(
+    tally: Tally, found: Mapping[Variant, object], cell: Callable[[float, Group], str]
+) -> list[list[str]]:
+    """Return rows of cells by distance for each centre, with achieved and published values."""
+    rows: list[list[str]] = []
+    distances = _distances(found)
+    for group in _groups(found):
+        rows.append([_named(group, found), *(cell(percent, group) for percent in distances)])
+        rows.append([Text("achieved, % of D"), *(_achieved(tally, p, group) for p in distances)])
+        printed = [_published(percent, group[0]) for percent in distances]
+        if tally.task == "natural" and any(value is not None for value in printed):
+            cells = [NONE if value is None else f"{value:.3f} %" for value in printed]
+            rows.append([Text("the paper"), *cells])
+    return rows
 
 
 def _note_1(basis: str, task: Task) -> Text:
@@ -95,10 +98,8 @@ def figure_11(tally: Tally, shares: Shares) -> Table:
         ),
         rows,
         Text(
-            "{basis} R is in mean landmark spacings. The second column is R in warp distances, as"
-" in the paper's figure. The paper prints no numbers. According to the text, all "
-"faces looked natural above 1 in the second column. Rows differ in lattice size and "
-"in achieved distance.",
+            "{basis} The paper prints no numbers; all its faces looked natural above 1 warp "
+            "distance. Rows differ in achieved distance, too.",
             basis=_basis(tally, shares, len(tally.careful)),
         ),
     )  # fmt: skip
@@ -150,11 +151,9 @@ def curves(found: Curves, shares: Shares) -> Table:
     if found.p is not None:
         first = _named(min(found.groups), shares)
         hint = Text(
-            "Effect of the centre at the requested distances: p = {p:.3f} (Cochran's Q). {n} "
-"raters of these faces find a difference of 0.5 % of D between two centres with a "
-"power of 80 %. Later: difference from {first}. The interval comes from draws of "
-"raters alone, because each rater judged each face with each centre, and holds for "
-"these faces.",
+            "Effect of the centre: p = {p:.3f} (Cochran's Q). {n} raters of these faces find a "
+            "difference of 0.5 % of D between two centres with a power of 80 %. Later: difference "
+            "from {first}, with an interval that holds for these faces.",
             p=found.p, n=found.raters_needed, first=first,
         )  # fmt: skip
     return Table(
@@ -168,9 +167,8 @@ def curves(found: Curves, shares: Shares) -> Table:
         ),
         rows,
         Text(
-            "Logistic curve with lapses, fitted by maximum likelihood to pictures of table 1 and "
-"original photos. Intervals of 95 %: {n} draws of raters and faces ({raters} and "
-"{faces}) with replacement. {hint}",
+            "Logistic curve with lapses, fitted to pictures of table 1 and original photos. "
+            "Intervals of 95 %: {n} draws of raters and faces ({raters} and {faces}). {hint}",
             n=found.resamples, raters=found.raters, faces=found.faces, hint=hint,
         ),
     )  # fmt: skip
@@ -188,10 +186,7 @@ def _estimate(one: Estimate) -> str:
 def naturalness(tally: Tally, graded: Mapping[Variant, Grades]) -> Table:
     """Return mean and deviation of grades by centre candidate and warp distance."""
     distances = _distances(graded)
-    rows: list[list[str]] = []
-    for group in _groups(graded):
-        rows.append([_named(group, graded), *map(_mean, _grades_of(graded, group))])
-        rows.append([Text("achieved, % of D"), *(_achieved(tally, p, group) for p in distances)])
+    rows = _by_group(tally, graded, lambda percent, group: _mean(_grades(graded, percent, group)))
     for kind, name in (("figure11", "R = {v.lattice:g}"), ("control", "0 %")):
         for v, one in graded.items():
             if v.kind == kind:
@@ -205,10 +200,12 @@ def naturalness(tally: Tally, graded: Mapping[Variant, Grades]) -> Table:
     )  # fmt: skip
 
 
-def _grades_of(graded: Mapping[Variant, Grades], group: Group) -> list[Grades]:
-    """Return the grades of table 1's pictures of a centre, by distance."""
-    given = {v.percent: one for v, one in graded.items() if (v.kind, v.group) == ("table1", group)}
-    return [given.get(percent, Grades.of([])) for percent in _distances(graded)]
+def _grades(graded: Mapping[Variant, Grades], percent: float, group: Group) -> Grades:
+    """Return the grades of table 1's picture of a distance and a centre."""
+    for v, one in graded.items():
+        if (v.kind, v.percent, v.group) == ("table1", percent, group):
+            return one
+    return Grades.of([])
 
 
 def _mean(grades: Grades) -> str:
@@ -221,7 +218,10 @@ def grades_chart(graded: Mapping[Variant, Grades]) -> Chart:
         Text("Naturalness by warp distance"), [f"{p:g}" for p in _distances(graded)],
         Text("naturalness, 0 to 100"),
         [
-            Series(_named(group, graded), [one.mean for one in _grades_of(graded, group)])
+            Series(
+                _named(group, graded),
+                [_grades(graded, percent, group).mean for percent in _distances(graded)],
+            )
             for group in _groups(graded)
         ],
         along=Text("warp distance, % of D"), most=100.0,

@@ -19,7 +19,7 @@ from kogao_core.base.language import Text
 from kogao_core.lab.study import plan, results
 from kogao_core.lab.study.design import Rules, Task, Variant
 from kogao_core.lab.study.plan import Key, Meaning, PictureFigures
-from kogao_core.lab.study.results import Ratings, Record, Session
+from kogao_core.lab.study.results import Record, Session
 
 _MOST_FILES: Final = 10_000
 # Standard normal quantile of 97.5 %.
@@ -289,31 +289,26 @@ def tally(
     if len(tasks) > 1:
         raise BadFile(Text("these studies have different tasks; make separate reports"))
     files = [path for folder, _ in studies for path in _rating_files(folder)]
-    for (identity, _), copies in _by_session([*files, *others], total).items():
-        if identity not in known:
-            total.refused += [
-                (
-                    path,
-                    Text(
-                        "{path} contains ratings of another study, {study}",
-                        path=path,
-                        study=identity,
-                    ),
-                )
-                for path, _ in copies
-            ]
-            continue
-        study, key = known[identity]
+    by_session = defaultdict(list)
+    for path in [*files, *others]:
         try:
+            ratings = results.load(path)
+        except BadFile as problem:
+            total.refused.append((path, str(problem)))
+        else:
+            by_session[ratings.study, ratings.rater].append((path, ratings))
+    for (identity, _), copies in by_session.items():
+        try:
+            if identity not in known:
+                raise BadFile(Text("ratings of another study, {study}", study=identity))
+            study, key = known[identity]
             ratings = results.newest([ratings for _, ratings in copies])
-            session = ratings.session(study)
+            _add(ratings.session(study), key, total)
+            total.torn += ratings.torn
         except BadFile as problem:
             total.refused += [
                 (path, Text("{path}: {problem}", path=path, problem=problem)) for path, _ in copies
             ]
-            continue
-        _add(session, key, total)
-        total.torn += ratings.torn
     _judge_raters(total, exclude)
     return total
 
@@ -323,21 +318,6 @@ def _rating_files(folder: Path) -> list[Path]:
     places = (folder, folder / plan.RATINGS_FOLDER)
     found = sorted(path for place in places for path in place.glob(f"*{results.SUFFIX}"))
     return found[:_MOST_FILES]
-
-
-def _by_session(
-    files: Iterable[Path], total: Tally
-) -> dict[tuple[str, str], list[tuple[Path, Ratings]]]:
-    """Return the files and ratings by study and rater; list unreadable files in `total`."""
-    found = defaultdict(list)
-    for path in files:
-        try:
-            ratings = results.load(path)
-        except BadFile as problem:
-            total.refused.append((path, str(problem)))
-        else:
-            found[ratings.study, ratings.rater].append((path, ratings))
-    return found
 
 
 def _check(study: plan.Study, key: Key, key_file: Path) -> None:

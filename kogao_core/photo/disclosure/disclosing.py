@@ -7,7 +7,6 @@ import html
 import re
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from functools import reduce
 from typing import Final
 
 import kogao_core
@@ -82,16 +81,11 @@ def undisclosed(photo: Photo, pixels: Image, disclosure: Disclosure) -> str:
     """Return a note about disclosure that a result equal to the photo does not get, or ""."""
     if not disclosure.is_wanted or not is_same(photo.pixels, pixels):
         return ""
-    wanted = {
-        Text("label"): disclosure.label,
-        Text("edit record"): disclosure.record,
-    }
-    missing = reduce(_and, (name for name, asked in wanted.items() if asked))
+    missing, record = Text("label"), Text("edit record")
+    if disclosure.record:
+        both = Text("{one} and {other}", one=missing, other=record)
+        missing = both if disclosure.label else record
     return Text("nothing was changed, so there is no {missing}", missing=missing)
-
-
-def _and(one: Text, other: Text) -> Text:
-    return Text("{one} and {other}", one=one, other=other)
 
 
 def added(packet: bytes | None, what: str, when: datetime) -> bytes:

@@ -43,11 +43,7 @@ def _is_avif(file: IO[bytes], _: Path) -> bool:
 def _decode(source: Source) -> Photo:
     if not features.check("avif"):
         raise UnreadablePhoto(
-            Text(
-                "{path} is an AVIF photo, which this Pillow was built without; install "
-                "Kogao by pip",
-                path=source.path,
-            )
+            Text("is an AVIF photo, which this Pillow was built without; install Kogao by pip")
         )
     photo, data = common.decode(source, ("AVIF",)), source.data()
     notes = list(photo.notes)
@@ -79,12 +75,6 @@ def _exif(block: bytes | None) -> bytes:
     return inner if inner.startswith(_TIFF_HEADS) and len(inner) >= len(_EMPTY) else b""
 
 
-def _lacks(photo: Photo) -> str:
-    if not photo.exif or _exif(photo.exif):
-        return ""
-    return Text("the EXIF block is damaged, and AVIF can't hold it as it is: it is left out")
-
-
 def _inside(photo: Photo, file: IO[bytes]) -> Iterator[Extra]:
     yield from heif.boxes(photo, file)
     file.seek(0)
@@ -104,5 +94,5 @@ AVIF: Final = FileFormat(
     recognises=_is_avif,
     decode=_decode,
     inside=_inside,
-    lacks=_lacks,
+    holds_exif=lambda block: bool(_exif(block)),
 )

@@ -98,12 +98,10 @@ class FileFormat:
         a `Photo`. None: Pillow recognises and decodes the format.
     behind : callable, optional
         Yields the extras after the end of the picture. The file must be at its start.
-    note : Kind, optional
-        Kind of a maker's note in EXIF. None: `inside` yields the maker's note.
-    lacks : callable
-        Returns a note about metadata of a photo too damaged for this format, or "".
-    recoded : callable
-        Returns a note about a change of compression when saving a photo of this format, or "".
+    note : Kind
+        Kind of a maker's note in EXIF.
+    holds_exif : callable
+        Returns False for an EXIF block too damaged for this format.
     keeps_turn : bool
         Whether saving in this format preserves the stored orientation and EXIF's orientation tag.
     keep : callable, optional
@@ -126,15 +124,10 @@ class FileFormat:
     recognises: Callable[[IO[bytes], Path], bool] | None = None
     decode: Callable[[Source], Photo] | None = None
     behind: Callable[[IO[bytes]], Iterator[Extra]] | None = None
-    note: Kind | None = kinds.MAKER_NOTE
-    lacks: Callable[[Photo], str] = lambda _: ""
-    recoded: Callable[[Photo], str] = lambda _: ""
+    note: Kind = kinds.MAKER_NOTE
+    holds_exif: Callable[[bytes], bool] = lambda _: True
     keeps_turn: bool = False
     keep: Callable[[Photo, Image, Encode, Path], tuple[Chunks, str]] | None = None
-
-    def __post_init__(self) -> None:
-        if bool(self.layouts) != (self.encode is not None):
-            raise TypeError(f"{self.name} needs both an encoder and the layouts it writes")
 
     def holds_alpha(self, depth: str) -> bool:
         """Return True if the format can store an alpha channel with this dtype."""
@@ -181,11 +174,12 @@ class FileFormat:
             is_behind = photo.format == self.name and not is_export and kinds.VIDEO not in along
             gone |= extra.kind in kinds.RECORDS and not is_behind
             gone |= extra.kind is kinds.PLACES and turns
-            gone |= extra.kind is kinds.SECOND_PROFILE and photo.jpeg is None
+            is_converted = photo.jpeg is None and extra.kind in (kinds.SECOND_PROFILE, kinds.ADOBE)
+            gone |= is_converted
             fate = "left out" if gone else self.fate(extra.kind)
             moved |= fate == "moved"
             has_note |= extra.kind in (kinds.MAKER_NOTE, kinds.MOVED_NOTE)
-            if fate == "left out" and extra.kind.is_reported:
+            if fate == "left out" and (extra.kind.is_reported or is_converted):
                 lost[extra.name] = None
         notes = [Text("not kept: {lost}", lost=Text.joined(", ", lost))] if lost else []
         if moved:

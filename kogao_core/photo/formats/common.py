@@ -31,17 +31,21 @@ _FRAMES: Final = (
 )
 # Baseline, extended, progressive, lossless; then the first and third coded arithmetically.
 _KNOWN_FRAMES: Final = (*range(0xC0, 0xC4), 0xC9, 0xCA)
+_RARE: Final = Text(
+    "is a JPEG of a rare kind (hierarchical, or deeper than 8 bits); "
+    "save it as an ordinary JPEG or as PNG first"
+)
 
 
 def decode(source: Source, names: tuple[str, ...]) -> Photo:
     """Decode a file in one of the formats `names`. Raises UnreadablePhoto."""
     file = source.file
-    decoding.check_segments(file, source.path)
+    decoding.check_segments(file)
     try:
         opened = Pillow.open(file, formats=names)
     except UnidentifiedImageError:
         if _is_rare_jpeg(file):
-            raise _rare(source) from None
+            raise UnreadablePhoto(_RARE) from None
         _check_damage(file, names)
         raise
     with opened as image:
@@ -52,7 +56,7 @@ def decode(source: Source, names: tuple[str, ...]) -> Photo:
         sound = None
         if bits == _DEEP:
             colour.verify_png(file)
-        elif jpeg is not None and decoding.check(file, source.path):
+        elif jpeg is not None and decoding.check(file):
             sound = decoding.pixels(source.data(), image.size, image.mode)
         decoded, damage = (image, ()) if sound is not None else _decoded(image, source)
         _settle_profile(decoded, file)
@@ -89,16 +93,6 @@ def _check_damage(file: IO[bytes], names: tuple[str, ...]) -> None:
         raise ValueError(Text("its headers are damaged"))
 
 
-def _rare(source: Source) -> UnreadablePhoto:
-    return UnreadablePhoto(
-        Text(
-            "{path} is a JPEG of a rare kind (hierarchical, or deeper than 8 bits); "
-            "save it as an ordinary JPEG or as PNG first",
-            path=source.path,
-        )
-    )
-
-
 def _deep_png(
     image: Pillow.Image, source: Source, *, is_grey: bool
 ) -> tuple[Image, tuple[str, ...]]:
@@ -123,7 +117,7 @@ def _decoded(image: Pillow.Image, source: Source) -> tuple[Pillow.Image, tuple[s
         if not isinstance(image, JpegImagePlugin.JpegImageFile):
             raise
         if _is_rare_jpeg(source.file):
-            raise _rare(source) from None
+            raise UnreadablePhoto(_RARE) from None
         whole = decoding.without_end(source.data())
         if whole is None:
             raise

@@ -74,40 +74,35 @@ def accompanied(photo: Photo, move: Move, *, film: bool = False) -> Photo:
             and references.locates_video(photo.xmp or b"")
         ):
             found.append(Companion(kinds.VIDEO, extra.data))
-        elif extra.kind is kinds.GAIN_MAP and _fits(extra.data, photo):
-            before = _decoded(extra.data)
-            if before is not None:
-                after = move(turn_upright(before, photo.orientation))
-                found.append(Companion(kinds.GAIN_MAP, extra.data, after, before))
+        elif extra.kind is kinds.GAIN_MAP and (before := _decoded(extra.data, photo)) is not None:
+            after = move(turn_upright(before, photo.orientation))
+            found.append(Companion(kinds.GAIN_MAP, extra.data, after, before))
     one_each = {one.kind: one for one in reversed(found)}
     return dataclasses.replace(photo, companions=tuple(reversed(one_each.values())))
 
 
 def has_gain_map(photo: Photo) -> bool:
     """Return True if a photo has a gain map that a changed photo can keep."""
-    return any(one.kind is kinds.GAIN_MAP and _fits(one.data, photo) for one in photo.extras)
+    return any(
+        one.kind is kinds.GAIN_MAP and _decoded(one.data, photo) is not None for one in photo.extras
+    )
 
 
-def _fits(data: bytes, photo: Photo) -> bool:
-    """Return True if a picture is grey or RGB, in the photo's shape, and not larger."""
-    try:
-        with Pillow.open(io.BytesIO(data), formats=["JPEG"]) as image:
-            (width, height), mode = image.size, image.mode
-    except Exception:  # decoders raise almost anything on damaged files
-        return False
-    if photo.orientation >= _TURNED:
-        width, height = height, width
-    off = abs(width - height * photo.width / photo.height)
-    return mode in ("L", "RGB") and width <= photo.width and off <= 1.0 + _MOST_OFF * width
+def _decoded(data: bytes, photo: Photo) -> Image | None:
+    """Decode a gain map: uint8 (H, W) or (H, W, 3), as stored.
 
-
-def _decoded(data: bytes) -> Image | None:
-    """Decode a gain map: uint8 (H, W) or (H, W, 3), as stored; None if damaged."""
+    None if damaged, of another shape than the photo, or larger.
+    """
     try:
         with hushed(), Pillow.open(io.BytesIO(data), formats=["JPEG"]) as image:
+            width, height = image.size[:: -1 if photo.orientation >= _TURNED else 1]
+            off = abs(width - height * photo.width / photo.height)
+            if width > photo.width or off > 1.0 + _MOST_OFF * width:
+                return None
             quick = decoding.pixels(data, image.size, image.mode)
-            return np.array(image) if quick is None else quick
-    except Exception:  # as above
+            pixels = np.array(image) if quick is None else quick
+            return pixels if image.mode in ("L", "RGB") else None
+    except Exception:  # decoders raise almost anything on damaged files
         return None
 
 

@@ -57,10 +57,8 @@ def _decode(source: Source) -> Photo:
     ratio = image.info.get("pixel_aspect_ratio")  # of a pixel's width to its height
     notes = []
     primaries = image.info.get("nclx_profile", {}).get("color_primaries", 1)
-    if "icc_profile" not in image.info and primaries not in (
-        1,
-        2,
-    ):  # ITU-T H.273: BT.709, unspecified
+    is_srgb = primaries in (1, 2)  # ITU-T H.273: BT.709, unspecified
+    if "icc_profile" not in image.info and not is_srgb:
         notes.append(WIDE)
     return Photo(
         pixels,  # libheif turns them upright
@@ -82,11 +80,7 @@ def _opened(source: Source) -> Any:
         import pi_heif  # an extra
     except ImportError:
         raise UnreadablePhoto(
-            Text(
-                "{path} is a HEIC photo, which an extra reads: {how}",
-                path=source.path,
-                how=adding("heic"),
-            )
+            Text("is a HEIC photo, which an extra reads: {how}", how=adding("heic"))
         ) from None
     return pi_heif.open_heif(source.file, convert_hdr_to_8bit=source.bits == 8)
 

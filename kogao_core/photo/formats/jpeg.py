@@ -72,7 +72,8 @@ def _inside(photo: Photo, file: IO[bytes]) -> Iterator[Extra]:
 def _behind(file: IO[bytes]) -> Iterator[Extra]:
     data = file.read()
     end, late = segments.end_of_picture(data, 2)
-    yield from jpeg_extras.late(late)
+    if late:
+        yield Extra(kinds.UNKNOWN, Text("metadata between the scans"))
     yield from trailers.found(data, end)
 
 
@@ -128,8 +129,8 @@ JPEG: Final = FileFormat(
     kept=BLOCKS
     | OF_PRINTS
     | {
-        *(kinds.XMP_EXTENSION, kinds.SECOND_XMP, kinds.SECOND_PROFILE, kinds.PLACES),
-        *(kinds.COMMENTS, kinds.SEGMENTS, kinds.LATE_SEGMENTS, kinds.JUMBF, *kinds.RECORDS),
+        *(kinds.XMP_EXTENSION, kinds.SECOND_XMP, kinds.SECOND_PROFILE, kinds.ADOBE),
+        *(kinds.PLACES, kinds.COMMENTS, kinds.SEGMENTS, kinds.JUMBF, *kinds.RECORDS),
     },
     inside=_inside,
     behind=_behind,

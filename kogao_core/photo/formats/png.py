@@ -49,9 +49,6 @@ _STRIP_BYTES: Final = 1 << 20
 _COLOUR_TYPES: Final = {1: 0, 2: 4, 3: 2, 4: 6}
 _RAW: Final = -zlib.MAX_WBITS  # no header and no checksum: strips have one of both together
 _ZLIB_HEADER: Final = b"\x78\x01"  # a window of 32 KiB, the fastest level
-_ADLER: Final = 65521
-Strip = tuple[bytes, int, int]
-"""Its chunk; the checksum and the number of the bytes that were packed."""
 
 
 def _encode(content: Content) -> Chunks:
@@ -137,15 +134,16 @@ def _inside(photo: Photo, file: IO[bytes]) -> Iterator[Extra]:
     depth = _file_depth(file)
     all_of_it = list(chunks(file))
     is_srgb = any(name in (b"sRGB", b"iCCP") for name, _ in all_of_it)
-    names: dict[Kind, list[str]] = {}
+    names: dict[Kind, dict[str, None]] = {}
     for name, chunk in all_of_it:
         kind = _kind(name, chunk, photo.channels, depth)
         is_overruled = is_srgb and name != b"cICP"  # only cICP overrules a colour profile
-        if kind is None or (kind is kinds.COLOURS and (is_overruled or _says_srgb(name, chunk))):
+        if kind is kinds.COLOURS and (is_overruled or _says_srgb(name, chunk)):
             continue
-        names.setdefault(kind, []).append(name.decode("latin-1"))
+        if kind is not None:
+            names.setdefault(kind, {})[name.decode("latin-1")] = None
     for kind, members in names.items():
-        listed = Text("PNG chunks {names}", names=" ".join(dict.fromkeys(members)))
+        listed = Text("PNG chunks {names}", names=" ".join(members))
         yield Extra(kind, listed if kind in (kinds.CHUNKS, kinds.UNSAFE_CHUNKS) else "")
 
 
@@ -223,23 +221,24 @@ def packed(pixels: Image) -> list[bytes]:
     tops = range(0, len(lines), rows)
     checksum, pieces = 1, list[bytes]()
 
-    def take(_: int, strip: Strip) -> None:
+    def take(_: int, strip: tuple[bytes, Image]) -> None:
         nonlocal checksum
-        piece, own, count = strip
-        checksum = _joined(checksum, own, count)
+        piece, filtered = strip
+        checksum = zlib.adler32(filtered.data, checksum)
         pieces.append(piece)
 
     parallel_in_order(tops, lambda top: _packed(lines, top, rows), take, default_threads())
     return [*pieces, _idat(struct.pack(">I", checksum)), made(b"IEND", b"")]
 
 
-def _packed(lines: Image, top: int, rows: int) -> Strip:
+def _packed(lines: Image, top: int, rows: int) -> tuple[bytes, Image]:
+    """Return the chunk of a strip, and the bytes that were compressed."""
     filtered = _filtered(lines, top, min(len(lines), top + rows))
     packer = zlib.compressobj(_LEVEL, zlib.DEFLATED, _RAW)
     start = b"" if top else _ZLIB_HEADER
     end = zlib.Z_FINISH if top + rows >= len(lines) else zlib.Z_SYNC_FLUSH
     piece = _idat(start + packer.compress(filtered.data) + packer.flush(end))
-    return piece, zlib.adler32(filtered.data), filtered.nbytes
+    return piece, filtered
 
 
 def _idat(body: bytes) -> bytes:
@@ -256,14 +255,6 @@ def _filtered(lines: Image, top: int, bottom: int) -> Image:
         filtered[0, 1:] = data[0]
     np.subtract(data[1:], data[:-1], out=filtered[len(filtered) - len(data) + 1 :, 1:])
     return filtered
-
-
-def _joined(first: int, second: int, count: int) -> int:
-    """Combine the Adler-32 checksums of two pieces. The second piece has `count` bytes."""
-    low, high = first & 0xFFFF, first >> 16
-    low_of_second, high_of_second = second & 0xFFFF, second >> 16
-    high = (high + high_of_second + count * (low - 1)) % _ADLER
-    return high << 16 | (low + low_of_second - 1) % _ADLER
 
 
 PNG: Final = FileFormat(

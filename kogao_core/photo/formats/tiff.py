@@ -31,7 +31,7 @@ from kogao_core.photo.model import Photo, channels_of
 _UNCOMPRESSED, _LZW = 1, 5
 # Lossless compressions that all readers support: none, LZW, Deflate, PackBits, old Deflate. Files
 # with another compression are written with LZW.
-_KEPT: Final = {_UNCOMPRESSED, _LZW, 8, 32773, 32946}
+KEPT_COMPRESSIONS: Final = {_UNCOMPRESSED, _LZW, 8, 32773, 32946}
 # Readers differ: darktable and libvips assume linear values, Java assumes sRGB. Values from a
 # division by 255 are sRGB.
 _SEEN: Final = Text(
@@ -46,7 +46,6 @@ _FORMATS: Final = {"u": 1, "f": 3}
 _HEADER_BYTES: Final = 8
 _WITH_ALPHA, _STRAIGHT = 4, 2
 _NO_UNIT, _PER_INCH = 1, 2
-_UNSIGNED, _USUAL_ORDER = 1, 1  # of a byte's bits
 _BLACK_IS_ZERO, _RGB, _INTERLEAVED = 1, 2, 1
 _USUAL_STRIP: Final = 8192  # bytes, as TIFF advises
 
@@ -60,10 +59,10 @@ def _decode(source: Source) -> Photo:
     profile = tags.icc_profile
     # Both decoders return upright pixels. OpenCV accepts damaged 8-bit strips, so Pillow decodes
     # 8 bits.
-    tags.check(path)
+    tags.check()
     if tags.is_deep:
         if tags.is_plain:
-            plain = read_plain(file, tags.tags, tags.orientation)
+            plain = read_plain(file, tags)
             pixels = tags.meant(colour.decoded_deep(source.data()) if plain is None else plain)
         else:
             pixels, profile, notes = _rare(source, tags)
@@ -81,6 +80,9 @@ def _decode(source: Source) -> Photo:
     )
     if tags.is_inverted:
         notes = (*notes, Text("grey values are stored with 0 as black instead of white"))
+    if tags.has_reversed_bits:
+        more = Text("the bits of each byte are stored in the usual order (FillOrder 1)")
+        notes = (*notes, more)
     if tags.is_big:
         notes = (*notes, Text("a BigTIFF becomes an ordinary TIFF"))
     dpi, shape = tags.density()
@@ -103,14 +105,10 @@ def _decode(source: Source) -> Photo:
 
 def _rare(source: Source, tags: tiff.TiffTags) -> tuple[Image, bytes | None, tuple[str, ...]]:
     """Decode deep pixels with tifffile. Return upright pixels, their profile, and notes."""
-    tags.check_rare(source.path)
+    tags.check_rare()
     if not all(map(find_spec, ("tifffile", "imagecodecs"))):
         raise UnreadablePhoto(
-            Text(
-                "{path} is a TIFF of a rare kind, which an extra reads: {how}",
-                path=source.path,
-                how=adding("tiff"),
-            )
+            Text("is a TIFF of a rare kind, which an extra reads: {how}", how=adding("tiff"))
         )
     import tifffile  # an extra
 
@@ -144,7 +142,7 @@ def _encode(content: Content) -> Chunks:
     if number == _UNCOMPRESSED:
         directory, stored = laid_out(content.pixels)
     else:
-        how = (cv2.IMWRITE_TIFF_COMPRESSION, number if number in _KEPT else _LZW)
+        how = (cv2.IMWRITE_TIFF_COMPRESSION, number if number in KEPT_COMPRESSIONS else _LZW)
         directory, stored = _taken_apart(colour.encoded_deep(content.pixels, how))
     if channels_of(content.pixels) == _WITH_ALPHA:
         directory[Tag.ExtraSamples] = _STRAIGHT
@@ -175,22 +173,7 @@ def _encode(content: Content) -> Chunks:
 def _inside(photo: Photo, file: IO[bytes]) -> Iterator[Extra]:
     file.seek(0)
     kept = tiff.directory_of(photo.carried[0]) if photo.carried else ()
-    return tiff_extras.found(tiff.TiffTags.read(file).tags, photo.channels, kept)
-
-
-def _recoded(photo: Photo) -> str:
-    number = photo.tiff_compression
-    if number is None or number in _KEPT:
-        return ""
-    return Text(
-        "compressed by LZW instead of {compression}", compression=tiff.compression_name(number)
-    )
-
-
-def _lacks(photo: Photo) -> str:
-    if not photo.exif or tiff.entries_of(photo.exif) is not None:
-        return ""
-    return Text("the EXIF block is damaged, and TIFF can't hold it as it is: it is left out")
+    return tiff_extras.found(tiff.TiffTags.read(file), photo.channels, kept)
 
 
 def _behind(file: IO[bytes]) -> Iterator[Extra]:
@@ -217,58 +200,49 @@ TIFF: Final = FileFormat(
     decode=_decode,
     inside=_inside,
     behind=_behind,
-    note=None,
-    lacks=_lacks,
-    recoded=_recoded,
+    note=kinds.MOVED_NOTE,
+    holds_exif=lambda block: tiff.entries_of(block) is not None,
 )
 
 
-def read_plain(file: IO[bytes], tags: Pillow.Exif, orientation: int) -> Image | None:
+def read_plain(file: IO[bytes], tags: tiff.TiffTags) -> Image | None:
     """Read deep pixels, upright, if the file stores them uncompressed and contiguous.
 
     Result: uint16 or float32, (H, W) or (H, W, 3..4); None if a decoder is necessary.
     """
-    width, height = tags[Tag.ImageWidth], tags[Tag.ImageLength]
-    samples = tags.get(Tag.SamplesPerPixel, 1)
-    depth = _depth(tags, samples)
-    start = None if depth is None else _start(tags, height, width * samples * depth.itemsize)
-    if depth is None or start is None:
+    bits, formats = (tiff.numbers(tags.tags, tag) for tag in (Tag.BitsPerSample, Tag.SampleFormat))
+    depth = _DEPTHS.get(tags.depth)
+    is_array = (
+        tags.compression == _UNCOMPRESSED
+        and not tags.has_reversed_bits
+        and Tag.TileWidth not in tags.tags
+        and bits == bits[:1] * tags.samples
+        and formats in ((), formats[:1] * tags.samples)
+    )
+    if depth is None or not is_array:
+        return None
+    shape = (tags.height, tags.width, tags.samples)[: 2 if tags.samples == 1 else 3]
+    start = _start(tags, prod(shape[1:]) * depth.itemsize)
+    if start is None:
         return None
     file.seek(0)
     stored = depth.newbyteorder(">" if file.read(2) == b"MM" else "<")
     file.seek(start)
-    pixels = np.fromfile(file, stored, height * width * samples)
-    channels = () if samples == 1 else (samples,)
-    pixels = pixels.astype(depth, copy=False).reshape(height, width, *channels)
-    return turn_upright(pixels, orientation)
+    pixels = np.fromfile(file, stored, prod(shape)).astype(depth, copy=False)
+    return turn_upright(pixels.reshape(shape), tags.orientation)
 
 
-def _depth(tags: Pillow.Exif, samples: int) -> np.dtype[Any] | None:
-    """Return the dtype of all channels, or None if the layout differs from an array."""
-    bits = tiff.numbers(tags, Tag.BitsPerSample)
-    formats = tiff.numbers(tags, Tag.SampleFormat) or (_UNSIGNED,) * samples
-    is_plain = (
-        tags.get(Tag.Compression, _UNCOMPRESSED) == _UNCOMPRESSED
-        and tags.get(Tag.FillOrder, _USUAL_ORDER) == _USUAL_ORDER
-        and Tag.TileWidth not in tags
-        and bits == bits[:1] * samples
-        and formats == formats[:1] * samples
-    )
-    return _DEPTHS.get((bits[0], formats[0])) if is_plain else None
-
-
-def _start(tags: Pillow.Exif, height: int, row_bytes: int) -> int | None:
+def _start(tags: tiff.TiffTags, row_bytes: int) -> int | None:
     """Return where the pixels start, if one strip follows the other."""
     starts, lengths = (
-        np.array(tiff.numbers(tags, tag), np.int64)
+        np.array(tiff.numbers(tags.tags, tag), np.int64)
         for tag in (Tag.StripOffsets, Tag.StripByteCounts)
     )
-    rows = min(int(tags.get(Tag.RowsPerStrip, height)), height)
-    wanted = np.full(-(-height // max(1, rows)), rows * row_bytes)
-    wanted[-1] -= len(wanted) * rows * row_bytes - height * row_bytes
-    if not np.array_equal(lengths, wanted) or len(starts) != len(lengths):
-        return None
-    return int(starts[0]) if np.array_equal(np.diff(starts), lengths[:-1]) else None
+    rows = max(1, min(tags.first(Tag.RowsPerStrip, tags.height), tags.height))
+    tops = np.arange(0, tags.height, rows)
+    wanted = np.diff([*tops, tags.height]) * row_bytes
+    is_whole = np.array_equal(lengths, wanted) and np.array_equal(np.diff(starts), lengths[:-1])
+    return int(starts[0]) if is_whole and len(starts) == len(lengths) else None
 
 
 def _taken_apart(written: bytes) -> tuple[TiffImagePlugin.ImageFileDirectory_v2, memoryview]:

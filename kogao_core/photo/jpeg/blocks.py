@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import io
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -44,17 +45,24 @@ def keep_blocks(
     The result is sequential and has the headers from `encode`. The Huffman tables are the source's
     if standard, else optimised. Raises CannotKeepBlocks.
     """
-    with temporary_folder(folder) as place, hushed() as complaints:
-        whole = coefficients.read(source, place / "source")
-        if (whole.frame.height, whole.frame.width) != before.shape[:2]:
-            raise CannotKeepBlocks(Text("its size has changed"))
-        changed = _changed_units(before, after, whole.frame.unit_px)
+    frame = coefficients.frame_of(source)
+    if (frame.height, frame.width) != before.shape[:2]:
+        raise CannotKeepBlocks(Text("its size has changed"))
+    # One thread reads the source while this one encodes.
+    with (
+        temporary_folder(folder) as place,
+        hushed() as complaints,
+        ThreadPoolExecutor(1) as other,
+    ):
+        reading = other.submit(coefficients.read, source, place / "source")
+        changed = _changed_units(before, after, frame.unit_px)
         units = _around(changed)
-        high, wide = whole.frame.unit_px
+        high, wide = frame.unit_px
         box = Box(units.left * wide, units.top * high, units.right * wide, units.bottom * high)
         box = box.clipped(Box.of(before))
         encoded = encode(box)
         part = coefficients.read(encoded, place / "part")
+        whole = reading.result()
         layouts = [(one.frame.colours, one.frame.factors) for one in (whole, part)]
         if layouts[0] != layouts[1] or not np.array_equal(whole.used, part.used):
             part = _by_component(after[box.slices], whole, place / "part")

@@ -91,9 +91,8 @@ class Coefficients:
 
 def read(data: bytes, copy: Path) -> Coefficients:
     """Read the coefficients of a JPEG file. Raises CannotKeepBlocks."""
-    with io.BytesIO(data) as file:
-        needed = [(code, segment) for code, segment in segments(file) if code in _DECODING]
-        frame, scans = _frame(needed), memoryview(data)[file.tell() :]
+    needed, start = _needed(data)
+    frame, scans = _frame(needed), memoryview(data)[start:]
     # The library takes the array size from the file, so the copy must contain only one frame.
     with copy.open("wb") as out:
         out.writelines([b"\xff\xd8", *(segment for _, segment in needed), scans])
@@ -131,6 +130,18 @@ def write(coefficients: Coefficients, folder: Path) -> bytes:
     written = file.read_bytes()
     file.unlink()
     return written
+
+
+def frame_of(data: bytes) -> Frame:
+    """Return the frame header of a JPEG file. Raises CannotKeepBlocks."""
+    return _frame(_needed(data)[0])
+
+
+def _needed(data: bytes) -> tuple[list[tuple[int, bytes]], int]:
+    """Return the segments that a decoder needs, and the position of the first scan's data."""
+    with io.BytesIO(data) as file:
+        found = [(code, segment) for code, segment in segments(file) if code in _DECODING]
+        return found, file.tell()
 
 
 def _frame(needed: list[tuple[int, bytes]]) -> Frame:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 from itertools import islice
-from pathlib import Path
 from typing import IO, Final
 
 import cv2
@@ -34,23 +33,22 @@ _FLAGS: Final = {
 _ANYTHING: Final = b"\xaa" * 1000  # unlike the zeros that decoders fill in
 
 
-def check_segments(file: IO[bytes], path: Path) -> None:
+def check_segments(file: IO[bytes]) -> None:
     """Reject a JPEG with too many segments, which is slow to read. Raises UnreadablePhoto."""
     file.seek(0)
     is_jpeg = file.read(len(SOI)) == SOI
     if is_jpeg and sum(1 for _ in islice(segments(file), MAX_SEGMENTS + 1)) > MAX_SEGMENTS:
         raise UnreadablePhoto(
             Text(
-                "{path} is a JPEG with more than {count:,} segments; save it again in another "
+                "is a JPEG with more than {count:,} segments; save it again in another "
                 "program first",
-                path=path,
                 count=MAX_SEGMENTS,
             )
         )
     file.seek(0)
 
 
-def check(file: IO[bytes], path: Path) -> bool:
+def check(file: IO[bytes]) -> bool:
     """Check an open JPEG file before decoding. Return True if the last scan ends the picture.
 
     Raises UnreadablePhoto.
@@ -66,9 +64,8 @@ def check(file: IO[bytes], path: Path) -> bool:
     if is_long or codes.count(START_OF_SCAN) > MOST_SCANS:
         raise UnreadablePhoto(
             Text(
-                "{path} is a JPEG in more than {most_scans} scans, which would take "
+                "is a JPEG in more than {most_scans} scans, which would take "
                 "very long; save it as an ordinary JPEG or as PNG first",
-                path=path,
                 most_scans=MOST_SCANS,
             )
         )
@@ -113,21 +110,13 @@ def without_end(data: bytes) -> Pillow.Image | None:
     Test: decode twice with different bytes appended. Equal pixels show that the scans are complete.
     """
     try:
-        if not _is_whole(data, small=True):  # fast test: most truncated files lack much data
-            return None
-        return _decoded(data + _END) if _is_whole(data, small=False) else None
+        first, second = (_decoded(data + more + _END) for more in (b"", _ANYTHING))
+        return first if ImageChops.difference(first, second).getbbox() is None else None
     except OSError:
         return None
 
 
-def _is_whole(data: bytes, *, small: bool) -> bool:
-    first, second = (_decoded(data + more + _END, small=small) for more in (b"", _ANYTHING))
-    return ImageChops.difference(first, second).getbbox() is None
-
-
-def _decoded(data: bytes, *, small: bool = False) -> Pillow.Image:
+def _decoded(data: bytes) -> Pillow.Image:
     image = Pillow.open(io.BytesIO(data), formats=["JPEG"])
-    if small:
-        image.draft(None, (1, 1))  # an eighth of the width and height
     image.load()
     return image

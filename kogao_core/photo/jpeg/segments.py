@@ -48,15 +48,13 @@ def holds_picture(data: bytes) -> bool:
     return any(start in data for start in _PICTURES)
 
 
-def end_of_picture(data: bytes, start: int) -> tuple[int, list[tuple[int, bytes]]]:
-    """Return the end offset of a picture, and the segments (code, bytes) after the first scan."""
-    late, in_scans = list[tuple[int, bytes]](), False
+def end_of_picture(data: bytes, start: int) -> tuple[int, bool]:
+    """Return the end offset of a picture, and whether metadata follow the first scan."""
+    late = in_scans = False
     for code, at, end in markers(data, start):
         if code == END:
             return end, late
-        is_whole = at + 4 <= end <= len(data)
-        if in_scans and code in APP_OR_COMMENT and is_whole:
-            late.append((code, data[at:end]))
+        late |= in_scans and code in APP_OR_COMMENT and at + 4 <= end <= len(data)
         in_scans |= code == START_OF_SCAN
     return len(data), late
 
@@ -97,14 +95,8 @@ def profiles(file: IO[bytes]) -> tuple[list[list[bytes]], list[bytes]]:
 def photoshop(file: IO[bytes]) -> bytes | None:
     """Return the Photoshop resources, joined from all segments, or None."""
     start = 4 + len(PHOTOSHOP_HEAD)
-    return (
-        b"".join(
-            segment[start:]
-            for code, segment in segments(file)
-            if code == _PHOTOSHOP and segment[4:start] == PHOTOSHOP_HEAD
-        )
-        or None
-    )
+    found = (one for code, one in segments(file) if code == _PHOTOSHOP)
+    return b"".join(one[start:] for one in found if one[4:start] == PHOTOSHOP_HEAD) or None
 
 
 def photoshop_segments(resources: bytes) -> tuple[bytes, ...]:

@@ -35,8 +35,9 @@ _KNOWN: Final[tuple[tuple[int, bytes, Kind], ...]] = (
     (0xEB, b"HDR_RI", kinds.JPEG_HDR),
     (0xEB, _JUMBF, kinds.JUMBF),
     (0xED, segments.PHOTOSHOP_HEAD, kinds.IPTC),
+    (0xEE, b"Adobe", kinds.ADOBE),
 )
-_ADOBE_CODING: Final = (0xEE, b"Adobe")  # the encoder writes a new Adobe segment
+_YCC: Final = b"\1"  # Adobe's number for YCbCr; the encoder writes a new segment for RGB
 # Metadata that is written separately.
 _BLOCKS: Final = (kinds.EXIF, kinds.XMP, kinds.IPTC, kinds.RESOLUTION)
 # A maker's series of segments goes or stays as one.
@@ -60,7 +61,11 @@ def carried(file: IO[bytes]) -> tuple[bytes, ...]:
     programs, data of a gain map. Left out: segments with a picture, with their whole series,
     because the picture would show the original.
     """
-    return tuple(segment for kind, segment in _judged(_found(file)) if kind in _CARRIED)
+    return tuple(
+        segment
+        for kind, segment in _judged(_found(file))
+        if kind in _CARRIED or (kind is kinds.ADOBE and segment[15:16] == _YCC)
+    )
 
 
 def exif(file: IO[bytes]) -> bytes | None:
@@ -115,16 +120,6 @@ def found(file: IO[bytes], *, is_turned: bool) -> Iterator[Extra]:
         yield Extra(kinds.SECOND_PROFILE, Text("an incomplete colour profile"))
 
 
-def late(found: list[tuple[int, bytes]]) -> Iterator[Extra]:
-    """Yield the extras between scans, from (marker, segment) pairs."""
-    judged = list(_judged(found))
-    kept = [one for kind, one in judged if kind in (kinds.COMMENTS, kinds.SEGMENTS)]
-    if kept:
-        yield Extra(kinds.LATE_SEGMENTS, data=b"".join(kept))
-    if len(kept) < len(judged):
-        yield Extra(kinds.UNKNOWN, Text("metadata between the scans"))
-
-
 def _found(file: IO[bytes]) -> list[tuple[int, bytes]]:
     """Return marker and bytes of the segments before the first scan.
 
@@ -136,12 +131,7 @@ def _found(file: IO[bytes]) -> list[tuple[int, bytes]]:
 
 
 def _judged(of: Iterable[tuple[int, bytes]]) -> Iterator[tuple[Kind, bytes]]:
-    found = [
-        (_kind(code, segment), segment)
-        for code, segment in of
-        if code in APP_OR_COMMENT
-        and not (code == _ADOBE_CODING[0] and segment[4:].startswith(_ADOBE_CODING[1]))
-    ]
+    found = [(_kind(code, segment), segment) for code, segment in of if code in APP_OR_COMMENT]
     shown = {
         _series(one)
         for kind, one in found

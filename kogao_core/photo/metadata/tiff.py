@@ -59,7 +59,7 @@ PICTURE_TAGS: Final = (
 # further directories.
 _KNOWN: Final = {
     *(254, 255, 256, 257, 258, 259, 262, 263, 264, 265, 266, 273, 274, 277, 278, 279, 280, 281),
-    *(282, 283, 284, 288, 289, 292, 293, 296, 297, 317, 320, 322, 323, 324, 325, 330, 338, 339),
+    *(282, 283, 284, 288, 289, 292, 293, 296, 317, 320, 322, 323, 324, 325, 330, 338, 339),
     *(340, 341, 347, 512, 513, 514, 515, 517, 518, 519, 520, 521, 529, 530, 531, 532),
     *(700, 33723, 34377, 34675, 34853, 34665, 37724, 40965, 52545),
     *PICTURE_TAGS,
@@ -72,6 +72,10 @@ _OF_PIXELS: Final = {
 }  # fmt: skip
 
 
+# Tags with 1 as default, which stay where they are told.
+_DEFAULT_1: Final = (Tag.FillOrder, Tag.Orientation)
+
+
 def is_rare(tag: int) -> bool:
     """Return True if a new directory does not set this tag."""
     return tag not in _KNOWN
@@ -82,16 +86,13 @@ def compression_name(number: int) -> str:
     return _COMPRESSIONS.get(number, Text("number {number}", number=number))
 
 
-def is_tiff(file: IO[bytes], path: Path) -> bool:
+def is_tiff(file: IO[bytes], _: Path) -> bool:
     """Detect a TIFF file and rewind the file. Raises UnreadablePhoto."""
     head = file.read(4)
     file.seek(0)
     if head == _UNREAD_HEAD:
         raise UnreadablePhoto(
-            Text(
-                "{path} is a BigTIFF whose high bytes come first; save it as an ordinary TIFF",
-                path=path,
-            )
+            Text("is a BigTIFF whose high bytes come first; save it as an ordinary TIFF")
         )
     return head in (*HEADS, BIG_HEAD)
 
@@ -124,7 +125,8 @@ class TiffTags:
         iptc = _in_order(there.get(Tag.IPTCNAA, b"")) or None
         return TiffTags(tags, iptc, _rare(there), is_big)
 
-    def _first(self, tag: int, default: int) -> int:
+    def first(self, tag: int, default: int) -> int:
+        """Return the first number of a tag."""
         value = self.tags.get(tag, default)
         return int(value[0] if isinstance(value, tuple) else value)
 
@@ -141,28 +143,33 @@ class TiffTags:
     @property
     def orientation(self) -> int:
         """EXIF orientation, 1 to 8."""
-        value = self._first(Tag.Orientation, 1)
+        value = self.first(Tag.Orientation, 1)
         return value if 1 <= value <= 8 else 1
 
     @property
     def width(self) -> int:
         """Stored columns, px."""
-        return self._first(Tag.ImageWidth, 0)
+        return self.first(Tag.ImageWidth, 0)
 
     @property
     def height(self) -> int:
         """Stored rows, px."""
-        return self._first(Tag.ImageLength, 0)
+        return self.first(Tag.ImageLength, 0)
+
+    @property
+    def samples(self) -> int:
+        """Channels of a stored pixel."""
+        return self.first(Tag.SamplesPerPixel, 1)
 
     @property
     def bits(self) -> int:
         """Bits per channel."""
-        return self._first(Tag.BitsPerSample, 1)
+        return self.first(Tag.BitsPerSample, 1)
 
     @property
     def pixel_bytes(self) -> int:
         """Bytes of a decoded pixel."""
-        return max(1, self.bits // 8) * int(self._first(Tag.SamplesPerPixel, 1))
+        return max(1, self.bits // 8) * self.samples
 
     @property
     def is_deep(self) -> bool:
@@ -172,7 +179,7 @@ class TiffTags:
     @property
     def converted(self) -> tuple[str, ...]:
         """Note about conversions that Pillow does while decoding."""
-        if self._first(Tag.ExtraSamples, 0) == _PREMULTIPLIED:
+        if self.first(Tag.ExtraSamples, 0) == _PREMULTIPLIED:
             return (Text("converted from premultiplied to straight alpha"),)
         # A JPEG's pixels are RGB for everybody.
         if self._meaning == _YCBCR and self.compression not in _JPEGS:
@@ -185,35 +192,38 @@ class TiffTags:
         return self._meaning == _WHITE_IS_ZERO
 
     @property
+    def has_reversed_bits(self) -> bool:
+        """Whether the first pixel is in the lowest bits of a byte (fill order 2)."""
+        return self.first(Tag.FillOrder, 1) == 2
+
+    @property
     def _meaning(self) -> int:
-        return self._first(Tag.PhotometricInterpretation, _RGB)
+        return self.first(Tag.PhotometricInterpretation, _RGB)
 
     @property
     def compression(self) -> int:
         """Number of the TIFF compression."""
-        return self._first(Tag.Compression, 1)
+        return self.first(Tag.Compression, 1)
 
-    def check(self, path: Path) -> None:
+    def check(self) -> None:
         """Check that the first picture is not a thumbnail and that its compression is supported.
 
         Raises UnreadablePhoto.
         """
-        is_copy = self._first(Tag.NewSubfileType, 0) & 1
+        is_copy = self.first(Tag.NewSubfileType, 0) & 1
         if is_copy and (Tag.SubIFDs in self.tags or self.tags.get_ifd(ExifTags.IFD.IFD1)):
             raise UnreadablePhoto(
                 Text(
-                    "{path} is a TIFF that begins with a small copy of its picture; save it as an "
-                    "ordinary TIFF first, or give a raw photo its own ending again",
-                    path=path,
+                    "is a TIFF that begins with a small copy of its picture; save it as an "
+                    "ordinary TIFF first, or give a raw photo its own ending again"
                 )
             )
         number = self.compression
         if number not in (_OPENCV_READS if self.is_deep else _PILLOW_READS):
             raise UnreadablePhoto(
                 Text(
-                    "{path} is a TIFF of a compression that Kogao doesn't read "
+                    "is a TIFF of a compression that Kogao doesn't read "
                     "({compression}); save it uncompressed, or with LZW or Deflate",
-                    path=path,
                     compression=compression_name(number),
                 )
             )
@@ -221,39 +231,36 @@ class TiffTags:
     @property
     def depth(self) -> tuple[int, int]:
         """Bits per channel and sample format: 1 unsigned, 3 float."""
-        return self.bits, self._first(Tag.SampleFormat, _UNSIGNED)
+        return self.bits, self.first(Tag.SampleFormat, _UNSIGNED)
 
     @property
     def is_plain(self) -> bool:
         """Whether OpenCV decodes these deep pixels correctly."""
-        samples = self._first(Tag.SamplesPerPixel, 1)
         return (
             self.depth in ((16, _UNSIGNED), (32, _FLOAT))
             # OpenCV derives the number of channels from the photometric interpretation and fills
             # missing channels with uninitialised memory.
-            and samples in _CHANNELS.get(self._meaning, ())
-            and (samples == 1 or self._first(Tag.PlanarConfiguration, 1) == 1)
-            and self._first(Tag.ExtraSamples, 0) != _PREMULTIPLIED
+            and self.samples in _CHANNELS.get(self._meaning, ())
+            and (self.samples == 1 or self.first(Tag.PlanarConfiguration, 1) == 1)
+            and self.first(Tag.ExtraSamples, 0) != _PREMULTIPLIED
         )
 
     @property
     def is_ink(self) -> bool:
         """Whether the channels are cyan, magenta, yellow and black."""
-        return (self._meaning, self._first(Tag.SamplesPerPixel, 1)) == (_SEPARATED, 4)
+        return (self._meaning, self.samples) == (_SEPARATED, 4)
 
-    def check_rare(self, path: Path) -> None:
+    def check_rare(self) -> None:
         """Refuse deep layouts with unknown colours. Raises UnreadablePhoto."""
-        samples = self._first(Tag.SamplesPerPixel, 1)
-        known = samples in _CHANNELS.get(self._meaning, ()) and (
+        known = self.samples in _CHANNELS.get(self._meaning, ()) and (
             self.depth in ((16, _UNSIGNED), (16, _FLOAT), (32, _FLOAT))
         )
         is_deep_ink = self.is_ink and self.depth == (16, _UNSIGNED)
-        if not (known or is_deep_ink) or self._first(Tag.ExtraSamples, 0) == _PREMULTIPLIED:
+        if not (known or is_deep_ink) or self.first(Tag.ExtraSamples, 0) == _PREMULTIPLIED:
             raise UnreadablePhoto(
                 Text(
-                    "{path} is a TIFF of a kind that Kogao doesn't read; save it as RGB with 8 or "
-                    "16 bits, or 32-bit float, with straight alpha",
-                    path=path,
+                    "is a TIFF of a kind that Kogao doesn't read; save it as RGB with 8 or "
+                    "16 bits, or 32-bit float, with straight alpha"
                 )
             )
 
@@ -261,7 +268,7 @@ class TiffTags:
         """Return decoded channels as grey, RGB or RGBA."""
         if self.is_inverted and pixels.dtype == np.uint16:
             np.invert(pixels, out=pixels)
-        if pixels.ndim == 3 and self._first(Tag.ExtraSamples, _STRAIGHT) == _UNSPECIFIED:
+        if pixels.ndim == 3 and self.first(Tag.ExtraSamples, _STRAIGHT) == _UNSPECIFIED:
             return pixels[..., :3]  # a fourth channel is a selection, or anything
         return pixels
 
@@ -286,7 +293,7 @@ class TiffTags:
     def density(self) -> tuple[tuple[Any, Any] | None, tuple[Any, Any] | None]:
         """Return the resolution (x, y) in dots per inch, or the pixel ratio if no unit is given."""
         x, y = (self.tags.get(tag) for tag in (Tag.XResolution, Tag.YResolution))
-        unit = self._first(Tag.ResolutionUnit, 2)
+        unit = self.first(Tag.ResolutionUnit, 2)
         if unit == 1 or x is None or y is None:
             return None, (x, y) if unit == 1 else None
         per_inch = {2: 1.0, 3: 2.54}.get(unit)
@@ -307,8 +314,9 @@ class TiffTags:
 def _rare(there: TiffImagePlugin.ImageFileDirectory_v2) -> bytes:
     """Return a directory of the unknown tags with texts and numbers, or b""."""
     kept = TiffImagePlugin.ImageFileDirectory_v2()
-    for tag in filter(is_rare, there):
-        if tag not in _OF_PIXELS and there.tagtype[tag] in _WITHOUT_PLACES:
+    for tag in there:
+        is_true = is_rare(tag) or (tag in _DEFAULT_1 and there[tag] == 1)
+        if is_true and tag not in _OF_PIXELS and there.tagtype[tag] in _WITHOUT_PLACES:
             kept.tagtype[tag], kept[tag] = there.tagtype[tag], as_read(there[tag])
     with io.BytesIO() as out:
         try:

@@ -22,14 +22,7 @@ _NAMED: Final = {
     Tag.SubIFDs: Extra(kinds.FURTHER),
 }
 # Colour channels by photometric interpretation; default 1.
-_COLOURS: Final = {
-    2: 3,
-    5: 4,
-    6: 3,
-    8: 3,
-    9: 3,
-    10: 3,
-}  # colour channels by photometric interpretation; default 1
+_COLOURS: Final = {5: 4, **dict.fromkeys((2, 6, 8, 9, 10), 3)}
 # Sizes of TIFF's types, by number; 13 is a directory.
 _SIZES: Final = dict(enumerate((1, 1, 2, 4, 8, 1, 1, 2, 4, 8, 4, 8, 4), start=1))
 _POINTERS: Final = {Tag.SubIFDs, Tag.ExifOffset, Tag.GPSInfo, Tag.ExifInteroperabilityOffset}
@@ -37,15 +30,13 @@ _PLACES: Final = {273: 279, 324: 325, 513: 514}
 _MOST_DIRECTORIES: Final = 1000
 
 
-def found(tags: Pillow.Exif, channels: int, kept: Container[int]) -> Iterator[Extra]:
+def found(read: tiff.TiffTags, channels: int, kept: Container[int]) -> Iterator[Extra]:
     """Yield the extras of the first directory, in tag order. `kept`: rare tags that stay."""
+    tags = read.tags
     if tags.get_ifd(ExifTags.IFD.IFD1):
         yield Extra(kinds.FURTHER)
-    photometric, samples = (
-        _first(tags.get(tag, 1)) for tag in (Tag.PhotometricInterpretation, Tag.SamplesPerPixel)
-    )
-    colours = _COLOURS.get(photometric, 1)
-    if (more := samples - colours - (channels in (2, 4))) > 0:
+    colours = _COLOURS.get(read.first(Tag.PhotometricInterpretation, 1), 1)
+    if (more := read.samples - colours - (channels in (2, 4))) > 0:
         yield Extra(kinds.CHANNELS, Text.counted(more, "{n} extra channel", "{n} extra channels"))
     for tag in tags:
         if tag in _NAMED:
@@ -54,18 +45,11 @@ def found(tags: Pillow.Exif, channels: int, kept: Container[int]) -> Iterator[Ex
     for kind, is_kept in ((kinds.TIFF_TAGS, True), (kinds.UNKNOWN, False)):
         if some := [str(tag) for tag in rare if (tag in kept) == is_kept]:
             yield Extra(kind, Text("TIFF tags {tags}", tags=" ".join(some)))
-    if has_maker_note(tags):
-        yield Extra(kinds.MOVED_NOTE)
 
 
 def has_maker_note(tags: Pillow.Exif) -> bool:
     """Return True if the EXIF directory has a maker's note."""
     return Tag.MakerNote in tags.get_ifd(Tag.ExifOffset)
-
-
-def _first(value: object) -> int:
-    number = value[0] if isinstance(value, tuple) and value else value
-    return number if isinstance(number, int) else 1
 
 
 def end(file: IO[bytes]) -> int:

@@ -1,21 +1,11 @@
-"""Many photos, some damaged, in one batch: ``python tests/benchmarks/thousand.py [--photos N]``.
-
-A thousand small portraits of every format, made from the sample, lie in folders; one in twenty is
-damaged, one in ten has a project beside it. `kogao-cli batch` must do every sound one and name
-every damaged one, leave the sources alone, and skip everything the second time.
-"""
+"""Batches for `kills.py`: small photos of every format, some damaged, some with projects."""
 
 from __future__ import annotations
 
-import argparse
-import collections
 import hashlib
 import json
-import os
 import subprocess
 import sys
-import tempfile
-import time
 from pathlib import Path
 
 import numpy as np
@@ -76,13 +66,11 @@ def command(inputs: Path, out: Path, jobs: int) -> list[str]:
     return [*CLI, "batch", str(inputs), "-o", str(out), "--projects", "-j", str(jobs)]
 
 
-def run(inputs: Path, out: Path, jobs: int) -> tuple[int, float]:
-    """Run the batch; return its exit code and how long it took, s."""
-    start = time.perf_counter()
+def run(inputs: Path, out: Path, jobs: int) -> None:
+    """Run the batch."""
     done = subprocess.run(command(inputs, out, jobs), capture_output=True, text=True, check=False)
     if "Traceback" in done.stderr:
         sys.exit(done.stderr)
-    return done.returncode, round(time.perf_counter() - start, 1)
 
 
 def judge(inputs: Path, out: Path, damaged: set[Path], done_as: set[str]) -> list[str]:
@@ -114,45 +102,3 @@ def digest(folder: Path) -> str:
     for path in sorted(path for path in folder.rglob("*") if path.is_file()):
         total.update(path.name.encode() + path.read_bytes())
     return total.hexdigest()
-
-
-def trial(folder: Path, count: int, jobs: int, seed: int = 0) -> dict[str, object]:
-    """Make photos, run the batch twice, and return counts and what went wrong."""
-    inputs, out = folder / "in", folder / "out"
-    damaged = make(inputs, count, np.random.default_rng(seed))
-    before = digest(inputs)
-    code, seconds = run(inputs, out, jobs)
-    wrong = judge(inputs, out, damaged, {"done"})
-    again, seconds_again = run(inputs, out, jobs)
-    wrong += judge(inputs, out, damaged, {"skipped"})
-    if before != digest(inputs):
-        wrong.append("a source has changed")
-    if (code, again) != (5, 5):
-        wrong.append(f"exit codes {code} and {again}, not 5")
-    statuses = [line["status"] for line in report(out)]
-    return {
-        "photos": count,
-        "damaged": len(damaged),
-        "projects": len(list(inputs.rglob("*.kogao.json"))),
-        "first run": collections.Counter(statuses[:count]),
-        "second run": collections.Counter(statuses[count:]),
-        "seconds": [seconds, seconds_again],
-        "wrong": wrong,
-    }
-
-
-def main() -> None:
-    """Run and print the counts; end with 1 if anything went wrong."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--photos", type=int, default=1000)
-    parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
-    parser.add_argument("--seed", type=int, default=0)
-    options = parser.parse_args()
-    with tempfile.TemporaryDirectory(prefix="thousand-") as name:
-        result = trial(Path(name), options.photos, options.jobs, options.seed)
-    print(json.dumps(result, indent=1))
-    sys.exit(bool(result["wrong"]))
-
-
-if __name__ == "__main__":
-    main()

@@ -1,4 +1,4 @@
-"""Parse and write the landmark formats: .pts, .csv and JSON.
+"""Import of landmarks from JSON, CSV and iBUG's .pts, export to JSON and CSV (docs/interchange.md).
 
 Coordinates are px of the upright photo: pixel centres at whole numbers from 0, x to the right, y
 down. Only .pts counts pixels from 1.
@@ -13,23 +13,27 @@ import math
 import re
 from collections.abc import Sequence
 from itertools import islice
+from pathlib import Path
 from typing import Final
 
 import numpy as np
 
 from kogao_core.base import json_reader
-from kogao_core.base.geometry import Array
+from kogao_core.base.atomic import atomic_write
+from kogao_core.base.geometry import Array, Box
 from kogao_core.base.json_reader import BadFile, Node
 from kogao_core.base.language import Text
 from kogao_core.base.wording import shown
 from kogao_core.faces.face import OUTLINE_POINTS, Face
-from kogao_core.warp.limits import MOST_LANDMARKS
+from kogao_core.faces.landmarks.outline import resampled
+from kogao_core.warp.limits import MOST_LANDMARKS, OutOfBounds, check_faces
 
+SUFFIXES: Final = (".json", ".csv", ".pts")
 MOST_BYTES: Final = 8 * 2**20
-EYES, MOUTH = 4, 2
-OWN_NAMES: Final = tuple(
+_EYES, _MOUTH = 4, 2
+_OWN_NAMES: Final = tuple(
     f"{part}-{number}"
-    for part, count in (("outline", OUTLINE_POINTS), ("eye", EYES), ("mouth", MOUTH))
+    for part, count in (("outline", OUTLINE_POINTS), ("eye", _EYES), ("mouth", _MOUTH))
     for number in range(1, count + 1)
 )
 _MOST_POINTS: Final = 10_000
@@ -40,9 +44,138 @@ _LONGEST_LINE: Final = 100_000
 _LINE_ENDS: Final = re.compile("[\n\r\v\f\x1c-\x1e\x85\u2028\u2029]")
 # The largest coordinate of a landmark, px.
 _FARTHEST_PX: Final = 1e6
+_STEPS: Final = 16  # straight pieces between two points of an outline
+# Outline, eyes and mouth among the 68 points of iBUG and dlib.
+_IBUG_POINTS: Final = 68
+_IBUG: Final = (range(17), (36, 39, 42, 45), (48, 54))
 
 
-def text_of(data: bytes) -> str:
+def read(path: Path) -> list[Face]:
+    """Read the faces of a landmark file, px of the photo; at least one. Raises BadFile."""
+    if (suffix := path.suffix.lower()) not in SUFFIXES:
+        raise BadFile(
+            Text(
+                "{path} must end in one of {names}; save points of other programs as .csv with "
+                "columns x and y",
+                path=path,
+                names=", ".join(SUFFIXES),
+            )
+        )
+    data = json_reader.read(path, MOST_BYTES)
+    try:
+        if suffix == ".json":
+            return parse_faces(data)
+        sets = parse_csv(data) if suffix == ".csv" else [parse_pts(data)]
+        return [face_of(points) for points in sets]
+    except BadFile as error:
+        raise BadFile(Text("{path} can't be used: {error}", path=path, error=error)) from None
+
+
+def file_for(photo: Path, place: Path) -> Path:
+    """Return `place`, or the landmark file of a photo if `place` is a folder. Raises BadFile."""
+    if not place.is_dir():
+        return place
+    candidates = [place / f"{photo.stem}{suffix}" for suffix in SUFFIXES]
+    file = next((file for file in candidates if file.is_file()), None)
+    if file is None:
+        raise BadFile(
+            Text(
+                "{folder} has no points for {photo}; expected {name} with one of {endings}",
+                photo=photo.name,
+                folder=place,
+                name=photo.stem,
+                endings=", ".join(SUFFIXES),
+            )
+        )
+    return file
+
+
+def write(faces: Sequence[Face], path: Path) -> str:
+    """Write faces as JSON or, for the suffix .csv, as a table of 27 points.
+
+    Return a note if an outline was resampled.
+    """
+    if path.suffix == ".json":
+        atomic_write(faces_text(faces).encode(), path)
+        return ""
+    atomic_write(csv_text([own_points(face) for face in faces]).encode(), path)
+    if all(len(face.outline) == OUTLINE_POINTS for face in faces):
+        return ""
+    return Text("the outline was resampled to {count} points", count=OUTLINE_POINTS)
+
+
+def check_inside(faces: Sequence[Face], image: Box) -> None:
+    """Check that the middle of each face lies in the photo. Raises BadFile."""
+    for number, face in enumerate(faces, start=1):
+        x, y = face.middle
+        if not (image.left <= x < image.right and image.top <= y < image.bottom):
+            raise BadFile(
+                Text(
+                    "face {number} lies at {x:.0f}, {y:.0f}, outside the photo of "
+                    "{width} x {height} px; the points belong to another photo or "
+                    "size",
+                    number=number,
+                    x=x,
+                    y=y,
+                    width=image.width,
+                    height=image.height,
+                )
+            )
+    try:
+        check_faces(faces, image, typed=True)
+    except OutOfBounds as error:
+        raise BadFile(str(error)) from None
+
+
+def face_of(points: Array) -> Face:
+    """Return the face in 27 points (ours) or 68 (iBUG, dlib), shape (N, 2). Raises BadFile.
+
+    The outline of 68 points is spaced evenly.
+    """
+    if len(points) == len(_OWN_NAMES):
+        outline, eyes, mouth = np.split(points, [OUTLINE_POINTS, OUTLINE_POINTS + _EYES])
+    elif len(points) == _IBUG_POINTS:
+        outline, eyes, mouth = (points[list(numbers)] for numbers in _IBUG)
+        outline = along(outline, OUTLINE_POINTS)
+    else:
+        raise BadFile(
+            Text(
+                "the file has {count} points instead of 27 or 68 (docs/interchange.md)",
+                count=len(points),
+            )
+        )
+    if not np.linalg.norm(np.diff(outline, axis=0), axis=1).all():
+        raise BadFile(Text("two neighbouring points of the outline are equal"))
+    return Face(outline, eyes, mouth, source="points")
+
+
+def own_points(face: Face) -> Array:
+    """Return our 27 points of a face, shape (27, 2). Resamples outlines of other lengths."""
+    outline = face.outline
+    if len(outline) != OUTLINE_POINTS:
+        outline = along(outline, OUTLINE_POINTS)
+    return np.vstack([outline, face.eyes, face.mouth])
+
+
+def along(line: Array, count: int) -> Array:
+    """Return `count` evenly spaced points on the Catmull-Rom curve through a line (N, 2), N >= 2.
+
+    Result (count, 2), with both ends of the line. Straight pieces would cut every bend: on an oval
+    face, 21 points to 17 and back lose 1.5 % of the distance between the eyes.
+    """
+    ends = 2.0 * line[[0, -1]] - line[[1, -2]]
+    around = np.vstack([ends[:1], line, ends[1:]])
+    before, first, last, after = (around[k : len(around) - 3 + k, None] for k in range(4))
+    t = (np.arange(_STEPS) / _STEPS)[:, None]
+    pieces = first + t / 2.0 * (
+        last - before
+        + t * (2.0 * before - 5.0 * first + 4.0 * last - after)
+        + t**2 * (3.0 * (first - last) + after - before)
+    )  # fmt: skip
+    return resampled(np.vstack([pieces.reshape(-1, 2), line[-1:]]), count)
+
+
+def _text_of(data: bytes) -> str:
     """Decode a file without its byte order mark. Raises BadFile."""
     if len(data) > MOST_BYTES:
         raise BadFile(
@@ -95,7 +228,7 @@ _PTS: Final = re.compile(
 
 def parse_pts(data: bytes) -> Array:
     """Parse a .pts file of any number of points. Result: (N, 2). Raises BadFile."""
-    lines = [line for line in text_of(data).splitlines() if not line.lstrip().startswith("#")]
+    lines = [line for line in _text_of(data).splitlines() if not line.lstrip().startswith("#")]
     match = _PTS.fullmatch("\n".join(lines))
     if match is None:
         raise BadFile(Text("the file must be 'version: 1', 'n_points: N' and the points in braces"))
@@ -108,12 +241,6 @@ def parse_pts(data: bytes) -> Array:
     return _coordinates(rows) - _FIRST_PIXEL
 
 
-def pts_text(points: Array) -> str:
-    """Return points (N, 2) as .pts, rounded to 0.001 px."""
-    rows = [f"{x:.3f} {y:.3f}" for x, y in (points + _FIRST_PIXEL).tolist()]
-    return "\n".join(["version: 1", f"n_points: {len(rows)}", "{", *rows, "}"]) + "\n"
-
-
 def parse_csv(data: bytes) -> list[Array]:
     """Parse a table with columns x and y, and optional columns face and point. Raises BadFile.
 
@@ -121,7 +248,7 @@ def parse_csv(data: bytes) -> list[Array]:
     `csv_text` in column point sort the rows. Result: (N, 2) per face, in order of the first rows.
     """
     try:
-        text = text_of(data)
+        text = _text_of(data)
         sign = ";" if ";" in text.partition("\n")[0] else ","
         rows = [row for row in csv.reader(io.StringIO(text), delimiter=sign, strict=True) if row]
     except csv.Error as error:
@@ -149,24 +276,17 @@ def parse_csv(data: bytes) -> list[Array]:
 def _in_order(named: list[tuple[str, list[str]]]) -> list[list[str]]:
     """Sort pairs by the names of `csv_text`; keep the order if the names differ."""
     by_name = dict(named)
-    for names in (OWN_NAMES, _numbered(len(named))):
-        if len(by_name) == len(named) and by_name.keys() == set(names):
-            return [by_name[name] for name in names]
+    if by_name.keys() == set(_OWN_NAMES) and len(named) == len(_OWN_NAMES):
+        return [by_name[name] for name in _OWN_NAMES]
     return [pair for _, pair in named]
 
 
-def _numbered(count: int) -> list[str]:
-    """Return the numbers from 0 as names."""
-    return [str(k) for k in range(count)]
-
-
 def csv_text(faces: Sequence[Array]) -> str:
-    """Return a table with one named row for each point of each face (N, 2)."""
+    """Return a table with one named row for each of the 27 points of each face."""
     rows: list[tuple[object, ...]] = [("face", "point", "x", "y")]
     for index, points in enumerate(faces, start=1):
-        names = OWN_NAMES if len(points) == len(OWN_NAMES) else _numbered(len(points))
-        places = zip(names, points.tolist(), strict=True)
-        rows += [(index, name, f"{x:.3f}", f"{y:.3f}") for name, (x, y) in places]
+        for name, (x, y) in zip(_OWN_NAMES, points.tolist(), strict=True):
+            rows.append((index, name, f"{x:.3f}", f"{y:.3f}"))
     with io.StringIO(newline="") as out:
         csv.writer(out, lineterminator="\n").writerows(rows)
         return out.getvalue()
