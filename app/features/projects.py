@@ -117,18 +117,9 @@ class Projects(Feature):
     ) -> Path:
         """Write to the first writable file of `places`. Raises OSError, _ChangedSince."""
         project = to_keep_beside(state, photo)
-        for place in places:
-            last = place == places[-1]
-            if not (replace or self._is_ours(place, photo) or last):
-                continue
-            try:
-                if last:
-                    self.storage.edits.mkdir(parents=True, exist_ok=True)
-                save(project, place, private=last)
-                break
-            except OSError:
-                if last:
-                    raise
+        *beside, own = places
+        ours = [place for place in beside if replace or self._is_ours(place, photo)]
+        place = save_first(project, [*ours, own])
         self._stamps[place] = stamp_of(place)
         keep_history(project, photo.path, place, self.storage.edits, steps)
         return place
@@ -249,6 +240,17 @@ class Projects(Feature):
         if photo is self.document.photo:
             state = State(recipe=self.document.first_recipe).with_found(faces, self.document.image)
             self.document.step(state, tr("Reset photo"))
+
+
+def save_first(project: Project, places: list[Path]) -> Path:
+    """Save to the first writable place and return it; the last one is in the user's folder."""
+    for place in places[:-1]:
+        with suppress(OSError):
+            save(project, place)
+            return place
+    places[-1].parent.mkdir(parents=True, exist_ok=True)
+    save(project, places[-1], private=True)
+    return places[-1]
 
 
 def keep_history(project: Project, photo: Path, file: Path, store: Path, steps: UndoSteps) -> None:

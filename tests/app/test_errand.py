@@ -126,7 +126,6 @@ def test_several_photos_make_a_film_strip(empty, photo, tmp_path):
     empty.key(Qt.Key.Key_3, CONTROL, SHIFT)
     empty.settle()
     assert set(tmp_path.glob("*.xmp")) == set(), "nothing comes to lie beside another's photos"
-    assert list(empty.editor.strip.storage.recovery.glob("*.strip")) == [], "nor comes it back"
 
 
 def test_elsewhere_a_photo_stays_as_it_is(opened, photo):
