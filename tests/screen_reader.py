@@ -82,13 +82,7 @@ class Thing(NamedTuple):
 
 
 class ScreenReader:
-    """A screen reader: asks objects what they are, and hears what they tell.
-
-    Parameters
-    ----------
-    env : dict
-        The desktop's.
-    """
+    """A screen reader: asks objects what they are, and hears what they tell."""
 
     def __init__(self, env: dict[str, str]) -> None:
         self._env = env

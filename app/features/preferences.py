@@ -12,7 +12,6 @@ from typing import Final
 from PySide6.QtCore import QSettings, Signal
 from PySide6.QtWidgets import QWidget
 
-from kogao_core.photo.originals import Originals
 from kogao_core.recipe.presets import listed
 from kogao_core.recipe.recipe import Recipe
 
@@ -22,7 +21,6 @@ from ..theme import GRID_PX
 from ..widgets.controls import Fold, column_of
 from ..widgets.dialogs import Dialog
 from ..widgets.form import Form, FormField
-from ..widgets.originals import OriginalsPage
 from . import presets
 from .disclosure import SaveOptions
 from .feature import Context, Feature
@@ -179,9 +177,7 @@ class Preferences(Feature):
         """Show the dialog."""
         recipes = presets.built_in() | listed(self.storage.presets)
         saved = Fold(tr("&Metadata and labels"), self._options.page())
-        store = OriginalsPage(Originals(self.storage.originals))
-        more = [saved, Fold(tr("Store&d originals"), store)]
-        dialog = PreferencesDialog(self.settings, recipes, more, self.window)
+        dialog = PreferencesDialog(self.settings, recipes, [saved], self.window)
         dialog.changed.connect(self.changed)
         dialog.open()
 

@@ -98,13 +98,14 @@ class Docks(QObject):
 
         `QMainWindow.restoreState` would leave tab bars on the canvas.
         """
-        sizes = {name: size for name, size in _sizes(state).items() if name in self._docks}
-        names = list(sizes) or [name for name in self._docks if name in shown]
+        stored = {name: size for name, size in _sizes(state).items() if name in self._docks}
+        names = list(stored) or [name for name in self._docks if name in shown]
         for name in self._docks.keys() - set(staying):
             self._docks[name].setVisible(name in names)
-        docks = [self._docks[name] for name in sizes]
+        docks = [self._docks[name] for name in names]
+        sizes = [stored.get(dock.objectName(), dock.sizeHint().toTuple()) for dock in docks]
         for side, way in enumerate((Qt.Orientation.Horizontal, Qt.Orientation.Vertical)):
-            self._window.resizeDocks(docks, [size[side] for size in sizes.values()], way)
+            self._window.resizeDocks(docks, [size[side] for size in sizes], way)
         for name in reversed(names):
             self._docks[name].raise_()
         for tabs in self._window.findChildren(QTabBar):

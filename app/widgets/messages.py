@@ -70,11 +70,8 @@ class MessageBar(QFrame):
         self._shown: Message | None = None
         self._since = QElapsedTimer()
         self._since.start()
-        self._linger = QTimer(self, singleShot=True, interval=LINGER_MS)
+        self._linger = QTimer(self, singleShot=True)
         self._linger.timeout.connect(self._fade)
-        # Delays the removal of an unread message.
-        self._unread = QTimer(self, singleShot=True)
-        self._unread.timeout.connect(self.clear)
         self.hide()
 
     def say(self, message: Message) -> None:
@@ -92,7 +89,7 @@ class MessageBar(QFrame):
         if unread_ms <= 0:
             self._last = None
         elif self._last is not None:
-            self._unread.start(unread_ms)
+            self._linger.start(unread_ms)
         self.refresh()
 
     @property
@@ -137,7 +134,7 @@ class MessageBar(QFrame):
 
     def _fade(self) -> None:
         if self.underMouse() or any(button.hasFocus() for button in self.buttons):
-            self._linger.start()
+            self._linger.start(LINGER_MS)
         else:
             self.clear()
 
@@ -152,7 +149,7 @@ class MessageBar(QFrame):
         self.buttons[-1].setToolTip(tr("Close this message (Escape)"))
         self._since.start()
         if not message.wrong and not message.steps and message.applies is None:
-            self._linger.start()
+            self._linger.start(LINGER_MS)
         self.show()
         self.raise_()
         self.appeared.emit()
@@ -161,7 +158,6 @@ class MessageBar(QFrame):
         if any(button.hasFocus() for button in self.buttons):
             self.left.emit()
         self._linger.stop()
-        self._unread.stop()
         self.hide()
         for button in self.buttons:
             self._row.removeWidget(button)

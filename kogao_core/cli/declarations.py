@@ -297,10 +297,6 @@ def export() -> None:
 
 @program.command("originals")
 @click.argument("photo", metavar="[PHOTO]", required=False, type=common.PHOTO)
-@words.option(
-    "--export", "folder", type=common.FOLDER, metavar="FOLDER",
-    help="Copy the listed originals into FOLDER.",
-)  # fmt: skip
 @words.loads("kogao_core.cli.originals:originals")
 def originals() -> None:
     """List the stored originals, newest first.

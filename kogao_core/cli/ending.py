@@ -62,8 +62,3 @@ def print_text(text: str, *, err: bool = False) -> None:
 def print_message(message: str) -> None:
     """Print one line on stderr, in the user's language."""
     click.echo(f"kogao-cli: {sentence(translated(message))}", err=True)
-
-
-def print_warning(message: str) -> None:
-    """Print a warning on stderr, in the user's language."""
-    print_message(Text("warning: {problem}", problem=message))

@@ -7,7 +7,7 @@ import os
 import shlex
 import shutil
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import SimpleNamespace
@@ -138,7 +138,7 @@ def run(args: SimpleNamespace) -> None:
             Text("name one of {hosts}", hosts=", ".join((_DESKTOP, *HOSTS))),
             click.get_current_context(),
         )
-    messages = []
+    messages: list[Text] = []
     try:
         with ending.stopping(assets.AssetMissing, ending.BROKEN):
             for one in (_DESKTOP, *HOSTS) if args.host is None else (args.host,):
@@ -158,44 +158,40 @@ def run(args: SimpleNamespace) -> None:
     ending.print_text("\n".join(map(translated, messages)))
 
 
-def _change_desktop(share: Path | None, remove: bool) -> list[Text]:
+def _change_desktop(share: Path | None, remove: bool) -> Iterator[Text]:
+    """Change the menu of the desktop; yield messages."""
     if sys.platform in ("win32", "darwin"):
         raise ending.Stop(Text("integrate desktop works on Linux only"))
     folder = share or desktop.data_home()
-    if remove:
-        if not desktop.remove(folder):
-            return [Text("{folder} has no menu entry of Kogao", folder=folder)]
-        return [Text("Kogao was removed from {folder}", folder=folder)]
-    desktop.install(folder, _program("kogao"))
-    return [Text("Kogao was added to {folder}", folder=folder)]
+    if not remove:
+        desktop.install(folder, _program("kogao"))
+        yield Text("Kogao was added to {folder}", folder=folder)
+    elif desktop.remove(folder):
+        yield Text("Kogao was removed from {folder}", folder=folder)
+    else:
+        yield Text("{folder} has no menu entry of Kogao", folder=folder)
 
 
-def _change_host(name: str, settings: Path | None, remove: bool) -> list[Text]:
-    messages: list[Text] = []
-    title = HOSTS[name][0].title
+def _change_host(name: str, settings: Path | None, remove: bool) -> Iterator[Text]:
+    """Change the settings of each version of a program; yield messages."""
+    first = HOSTS[name][0]
     for host, folder in _places(name, settings, remove):
         place = folder / next(iter(host.files.values()))
-        if remove:
-            if place.exists():
-                messages.append(Text("{place} removed; restart {host}", place=place, host=title))
-            _remove(host, folder)
-        else:
+        if not remove:
             _install(host, folder)
-            messages.append(Text("{place} added; restart {host}", place=place, host=title))
-    if remove:
-        return messages
-    host = HOSTS[name][0]
-    if host.then is not None:
-        messages.append(host.then)
-    if settings is None and _sandboxed(host).is_dir():
-        messages.append(
-            Text(
-                "{host} is a Flatpak; allow it to start Kogao: {command}",
-                host=title,
-                command=f"{_PERMIT} {host.sandbox}",
-            )
+            yield Text("{place} added; restart {host}", place=place, host=first.title)
+            continue
+        if place.exists():
+            yield Text("{place} removed; restart {host}", place=place, host=first.title)
+        _remove(host, folder)
+    if not remove and first.then is not None:
+        yield first.then
+    if not remove and settings is None and _sandboxed(first).is_dir():
+        yield Text(
+            "{host} is a Flatpak; allow it to start Kogao: {command}",
+            host=first.title,
+            command=f"{_PERMIT} {first.sandbox}",
         )
-    return messages
 
 
 def _places(name: str, settings: Path | None, remove: bool) -> list[tuple[Host, Path]]:

@@ -108,7 +108,8 @@ def _option(setting: Setting) -> Callable[[_Command], _Command]:
             unit = "|".join([*setting.choices, unit or ""])
             given["type"] = _name_or_number
         declared, given["metavar"] = f"--{name}", unit
-    help_text = _with_default(setting, setting.default_text or default_text)
+    shown_default = setting.default_text or default_text
+    help_text = Text("{help} [{default}]", help=_help(setting), default=shown_default)
     return words.option(declared, setting.name, help=help_text, section=_section(setting), **given)
 
 
@@ -149,10 +150,6 @@ def _help(setting: Setting) -> Text:
     if not offered:
         return setting.full_help
     return Text("{help}: {offered}", help=setting.full_help, offered=Text.joined(", ", offered))
-
-
-def _with_default(setting: Setting, default: str) -> Text:
-    return Text("{help} [{default}]", help=_help(setting), default=default)
 
 
 def _recipe_file(help_text: Text) -> Callable[[_Command], _Command]:

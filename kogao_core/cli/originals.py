@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import shutil
 from datetime import UTC, datetime
 from types import SimpleNamespace
 
-from kogao_core.base.atomic import atomic_write
 from kogao_core.base.language import Text, tr
 from kogao_core.cli import common, ending
 from kogao_core.photo.originals import NoOriginal, Originals
@@ -27,12 +25,6 @@ def originals(args: SimpleNamespace) -> None:
             f"{number}  {when:%Y-%m-%d %H:%M:%S}  {about.st_size / 1e6:.1f} MB  {one.file}  "
             f"{one.photo or '?'}"
         )
-        if args.folder is not None:
-            with ending.writing(args.folder):
-                args.folder.mkdir(parents=True, exist_ok=True)
-                copy = args.folder / one.file.name
-                atomic_write(one.file.read_bytes(), copy, like=one.file)
-                shutil.copystat(one.file, copy)
     count = Text.counted(len(listed), "{n} original", "{n} originals")
     ending.print_text(
         tr("{count}, {size:.1f} MB of at most {limit:.0f} MB, in {folder}", count=count,

@@ -119,7 +119,7 @@ def warp(
     def text() -> str:
         if args.json_file != common.STDOUT:
             for warning in report.warnings():
-                ending.print_warning(warning)
+                ending.print_message(Text("warning: {problem}", problem=warning))
         if args.quiet:
             return ""
         return "\n".join([report.headline(), *([report.details()] * args.verbose)])

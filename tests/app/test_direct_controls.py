@@ -86,6 +86,12 @@ def test_the_panel_can_be_widened_and_sliders_are_as_wide(retouch):
     assert before > 0.85 * area.viewport().width()
     retouch.window.resizeDocks([dock], [area.width() + 120], Qt.Orientation.Horizontal)
     retouch.qtbot.waitUntil(lambda: jaw.width() > before + 80)
+    wide = jaw.width()
+    for name in ("workspace-inspect", "workspace-retouch"):
+        retouch.window.actions_by_name[name].trigger()
+    retouch.qtbot.waitUntil(lambda: jaw.width() == wide)
+    retouch.window.actions_by_name["reset-workspace"].trigger()
+    retouch.qtbot.waitUntil(lambda: jaw.width() == before)
 
 
 def test_a_letter_leads_to_the_direction_and_changes_nothing(retouch):

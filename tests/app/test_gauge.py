@@ -19,9 +19,8 @@ def gauge(driver):
 
 def move_alone(driver):
     """Let faces move alone, as those of the survey did."""
-    for field, value in (("scope", "face"),):
-        driver.editor.recipe.set_field(field, value)
-        driver.editor.document.commit()
+    driver.editor.recipe.set_field("scope", "face")
+    driver.editor.document.commit()
 
 
 def set_percent(driver, percent):

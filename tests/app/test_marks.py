@@ -165,9 +165,8 @@ def test_what_goes_wrong_is_said_plainly_too(retouch):
     panel = retouch.panel("recipe")
     retouch.press_key(panel.percent.slider, KEYS.Key_End)
     assert "clearly different" in panel.gauge.seen.text()
-    for field, value in (("scope", "face"),):
-        retouch.editor.recipe.set_field(field, value)
-        retouch.editor.document.commit()
+    retouch.editor.recipe.set_field("scope", "face")
+    retouch.editor.document.commit()
     retouch.settle()
     assert panel.gauge.text.text() == "⚠ At least 70 % of answers: unnatural"
     panel.more.button.setChecked(True)

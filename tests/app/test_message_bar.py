@@ -55,7 +55,7 @@ def test_what_came_a_moment_ago_goes_once_it_could_be_read(opened, photo, monkey
     opened.editor.files.save(photo)
     opened.change_something()
     assert "never written over" in opened.say()
-    opened.window.bar._unread.setInterval(0)  # so long it takes to read, then
+    opened.window.bar._linger.setInterval(0)  # so long it takes to read, then
     opened.qtbot.waitUntil(lambda: opened.say() == "")
 
 

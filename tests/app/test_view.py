@@ -57,9 +57,8 @@ def test_a_key_toggles_an_overlay_and_its_box(opened):
 
 def move_alone(driver):
     """Let faces move alone, whose field is the steepest."""
-    for field, value in (("scope", "face"),):
-        driver.editor.recipe.set_field(field, value)
-        driver.editor.document.commit()
+    driver.editor.recipe.set_field("scope", "face")
+    driver.editor.document.commit()
 
 
 def test_folded_cells_are_drawn_and_counted(opened):

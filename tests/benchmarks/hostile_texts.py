@@ -48,7 +48,6 @@ STORE_COMMANDS = (
     (["restore", "photo.png"], ()),
     (["restore", "photo.png", "--force"], ()),
     (["originals"], ()),
-    (["originals", "photo.png", "--export", "out"], ("out/*",)),
     (["forget", "photo.png"], ()),
     (["warp", "--in-place", "photo.png", "--points", "p.csv", "--json"], ("photo.png",)),
     (["warp", "photo.png", "-o", "out.png", "--points", "p.csv", "--json"], ("out.png",)),

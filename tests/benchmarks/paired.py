@@ -21,23 +21,13 @@ Case = Callable[[], float]
 
 @dataclass(frozen=True)
 class Row:
-    """What was measured, round by round, beside its floor.
-
-    Parameters
-    ----------
-    name, unit : str
-        What; "ms", "ms of processor time" or "MB".
-    ours, floor : list of float
-        One for each round; `floor` holds as many.
-    again : list of float
-        The floor measured a second time in each round; empty where it isn't.
-    """
+    """What was measured, round by round, beside its floor."""
 
     name: str
     unit: str
-    ours: list[float]
+    ours: list[float]  # one value per round, as in `floor`
     floor: list[float]
-    again: list[float] = dataclasses.field(default_factory=list)
+    again: list[float] = dataclasses.field(default_factory=list)  # the floor measured again
 
     @property
     def ratio(self) -> float:

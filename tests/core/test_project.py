@@ -196,12 +196,6 @@ def test_too_much_of_everything_is_refused_before_it_is_read(values, words):
         from_node(Node(values))
 
 
-def test_a_byte_order_mark_is_no_harm(tmp_path):
-    save(project(), tmp_path / "p.json")
-    (tmp_path / "p.json").write_bytes(b"\xef\xbb\xbf" + (tmp_path / "p.json").read_bytes())
-    assert load(tmp_path / "p.json").original == project().original
-
-
 def test_a_huge_file_is_refused_unread():
     with pytest.raises(BadFile, match="at most"):
         parse(b" " * 101, 100)

@@ -57,10 +57,6 @@ def test_numbers_of_numpy_become_plain_ones():
     assert Recipe.from_dict(json.loads(json.dumps(made.to_dict()))) == made
 
 
-def test_a_centre_is_a_whole_number_however_it_was_written():
-    assert Recipe.from_dict({"center": 2.0}).amount == Recipe(center=2).amount
-
-
 def test_unknown_fields_and_newer_versions_are_refused():
     with pytest.raises(ValueError, match="percentage"):
         Recipe.from_dict({"percentage": 4})
@@ -124,7 +120,7 @@ def test_whatever_becomes_of_a_face_is_told_and_how_is_not(setting):
 
 
 def test_what_is_not_told_moves_nothing_of_itself():
-    """A signed record of 0 % is true: no field that it leaves out moves a pixel then."""
+    """A record of 0 % is true: no field that it leaves out moves a pixel then."""
     photo = textured_photo(320, 240, 3)
     faces, still = [kogao.template_face((160, 120), 120)], Recipe(percent=0)
     for setting in SETTINGS.values():

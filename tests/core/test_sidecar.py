@@ -93,17 +93,6 @@ def test_at_another_resolution_everything_lands_within_a_pixel(scale):
     assert error < 0.25 * np.abs(resized - expected).mean()
 
 
-def test_other_bytes_of_the_same_size_are_told():
-    pixels = textured_photo(WIDTH, HEIGHT)
-    assert "another file of the same size" in sidecar.apply(project(), pixels, "b" * 64).note
-
-
-def test_another_shape_is_refused_in_a_sentence():
-    with pytest.raises(BadFile, match="another shape") as refused:
-        sidecar.apply(project(), textured_photo(WIDTH, HEIGHT - 40), HASH)
-    assert "\n" not in str(refused.value)
-
-
 @pytest.mark.parametrize("mode", ["automatic", "manual"])
 def test_what_lies_far_outside_the_photo_is_refused_in_either_mode(mode):
     pixels, whole = textured_photo(WIDTH, HEIGHT), project(mode=mode)
@@ -135,14 +124,6 @@ def test_names_that_are_no_text_are_written_as_text(tmp_path):
     original = sidecar.original(Path("secret/folder/a\nb\x1b\udcff\u3000c.jpg"), HASH, pixels)
     save(project(original=original), tmp_path / "p.json")
     assert load(tmp_path / "p.json").original == Original("a?b??\u3000c.jpg", HASH, WIDTH, HEIGHT)
-
-
-def test_a_pipe_is_not_waited_for(tmp_path):
-    if not hasattr(os, "mkfifo"):
-        pytest.skip("no pipes with names here")
-    os.mkfifo(tmp_path / "p.json")
-    with pytest.raises(BadFile, match="not an ordinary file"):
-        load(tmp_path / "p.json")
 
 
 def test_an_edit_record_tells_of_strokes():

@@ -143,15 +143,14 @@ def test_the_first_original_is_kept_through_several_changes(cli, jpeg, store):
     assert jpeg.read_bytes() == before
 
 
-def test_every_original_of_a_photo_is_listed_exported_and_restored(cli, jpeg, store, tmp_path):
+def test_every_original_of_a_photo_is_listed_and_restored(cli, jpeg, store):
     first = jpeg.read_bytes()
     assert cli("warp", "--in-place", jpeg)[0] == 0
     with Image.open(jpeg) as theirs:
         theirs.transpose(Image.Transpose.FLIP_LEFT_RIGHT).save(jpeg)
     second = jpeg.read_bytes()
     assert cli("warp", "--in-place", jpeg)[0] == 0
-    copies = tmp_path / "copies"
-    code, listed, _ = cli("originals", jpeg, "--export", copies)
+    code, listed, _ = cli("originals", jpeg)
     *lines, total = listed.splitlines()
     kept = [line.split("  ") for line in lines]
     assert (code, [(number, Path(file).read_bytes()) for number, *_, file, _ in kept]) == (
@@ -160,7 +159,6 @@ def test_every_original_of_a_photo_is_listed_exported_and_restored(cli, jpeg, st
     )
     assert {(Path(file).parent, path) for *_, file, path in kept} == {(store, str(jpeg))}
     assert total.startswith("2 originals, ")
-    assert {one.read_bytes() for one in copies.iterdir()} == {first, second}
     for number, whole in (("2", first), ("1", second), ("2", first)):
         assert cli("restore", jpeg, "--original", number)[0] == 0
         assert jpeg.read_bytes() == whole

@@ -271,14 +271,6 @@ def test_names_may_hold_anything(cli, kept, tmp_path):
     assert "3 skipped" in cli("batch", inputs, "-o", out, "-j", 1)[2]
 
 
-def test_a_report_that_was_cut_is_gone_on_with(cli, kept, tmp_path):
-    out = tmp_path / "out"
-    out.mkdir()
-    (out / "kogao-batch.jsonl").write_text('{"source": "cut')
-    assert cli("batch", kept, "-o", out, "-j", 1)[0] == 0
-    assert "1 skipped" in cli("batch", kept, "-o", out, "-j", 1)[2]
-
-
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a disk that is always full")
 def test_a_report_that_cannot_be_written_is_one_line(cli, kept, tmp_path, monkeypatch):
     full = Path("/dev/full")
