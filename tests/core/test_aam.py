@@ -15,7 +15,7 @@ from scenes import apart_percent, mirrored, resized, turned
 
 from kogao_core.base import assets
 from kogao_core.faces.landmarks import MeshSource, ModelRefused
-from kogao_core.faces.landmarks.aam.model import MOST_BYTES, read
+from kogao_core.faces.landmarks.aam.model import read
 from kogao_core.faces.landmarks.aam.source import MODEL, AamSource
 
 SAMPLES = ("average", "women", "men")
@@ -32,7 +32,7 @@ def source() -> AamSource:
 
 def test_the_model_is_small_and_writes_back_the_same(tmp_path: Path) -> None:
     stored = assets.path(MODEL)
-    assert stored.stat().st_size <= MOST_BYTES
+    assert stored.stat().st_size < 4_000_000
     copies = [tmp_path / "first.npz", tmp_path / "second.npz"]
     for copy in copies:
         write(read(stored), copy)
@@ -122,12 +122,6 @@ def test_patterns_have_no_face(source: AamSource) -> None:
         assert source.find(pattern) == []
 
 
-@pytest.fixture
-def stored() -> dict[str, np.ndarray]:
-    with np.load(assets.path(MODEL)) as arrays:
-        return dict(arrays)
-
-
 def refusal(file: Path) -> str:
     with pytest.raises(ModelRefused) as refused:
         AamSource(file).find(np.zeros((40, 40, 3), np.uint8))
@@ -150,43 +144,4 @@ def test_a_damaged_byte_is_refused(tmp_path: Path) -> None:
     data[len(data) // 2] ^= 0xFF
     file = tmp_path / "damaged.npz"
     file.write_bytes(data)
-    refusal(file)
-
-
-def test_foreign_files_are_refused(tmp_path: Path) -> None:
-    picture = tmp_path / "picture.npz"
-    picture.write_bytes(assets.path("samples/average.jpg").read_bytes())
-    refusal(picture)
-    other = tmp_path / "other.npz"
-    np.savez(other, anything=np.zeros(3))
-    assert "format" in refusal(other)
-    array = tmp_path / "array.npy"
-    np.save(array, np.zeros(3))
-    refusal(array)
-    refusal(tmp_path / "absent.npz")
-
-
-def test_what_could_run_is_refused(tmp_path: Path, stored: dict[str, np.ndarray]) -> None:
-    file = tmp_path / "object.npz"
-    np.savez(file, **{**stored, "mean": np.array([object()])}, allow_pickle=True)
-    refusal(file)
-
-
-def test_too_large_or_compressed_files_are_refused(
-    tmp_path: Path, stored: dict[str, np.ndarray]
-) -> None:
-    large = tmp_path / "large.npz"
-    np.savez(large, **stored, more=np.zeros(MOST_BYTES, np.int8))
-    assert "larger" in refusal(large)
-    packed = tmp_path / "packed.npz"
-    np.savez_compressed(packed, **stored)
-    assert "compressed" in refusal(packed)
-
-
-@pytest.mark.parametrize("name", ["format", "modes", "start_slopes"])
-def test_a_newer_format_or_a_missing_array_is_refused(
-    tmp_path: Path, stored: dict[str, np.ndarray], name: str
-) -> None:
-    array, file = stored.pop(name), tmp_path / "wrong.npz"
-    np.savez(file, **stored, **({name: array + 1} if name == "format" else {}))
     refusal(file)

@@ -11,8 +11,8 @@ from kogao_resources.training.edges.learn import backward, forward
 
 from kogao_core.base.geometry import Affine, Array
 from kogao_core.faces.face import Face
-from kogao_core.faces.landmarks import ModelRefused, template_face
 from kogao_core.faces.landmarks import edges as network
+from kogao_core.faces.landmarks import template_face
 from kogao_core.faces.landmarks.edges import ACROSS, MOVES, Cut, EdgeNetwork, lines_of, planes
 from kogao_core.faces.landmarks.pixels import Pyramid
 
@@ -39,12 +39,6 @@ def some_parameters() -> list[np.ndarray]:
 @pytest.fixture(scope="module")
 def edges() -> EdgeNetwork:
     return EdgeNetwork.read(MODEL)
-
-
-def test_another_file_is_refused(tmp_path: Path) -> None:
-    np.savez(tmp_path / "other.npz", a=np.zeros(3, np.float32))
-    with pytest.raises(ModelRefused, match=r"other\.npz isn't a model"):
-        EdgeNetwork.read(tmp_path / "other.npz")
 
 
 def test_gradients_are_those_of_differences() -> None:

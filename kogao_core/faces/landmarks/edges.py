@@ -6,9 +6,6 @@ each step across the outline; a chain model turns the scores into one smooth lin
 
 from __future__ import annotations
 
-import struct
-import zipfile
-import zlib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -18,8 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kogao_core.base.geometry import Affine, Array, Image, degrees_of
-from kogao_core.base.language import Text
-from kogao_core.faces.landmarks.locked import ModelRefused
+from kogao_core.faces.landmarks import locked
 from kogao_core.faces.landmarks.outline import resampled
 from kogao_core.faces.landmarks.pixels import Pyramid, sharpened
 
@@ -47,7 +43,6 @@ _CHEEKS: Final = (0.35, 0.8)
 _DEEP: Final = -6
 _SIDE: Final = 384  # side of the crop, steps
 MODEL: Final = "models/edges.npz"
-_DAMAGED_ARCHIVE: Final = (zipfile.BadZipFile, zlib.error, struct.error, RuntimeError)
 
 # One step is 1 % of the outer inter-ocular distance. Larger deviations permit larger moves of the
 # silhouette. Deviation of a visible edge inside the silhouette at the chin, in steps. Without
@@ -207,17 +202,8 @@ class EdgeNetwork:
     @staticmethod
     def read(path: Path, *, beards: bool = True) -> EdgeNetwork:
         """Read a model file. `beards` False: the outline follows the chin. Raises ModelRefused."""
-        try:
-            with np.load(path, allow_pickle=False) as file:
-                parameters = [np.asarray(file[name], np.float32) for name in sorted(file.files)]
-        except (OSError, EOFError, KeyError, ValueError, *_DAMAGED_ARCHIVE) as error:
-            raise ModelRefused(
-                Text("{path} is damaged ({error}); reinstall Kogao", path=path, error=error)
-            ) from error
-        if [array.shape for array in parameters] != shapes():
-            raise ModelRefused(
-                Text("{name} isn't a model of the outline's edge; reinstall Kogao", name=path.name)
-            )
+        stored = locked.arrays(path)
+        parameters = [np.asarray(stored[name], np.float32) for name in sorted(stored)]
         return EdgeNetwork(parameters, beards=beards)
 
     def refined(self, image: Pyramid, eyes: Array, outline: Array) -> tuple[Array, Array]:

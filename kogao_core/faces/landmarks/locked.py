@@ -1,11 +1,17 @@
-"""Check the network files against the hashes locked at build time (`docs/decisions/12`)."""
+"""Read model files; check networks against the hashes locked at build time (decision 12)."""
 
 from __future__ import annotations
 
 import hashlib
 import json
+import struct
+import zipfile
+import zlib
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
+
+import numpy as np
+import numpy.typing as npt
 
 from kogao_core.base import assets
 from kogao_core.base.language import Text
@@ -13,6 +19,10 @@ from kogao_core.base.language import Text
 DETECTOR: Final = "models/face_detection_back.tflite"
 MESH: Final = "models/face_landmarks_detector.tflite"
 PERSON: Final = "models/selfie_segmentation.tflite"
+_DAMAGED: Final = (
+    *(OSError, EOFError, KeyError, ValueError, RuntimeError),
+    *(zipfile.BadZipFile, struct.error, zlib.error),
+)
 
 
 class ModelRefused(RuntimeError):
@@ -36,3 +46,14 @@ def network(name: str) -> Path:
             )
         )
     return path
+
+
+def arrays(path: Path) -> dict[str, npt.NDArray[Any]]:
+    """Return the arrays of one of Kogao's own models (.npz). Raises ModelRefused."""
+    try:
+        with path.open("rb") as data, np.load(data, allow_pickle=False) as file:
+            return dict(file)
+    except _DAMAGED as error:
+        raise ModelRefused(
+            Text("{path} is damaged ({error}); reinstall Kogao", path=path, error=error)
+        ) from error

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kogao_core.base.atomic import atomic_write
-from kogao_core.faces.landmarks.aam.model import FORMAT, MOST_BYTES, Floats, Model, Packed
+from kogao_core.faces.landmarks.aam.model import Floats, Model, Packed
 
 
 def packed(matrix: Floats) -> Packed:
@@ -23,9 +23,6 @@ def packed(matrix: Floats) -> Packed:
 def write(model: Model, path: Path) -> None:
     """Write the model; the same model gives the same bytes."""
     arrays = dict(_arrays(model))
-    size = sum(array.nbytes for array in arrays.values())
-    if size > MOST_BYTES - 100_000:
-        raise ValueError(f"the model needs {size} bytes, more than its file may have")
     # Stored, not compressed: zlib's output differs between versions, and saves little here.
     with io.BytesIO() as stream:
         np.savez(stream, allow_pickle=False, **arrays)
@@ -33,7 +30,7 @@ def write(model: Model, path: Path) -> None:
 
 
 def _arrays(model: Model) -> Iterator[tuple[str, npt.NDArray[Any]]]:
-    yield "format", np.array([FORMAT], np.int32)
+    yield "format", np.array([1], np.int32)
     yield "mean", model.shape.mean.astype(np.float32)
     yield "modes", model.shape.modes.astype(np.float32)
     yield "deviations", model.shape.deviations.astype(np.float32)

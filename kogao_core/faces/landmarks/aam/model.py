@@ -6,24 +6,19 @@ format and no executable content.
 
 from __future__ import annotations
 
-import struct
-import zipfile
-import zlib
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import cv2
 import numpy as np
 import numpy.typing as npt
 
 from kogao_core.base.geometry import Affine, Array
-from kogao_core.base.language import Text
+from kogao_core.faces.landmarks import locked
 from kogao_core.faces.landmarks.aam.points import similarity
 from kogao_core.faces.landmarks.blazeface import Detection
-from kogao_core.faces.landmarks.locked import ModelRefused
 
 Floats = npt.NDArray[np.float32]
 
@@ -35,16 +30,6 @@ _MARGIN: Final = 0.3  # of the outer inter-ocular distance; faces differ from th
 _NEAR: Final = 0.12
 PLACING: Final = 4  # the first modes of a shape place the face: scale, turn, two shifts
 _MOST_DEVIATIONS: Final = 3.0
-FORMAT: Final = 1
-MOST_BYTES: Final = 4_000_000
-
-# Errors of zipfile and numpy for files that are not models.
-_UNREADABLE: Final = (
-    *(OSError, EOFError, KeyError, ValueError, RuntimeError, MemoryError),
-    *(zipfile.BadZipFile, struct.error, zlib.error),
-)
-
-Arrays = Mapping[str, npt.NDArray[Any]]
 
 
 def directions(grey: npt.NDArray[np.uint8]) -> Floats:
@@ -234,44 +219,9 @@ def carried(mean: Array, positions: Array) -> Array:
 
 
 def read(path: Path) -> Model:
-    """Read a model file and verify its checksum. Raises ModelRefused."""
-    try:
-        return _model(_read_arrays(path))
-    except _UNREADABLE as error:
-        reason = Text("{name} can't be read as a Kogao face model", name=path.name)
-        detail = " ".join(str(error).split()).rstrip(".")
-        raise ModelRefused(
-            Text(
-                "{reason} ({detail}); reinstall Kogao or train the model again",
-                reason=reason,
-                detail=detail,
-            )
-        ) from error
+    """Read a model file. Raises ModelRefused."""
+    arrays = locked.arrays(path)
 
-
-def _read_arrays(path: Path) -> Arrays:
-    if path.stat().st_size > MOST_BYTES:
-        raise ValueError(Text("it is larger than {most_bytes} bytes", most_bytes=MOST_BYTES))
-    with zipfile.ZipFile(path) as archive:
-        # A stored entry can't unpack to more bytes than the file has.
-        if any(entry.compress_type != zipfile.ZIP_STORED for entry in archive.infolist()):
-            raise ValueError(Text("its arrays are compressed"))
-        if archive.testzip() is not None:
-            raise ValueError(Text("it is damaged"))
-    with np.load(path, allow_pickle=False) as stored:
-        version = int(stored["format"][0])
-        if version != FORMAT:
-            raise ValueError(
-                Text(
-                    "it has format {version}, this program reads {format}",
-                    version=version,
-                    format=FORMAT,
-                )
-            )
-        return {name: stored[name] for name in stored.files}
-
-
-def _model(arrays: Arrays) -> Model:
     def floats(name: str) -> Array:
         return arrays[name].astype(np.float64)
 
