@@ -54,7 +54,7 @@ class ReadingsPanel(QWidget):
         column_of(right, self.domains, below, None)
         row = QHBoxLayout(self)
         row.setContentsMargins(12, 8, 12, 8)
-        row.setSpacing(8 * GRID_PX)
+        row.setSpacing(4 * GRID_PX)
         row.addWidget(self.timings, 2)
         row.addWidget(right, 3)
         self.forget()
@@ -128,7 +128,7 @@ class _Bar(QWidget):
     def __init__(self) -> None:
         super().__init__()
         self._share = 0.0
-        self.setMinimumSize(48, _BAR_PX)
+        self.setMinimumSize(24, _BAR_PX)
 
     def show_share(self, share: float) -> None:
         self._share = share

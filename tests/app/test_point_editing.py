@@ -99,16 +99,6 @@ def test_without_soft_selection_the_wheel_zooms_during_a_drag(opened):
     assert opened.canvas.zoom > zoom
 
 
-def test_both_sides_move_at_once(opened):
-    before = opened.state.faces[0]
-    opened.key(KEYS.Key_Q, SHIFT)
-    opened.drag(opened.on_screen(CHEEK), BY)
-    by = outline(opened) - before.outline
-    np.testing.assert_allclose(by[15], by[5] * (-1.0, 1.0), atol=1e-9)
-    assert (np.flatnonzero(by.any(axis=1)) == [5, 15]).all()
-    assert steps(opened) == 1
-
-
 def test_arrow_keys_take_the_neighbours_along(opened):
     before = opened.state.faces[0]
     opened.click(opened.on_screen(CHEEK))
@@ -189,17 +179,22 @@ def test_a_target_dragged_by_the_mouse_takes_its_neighbours_along_in_one_step(op
     assert opened.state.faces[0].targets is None
 
 
-def test_targets_of_both_sides_move_at_once_by_mouse_and_by_arrow_key(opened):
-    take_targets(opened)
-    before = targets(opened)
+@POINTS
+def test_points_of_both_sides_move_at_once_by_mouse_and_by_arrow_key(opened, point):
+    places = outline
+    if point is CHEEKS_TARGET:
+        take_targets(opened)
+        places = targets
+    before = places(opened)
     opened.key(KEYS.Key_Q, SHIFT)
-    opened.drag(opened.on_screen(CHEEKS_TARGET), BY)
-    by = targets(opened) - before
+    opened.drag(opened.on_screen(point), BY)
+    by = places(opened) - before
     np.testing.assert_allclose(by[15], by[5] * (-1.0, 1.0), atol=1e-6)
     assert np.flatnonzero((np.abs(by) > 1e-6).any(axis=1)).tolist() == [5, 15]
-    before = targets(opened)
+    assert steps(opened) == 1
+    before = places(opened)
     QTest.keyClick(opened.canvas, KEYS.Key_Left, SHIFT)
-    by = targets(opened) - before
+    by = places(opened) - before
     np.testing.assert_allclose(by[[5, 15]], [(-10.0, 0.0), (10.0, 0.0)], atol=1e-6)
 
 

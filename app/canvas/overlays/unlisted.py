@@ -7,7 +7,7 @@ from itertools import starmap
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
-from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
+from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QFont, QPainter, QPainterPath, QPen, QTransform
 
 from kogao_core.base.geometry import Array
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from ..photo_layer import PhotoItem
 
 _BAND_PX: Final = 9.0
-_OPAQUE: Final = 0.75
+_OPAQUE: Final = 191
 KNOB_PX: Final = 14.0
 _LOUPE_PX: Final = 96.0
 _MAGNIFIED: Final = 4.0
@@ -198,11 +198,9 @@ class FollowingBand(Overlay):
             at[:-1], at[1:], (weights[:-1] + weights[1:]) / 2.0, strict=True
         ):
             if weight > 0.0:
-                colour = QColor(glyphs.HALO)
-                colour.setAlphaF(_OPAQUE * float(weight))
-                for one, width in ((glyphs.CASE, 2.0), (colour, 0.0)):
-                    painter.setPen(QPen(one, _BAND_PX * float(weight) + width))
-                    painter.drawLine(QLineF(start, end))
+                colour = glyphs.translucent(glyphs.HALO, round(_OPAQUE * float(weight)))
+                ends = start.toTuple(), end.toTuple()
+                glyphs.lines(painter, [ends], colour, _BAND_PX * float(weight))
 
     def _led(self) -> Handle | None:
         """Return the dragged, hovered or selected landmark or target."""
@@ -270,12 +268,12 @@ class Loupe(Overlay):
         magnified = QTransform(zoom, 0.0, 0.0, zoom, at.x() - zoom * x, at.y() - zoom * y)
         right = QRectF(at.x(), round_it.top(), _LOUPE_PX, round_it.height())
         left = right.translated(-_LOUPE_PX, 0.0)
+        disc = QPainterPath()
+        disc.addEllipse(round_it)
         for half, draw in ((left, self._photo.draw_original), (right, self._photo.draw_result)):
-            disc, side = QPainterPath(), QPainterPath()
-            disc.addEllipse(round_it)
-            side.addRect(half)
             painter.save()
-            painter.setClipPath(disc & side)
+            painter.setClipPath(disc)
+            painter.setClipRect(half, Qt.ClipOperation.IntersectClip)
             painter.fillRect(half, QColor(0, 0, 0))
             painter.setWorldTransform(magnified)
             draw(painter)

@@ -50,7 +50,7 @@ class Experiments(Feature):
         self.starts: dict[str, QAction] = {}
         for one, number in zip(EXPERIMENTS, _NUMBERS, strict=False):
             slot, key = partial(self.start, one), f"Ctrl+Alt+{number}"
-            entry, tip = translated(one.entry), translated(one.tip)
+            entry, tip = translated(one.entry), translated(one.help)
             command = Item(f"experiment-{one.name}", entry, key, tip)
             self.starts[one.name] = self.bind(command, slot)
 

@@ -403,7 +403,6 @@ def _run(work: Work) -> Report:
 EXPERIMENT: Final = Experiment(
     "distortion",
     Text("D&istortion…"),
-    Text("Measured distortion next to people's answers (table 1, figure 11)"),
     Text("Distortion and table 1"),
     Text("Table 1 and figure 11 with measures: area, folds, bent lines, errors at targets."),
     _run,

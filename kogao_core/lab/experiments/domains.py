@@ -426,7 +426,6 @@ def _run(work: Work) -> Report:
 EXPERIMENT: Final = Experiment(
     "domains",
     Text("Reduced &domains…"),
-    Text("Pixels of the three domains, and errors of thresholds (figures 14 and 15)"),
     Text("Reduced domains (figures 14 and 15)"),
     Text("Figures 14 and 15: pixels of the domains, and the error of each threshold."),
     _run,

@@ -53,11 +53,9 @@ class Experiment:
     """An experiment, an entry of `EXPERIMENTS`."""
 
     name: str  # name of the command, of files, and of the section in docs/experiments.md
-    # Menu text with mnemonic, and tooltip.
-    entry: Text
-    tip: Text
+    entry: Text  # menu text with mnemonic
     title: Text  # title of the window
-    help: Text  # help of the command
+    help: Text  # help of the command, and tooltip
     run: Callable[[Work], Report]
     options: tuple[ExperimentOption, ...] = ()
     takes_percent: bool = True  # whether the command has the option ``--amount``

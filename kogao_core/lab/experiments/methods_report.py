@@ -228,7 +228,6 @@ def _run(work: Work) -> Report:
 EXPERIMENT: Final = Experiment(
     "methods",
     Text("&Methods side by side…"),
-    Text("Other warps on the same points: speed, accuracy, folds"),
     Text("Methods side by side"),
     Text("Compare B-splines with other warps: speed, accuracy, folds, domain, pictures."),
     _run,

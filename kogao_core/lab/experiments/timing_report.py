@@ -252,7 +252,6 @@ def _run(work: Work) -> Report:
 EXPERIMENT: Final = Experiment(
     "timing",
     Text("Setting and computing &time…"),
-    Text("Manual and automatic, whole image and reduced domain (table 2)"),
     Text("Setting and computing time (table 2)"),
     Text(
         "Table 2: setting and computing time, manual and automatic, whole image and reduced domain."
