@@ -190,7 +190,7 @@ KEYS_ONLY: Final = (
     Item("previous-photo", "Previous photo", "Ctrl+Left", "Open the previous photo of the strip"),
     Item("strip-shown", "Filter film strip", "Ctrl+Shift+F", "By stars, label or edits"),
     Item("strip-order", "Sort film strip", "Ctrl+Shift+D", "By name or stars"),
-    Item("save-project", "Save project", "Ctrl+Alt+P", "Save points and settings", photo=True),
+    Item("save-project", "Save project…", "Ctrl+Alt+P", "Save edits to a file", photo=True),
     Item("paper-settings", "Use the paper's settings", "", "Keep amount and centre", photo=True),
     Item("match-retouch", "Match a retouch…", "Ctrl+Alt+M", "Read a retouched copy", photo=True),
     Item("save-preset", "Save preset…", "Ctrl+Alt+S", "Save these settings as a preset"),

@@ -117,7 +117,6 @@ def _edit(
         editor.files.open_sample()
     else:
         editor.recent.begin()
-        editor.strip.resume()
     editor.recovery.look()
     code = app.exec()
     if options.edit:

@@ -34,7 +34,13 @@ from kogao_core.warp.protection import NOTHING, Protection
 FILE: Final = Path(__file__).parent / "labels" / "pinned.json"
 _GRID: Final = 14  # displacements are stored on so many positions per axis
 _DIGITS: Final = 3
-_TOLERANCES: Final = {"": 0.3, "faces": 0.04, "displacement": 0.012, "bends": 0.03, "edges": 0.05}
+_TOLERANCES: Final = {
+    "points": 0.3,
+    "faces": 0.04,
+    "displacement": 0.012,
+    "bends": 0.03,
+    "edges": 0.05,
+}
 
 
 def _portrait(name: str = "average") -> Image:
@@ -203,15 +209,20 @@ def statements() -> dict[str, Any]:
     }
 
 
-def aam_points() -> Any:
-    """Return the landmarks of the AAM on the sample."""
-    return [_rounded(face.points, 1) for face in AamSource().find(_portrait())]
+def aam_faces() -> dict[str, Any]:
+    """Return what the AAM finds on a sample and under a mask."""
+    source = AamSource()
+    faces = source.find(_portrait()) + source.find(_covered(_portrait("men")))
+    return {
+        "points": [_rounded(face.points, 1) for face in faces],
+        "confidence": [_rounded(face.confidence, 2) for face in faces],
+    }
 
 
 def all_results() -> Iterator[tuple[str, Any]]:
     """Yield the name and the result of each scene."""
     yield from ((name, result(name)) for name in SCENES)
-    yield "aam", aam_points()
+    yield "aam", aam_faces()
     yield "statements", statements()
 
 

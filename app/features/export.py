@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Final
@@ -37,7 +38,8 @@ _BUILT_IN: Final = {
     Text("2,048 px, sRGB"): Export(2048, ".jpg", 88, True, 50.0),
     Text("1,080 px, sRGB, no metadata"): Export(1080, ".jpg", 82, True, 50.0, metadata=False),
 }
-# Named as the attributes of `Export`.
+_LAST: Final = ""  # key of the settings of the last export; no preset has this name
+# Up to "metadata" named as the attributes of `Export`.
 FIELDS: Final = (
     FormField(
         "longest_px",
@@ -75,16 +77,15 @@ FIELDS: Final = (
     FormField("name", "&Name", "May contain {name}, {n} and {amount}", "text"),
     FormField("srgb", "Con&vert to sRGB (8 bits)", "Off: keep the colour profile", "check"),
     FormField("metadata", "Keep &metadata", "EXIF, XMP and IPTC; off: keep the profile", "check"),
-)
-MANY: Final = (
+    FormField("folder", "F&older", "Created if necessary", "folder"),
     FormField("recipe", "Photos without &edits", "Settings for photos never opened"),
     FormField("doubtful", "Include doubtful f&aces", "Unsure, cut off or hidden", "check"),
 )
 
 
 def presets(settings: QSettings) -> dict[str, Export]:
-    """Return the built-in and the user's presets by name."""
-    return {translated(name): export for name, export in _BUILT_IN.items()} | _own(settings)
+    """Return the built-in and the user's presets by name, in English if built-in."""
+    return _BUILT_IN | _own(settings)
 
 
 def _own(settings: QSettings) -> dict[str, Export]:
@@ -121,17 +122,14 @@ class ExportDialog(Dialog):
         self._recipes = list(recipes.values())
         self.photos, self.presets = ChoiceBox(), ChoiceBox()
         self.photos.addItems(list(photos))
-        self.form = Form(FIELDS, {})
-        folder = FormField("folder", "F&older", "Created if necessary", "folder")
-        start = str(self._photos[0][0].parent / "kogao")
-        self.place = Form((folder,), {"folder": start})
-        many = dataclasses.replace(MANY[0], choices=lambda: dict(enumerate(recipes)))
-        self.more = Form((many, MANY[1]), {})
+        offered = {"recipe": lambda: dict(enumerate(recipes))}
+        fields = [replace(it, choices=offered.get(it.name, it.choices)) for it in FIELDS]
+        self.form = Form(fields, {"folder": str(self._photos[0][0].parent / "kogao")})
         self.note = muted_label(wraps=True)
         self.remove = button(tr("&Delete"), self._remove)
         self._lay_out()
         self._offer(str(settings.value(f"{_GROUP}/chosen", "")))
-        self.presets.currentTextChanged.connect(self._show)
+        self.presets.currentIndexChanged.connect(self._show)
         self.photos.currentIndexChanged.connect(self._show_photos)
         self.photos.setCurrentIndex(selected)
         self._show_photos()
@@ -145,32 +143,34 @@ class ExportDialog(Dialog):
             self,
             *(named(tr("&Photos"), self.photos), self.photos),
             *(named(tr("Prese&t"), self.presets), offered),
-            *(self.form, self.place, self.more, self.note, self.buttons),
+            *(self.form, self.note, self.buttons),
             margin=4 * GRID_PX,
             spacing=2 * GRID_PX,
         )
 
     def _show_photos(self) -> None:
-        self.more.setEnabled(self.photos.currentIndex() > 0)
+        for name in ("recipe", "doubtful"):
+            self.form.controls[name].setEnabled(self.photos.currentIndex() > 0)
 
     def _offer(self, chosen: str) -> None:
         self.presets.clear()
-        for name, export in presets(self._settings).items():
-            self.presets.addItem(name, export)
-        self.presets.setCurrentIndex(max(0, self.presets.findText(chosen)))
+        for name in presets(self._settings):
+            self.presets.addItem(translated(name) or tr("Last used"), name)
+        self.presets.setCurrentIndex(max(0, self.presets.findData(chosen)))
         self._show()
 
     def _show(self) -> None:
-        export = self.presets.currentData()
-        if export is not None:
-            self.form.show_values(dataclasses.asdict(export))
-            self.remove.setEnabled(self.presets.currentText() in _own(self._settings))
+        name = self.presets.currentData()
+        if name is not None:  # None: the list is being filled
+            self.form.show_values(dataclasses.asdict(presets(self._settings)[name]))
+            self.remove.setEnabled(name in _own(self._settings))
             self.note.clear()
 
     def _export(self) -> Export:
         """Return the settings; raises ValueError."""
         values = self.form.values()
-        return Export(**values | {"sharpen": float(values["sharpen"])})
+        fields = {field.name: values[field.name] for field in dataclasses.fields(Export)}
+        return Export(**fields | {"sharpen": float(values["sharpen"])})
 
     def _ask_name(self) -> None:
         ask_name(self, tr("Save preset"), tr("Preset name"), self.keep)
@@ -186,7 +186,7 @@ class ExportDialog(Dialog):
             self._write(kept, name.strip())
 
     def _remove(self) -> None:
-        name = self.presets.currentText()
+        name = self.presets.currentData()
         self._write({one: it for one, it in _own(self._settings).items() if one != name}, "")
 
     def _write(self, kept: dict[str, Export], chosen: str) -> None:
@@ -197,22 +197,22 @@ class ExportDialog(Dialog):
     def _take(self) -> None:
         photos = self._photos[self.photos.currentIndex()]
         try:
-            export, folder = self._export(), Path(self.place.values()["folder"])
+            export, values = self._export(), self.form.values()
+            folder = Path(values["folder"])
             folder.mkdir(parents=True, exist_ok=True)
         except (ValueError, OSError) as problem:
             self.note.setText(sentence(problem))
             return
-        name = self.presets.currentText()
-        if export != self.presets.currentData():
-            name = tr("Last used")
+        name = self.presets.currentData()
+        if export != presets(self._settings)[name]:
+            name = _LAST
             self._write({**_own(self._settings), name: export}, name)
         self._settings.setValue(f"{_GROUP}/chosen", name)
         file = folder / export.place(Path(photos[0].name), 1, self._percent)
         if self.photos.currentIndex():
-            more = self.more.values()
-            recipe = self._recipes[more["recipe"]]
+            recipe = self._recipes[values["recipe"]]
             self.accept()
-            self.many.emit(Order(tuple(photos), folder, recipe, more["doubtful"], export=export))
+            self.many.emit(Order(tuple(photos), folder, recipe, values["doubtful"], export=export))
         elif file.exists():
             text = tr("{name} is there already. Replace it?", name=file.name)
             confirm(self, text, tr("&Replace"), lambda: self._send(export, file))

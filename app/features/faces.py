@@ -7,7 +7,7 @@ from collections.abc import Collection
 from itertools import zip_longest
 
 import numpy as np
-from PySide6.QtCore import QSignalBlocker, QSize, Qt, Signal
+from PySide6.QtCore import QItemSelectionModel, QSignalBlocker, QSize, Qt, Signal
 from PySide6.QtGui import QIcon
 from PySide6.QtWidgets import QListWidget, QListWidgetItem, QWidget
 
@@ -302,7 +302,8 @@ class FacesPanel(QWidget):
                 item.setText("\n".join(lines))
                 item.setToolTip("\n".join([_tip(index, verdict), *_distance(face, state)]))
                 item.setData(Qt.ItemDataRole.AccessibleTextRole, _spoken(index, face, verdict))
-            self.list.setCurrentRow(0 if chosen is None else chosen + _ALL_ROWS)
+            row = 0 if chosen is None else chosen + _ALL_ROWS
+            self.list.setCurrentRow(row, QItemSelectionModel.SelectionFlag.ClearAndSelect)
             for index in also:
                 self.item(index).setSelected(True)
 

@@ -57,13 +57,10 @@ class Projects(Feature):
         self._keeping = False
         self._told: Path | None = None
         self._resetting = self.lane(self._reset, lambda problem: self.say(sentence(problem)))
-        # The file that was read or written last; may be overwritten without a question.
-        self._own: Path | None = None
         # Stamps at the last access, to detect changes by other programs.
         self._stamps: dict[Path, Stamp | None] = {}
         self.bind("save-project", self.save)
         self.bind("reset-photo", self.reset)
-        self.document.opened.connect(self._forget)
         self.document.undo.indexChanged.connect(lambda _: self.keep())
         # Deferred: the search is busy until this slot returns.
         faces.found.connect(lambda _: QTimer.singleShot(0, self.keep))
@@ -71,7 +68,7 @@ class Projects(Feature):
         files.restored.connect(self._take_up)
         # Save the edits of a saved copy, to restore the edits with the photo.
         files.saved.connect(lambda _: self.keep(anyway=True))
-        saver.offer(files.keep, self.keep, self._ask_elsewhere)
+        saver.offer(files.keep, self.keep, self.save)
 
     # -- automatic saving ------------------------------------------------------------------------
 
@@ -120,18 +117,9 @@ class Projects(Feature):
     ) -> Path:
         """Write to the first writable file of `places`. Raises OSError, _ChangedSince."""
         project = to_keep_beside(state, photo)
-        for place in places:
-            last = place == places[-1]
-            if not (replace or self._is_ours(place, photo) or last):
-                continue
-            try:
-                if last:
-                    self.storage.edits.mkdir(parents=True, exist_ok=True)
-                save(project, place, private=last)
-                break
-            except OSError:
-                if last:
-                    raise
+        *beside, own = places
+        ours = [place for place in beside if replace or self._is_ours(place, photo)]
+        place = save_first(project, [*ours, own])
         self._stamps[place] = stamp_of(place)
         keep_history(project, photo.path, place, self.storage.edits, steps)
         return place
@@ -167,97 +155,57 @@ class Projects(Feature):
             self.say(str(problem), *steps, applies=lambda: self.document.path == path)
         else:
             text = tr("The edits can't be kept: {problem}", problem=reason(problem))
-            elsewhere = self._elsewhere(sidecar.sidecar_of(path))
+            elsewhere = BarAction(tr("Choose another place…"), self.save)
             self.say(sentence(text), elsewhere, applies=lambda: not self.document.saved)
-
-    def _ask_elsewhere(self, then: Then) -> None:
-        path = self.document.path
-        if path is not None:
-            self._ask_place(sidecar.sidecar_of(path), then)
 
     # -- as a project ----------------------------------------------------------------------------
 
     def save(self, then: Then | None = None) -> None:
-        """Save the project next to the photo; confirm before overwriting another project."""
+        """Request a path for the project, write the project, then call `then`."""
         path = self.document.path
         if path is None:
             return
-        file = self._own or sidecar.sidecar_of(path)
-        if is_sample(path) and self._own is None:
-            self._ask_place(Path.home() / file.name, then)
-        else:
-            self.save_to(file, then)
+        self._saver.forget()
+        file = sidecar.sidecar_of(path)
+        dialog = ask_path(
+            self.window,
+            tr("Save the project"),
+            lambda chosen: self.save_to(chosen, then),
+            "new",
+            filters=[tr("Projects ({patterns})", patterns=f"*{sidecar.SUFFIX}")],
+            at=Path.home() / file.name if is_sample(path) else file,
+        )
+        # The name belongs to the open photo only.
+        self.document.opened.connect(dialog.reject)
 
-    def save_to(self, file: Path, then: Then | None = None, *, replace: bool = False) -> None:
-        """Write the project to a file; overwrite another file only with `replace`."""
+    def save_to(self, file: Path, then: Then | None = None) -> None:
+        """Write the project to a file that the dialog may overwrite."""
         self.window.bar.clear()
+        elsewhere = BarAction(tr("Choose another place…"), self.save)
         if not is_project(file):
-            file, replace = file.with_name(file.name + sidecar.SUFFIX), False
-        known = file == self._own or stamp_of(file) == self._stamps.get(file)
-        if os.path.exists(file) and not (known or replace):
-            text = tr("There is another project already: {file}.", file=file.name)
-            self._ask_replace(file, text)
-            return
+            # The dialog has confirmed the name without the suffix only.
+            file = file.with_name(file.name + sidecar.SUFFIX)
+            if os.path.exists(file):
+                text = tr("There is another project already: {file}.", file=file.name)
+                self.say(text, elsewhere)
+                return
 
         def write(photo: Photo, state: State) -> str:
-            now = stamp_of(file)
-            if not replace and now not in (None, self._stamps.get(file)):
-                raise _ChangedSince(file)
             save(to_keep_beside(state, photo), file)
             self._stamps[file] = stamp_of(file)
             return ""
 
         def failed(problem: Exception) -> None:
-            if isinstance(problem, _ChangedSince):
-                self._ask_replace(file, str(problem))
-            else:
-                self._not_written(problem)
+            text = tr("The project can't be saved there: {problem}", problem=reason(problem))
+            self.say(sentence(text), elsewhere)
 
-        self._saver.save(file, write, self._written, failed, then, holds="all")
-
-    def _ask_replace(self, file: Path, why: str) -> None:
-        instead = BarAction(tr("Replace it"), lambda: self.save_to(file, replace=True))
-        self.say(why, instead, self._elsewhere(file))
-
-    def _ask_place(self, suggested: Path, then: Then | None) -> None:
-        self._saver.forget()
-        dialog = ask_path(
-            self.window,
-            tr("Save the project"),
-            # The dialog has confirmed overwriting.
-            lambda path: self.save_to(path, then, replace=True),
-            "new",
-            filters=[tr("Projects ({patterns})", patterns=f"*{sidecar.SUFFIX}")],
-            at=suggested,
-        )
-        # The name belongs to the open photo only.
-        self.document.opened.connect(dialog.reject)
-
-    def _written(self, request: Request, _: str) -> None:
-        if self.document.photo is request.photo:
-            self._own = request.file
-
-    def _not_written(self, problem: Exception) -> None:
-        path = self.document.path
-        text = tr("The project can't be saved there: {problem}", problem=reason(problem))
-        steps = () if path is None else (self._elsewhere(sidecar.sidecar_of(path)),)
-        self.say(sentence(text), *steps)
-
-    def _elsewhere(self, file: Path) -> BarAction:
-        return BarAction(tr("Choose another place…"), lambda: self._ask_place(file, None))
-
-    def _forget(self) -> None:
-        self._own = None
+        self._saver.save(file, write, lambda *_: None, failed, then, holds="all")
 
     def _know(self, opened: Opened) -> None:
-        """Store the stamps of the project files before the first write."""
+        """Store the stamps of the files for the edits, unless the edits come from elsewhere."""
         file = None if opened.work is None else opened.work.file
-        if opened.work is None or file is None or file in opened.stamps:
+        if file is None or file in opened.stamps:
             self._stamps |= opened.stamps
-            return
-        self._stamps |= stamps_of([file])
-        if opened.work.moved_from is None:
-            self._own = file
 
     def adopt(self, path: Path) -> bool:
         """Accept files that this program wrote for the open photo; return True for a new file."""
@@ -292,6 +240,17 @@ class Projects(Feature):
         if photo is self.document.photo:
             state = State(recipe=self.document.first_recipe).with_found(faces, self.document.image)
             self.document.step(state, tr("Reset photo"))
+
+
+def save_first(project: Project, places: list[Path]) -> Path:
+    """Save to the first writable place and return it; the last one is in the user's folder."""
+    for place in places[:-1]:
+        with suppress(OSError):
+            save(project, place)
+            return place
+    places[-1].parent.mkdir(parents=True, exist_ok=True)
+    save(project, places[-1], private=True)
+    return places[-1]
 
 
 def keep_history(project: Project, photo: Path, file: Path, store: Path, steps: UndoSteps) -> None:

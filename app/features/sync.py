@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -18,7 +17,7 @@ from kogao_core.base.wording import printable
 from kogao_core.faces.face import Face
 from kogao_core.photo import read
 from kogao_core.projects import sidecar
-from kogao_core.projects.project import Project, load, save
+from kogao_core.projects.project import Project, load
 from kogao_core.recipe.recipe import SETTINGS, SHAPE, Recipe
 
 from ..ahead import FaceSearch
@@ -30,7 +29,7 @@ from .files import history
 from .files.history import project_of, state_of
 from .files.opening import hash_of
 from .files.saver import Saver
-from .projects import Projects, keep_history
+from .projects import Projects, keep_history, save_first
 from .strip import Strip
 from .strip.facts import Preview, Sample
 
@@ -284,16 +283,5 @@ def synced(
         places = places[places.index(kept.file) :]
     after = replace(after, original=replace(after.original, path=printable(path.name)))
     with history.TOGETHER:
-        keep_history(after, path, _saved(after, places), store, steps)
+        keep_history(after, path, save_first(after, places), store, steps)
     return path, kept is not None
-
-
-def _saved(project: Project, places: list[Path]) -> Path:
-    """Save to the first writable place and return it; the last one is the user's folder."""
-    for place in places[:-1]:
-        with suppress(OSError):
-            save(project, place)
-            return place
-    places[-1].parent.mkdir(parents=True, exist_ok=True)
-    save(project, places[-1], private=True)
-    return places[-1]

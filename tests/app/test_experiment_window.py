@@ -176,7 +176,6 @@ def test_one_photo_is_one_trial_from_when_it_is_seen_with_its_corrections(
 
 def test_points_of_an_earlier_day_are_no_trial(manual, storage):  # noqa: F811
     mark_face(manual)
-    manual.editor.projects.save()
     manual.settle()
     manual.open(manual.editor.document.path)
     manual.key(KEYS.Key_F3)

@@ -7,6 +7,7 @@ from PIL import Image
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QDialogButtonBox, QFileDialog, QMessageBox
 
+from kogao_core.base import language
 from kogao_core.photo.export import Export
 
 KEYS = Qt.Key
@@ -43,7 +44,8 @@ def test_a_preset_and_enter_export_a_smaller_picture(opened, dialog, photo):
 def test_a_saved_preset_is_offered_again_and_can_be_deleted(opened, dialog):
     dialog.form.show_values({"longest_px": 1234, "srgb": True})
     dialog.keep("For the album")
-    assert dialog.presets.currentData() == Export(1234, srgb=True)
+    chosen = dialog.presets.currentData()
+    assert exporting.presets(dialog._settings)[chosen] == Export(1234, srgb=True)
     dialog.reject()
     opened.window.actions_by_name["export"].trigger()
     again = opened.dialog(exporting.ExportDialog)
@@ -65,7 +67,7 @@ def test_a_name_that_is_none_gets_a_sentence_and_nothing_is_written(dialog, phot
 
 def test_the_original_is_never_written_over(opened, dialog, photo):
     before = photo.read_bytes()
-    dialog.place.show_values({"folder": str(photo.parent)})
+    dialog.form.show_values({"folder": str(photo.parent)})
     agree(dialog)
     opened.answer("Replace")
     opened.settle()
@@ -87,6 +89,26 @@ def test_the_last_used_settings_are_offered_first_the_next_time(opened, dialog):
     assert again.presets.currentText() == "Last used"
     values = again.form.values()
     assert (values["longest_px"], values["name"]) == (240, "{name}-web")
+
+
+@pytest.mark.usefixtures("spoken")
+@pytest.mark.parametrize("preset", ["Last used", "2,048 px, sRGB", "Mine"])
+def test_the_preset_of_the_last_export_is_offered_in_another_language(opened, dialog, preset):
+    if preset == "Mine":
+        dialog.keep(preset)
+    elif preset == "Last used":
+        dialog.form.show_values({"longest_px": 240})
+    else:
+        dialog.presets.setCurrentText(preset)
+    used = dialog.form.values()
+    agree(dialog)
+    opened.settle()
+    language.use_language("ja")
+    opened.window.actions_by_name["export"].trigger()
+    again = opened.dialog(exporting.ExportDialog)
+    assert again.presets.currentText() == language.tr(preset)
+    assert again.presets.findText("Last used") == -1
+    assert again.form.values() == used
 
 
 @pytest.mark.parametrize("action", ["save", "export"])

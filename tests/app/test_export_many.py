@@ -50,8 +50,8 @@ def export(driver, out, recipe="", *, photos=-1):
     driver.window.actions_by_name["export"].trigger()
     dialog = driver.dialog(ExportDialog)
     dialog.photos.setCurrentIndex(photos % dialog.photos.count())
-    dialog.place.show_values({"folder": str(out)})
-    box = dialog.more.controls["recipe"]
+    dialog.form.show_values({"folder": str(out)})
+    box = dialog.form.controls["recipe"]
     if recipe:
         box.setCurrentIndex(box.findText(recipe))
     dialog.buttons.button(QDialogButtonBox.StandardButton.Ok).click()
@@ -124,7 +124,7 @@ def test_only_selected_photos_are_exported(strip, folder, tmp_path):
     strip.key(Qt.Key.Key_S, Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.ShiftModifier)
     dialog = strip.dialog(ExportDialog)
     assert dialog.photos.currentText() == "Selected photos (2)", "what is selected comes first"
-    dialog.place.show_values({"folder": str(tmp_path / "out")})
+    dialog.form.show_values({"folder": str(tmp_path / "out")})
     dialog.buttons.button(QDialogButtonBox.StandardButton.Ok).click()
     finish(strip)
     assert sorted(it.name for it in (tmp_path / "out").glob("*.jpg")) == ["a.jpg", "b.jpg"]

@@ -32,6 +32,15 @@ def percent(driver):
     return driver.panel("recipe").percent.slider
 
 
+def test_only_the_selected_face_is_marked_in_the_list(two):
+    rows = two.panel("faces").list
+    for face in (1, None, 0, 1):
+        two.editor.recipe.choose(face)
+        two.settle()
+        marked = [index.row() for index in rows.selectedIndexes()]
+        assert marked == [0 if face is None else face + 1]
+
+
 def test_a_selected_face_gets_settings_of_its_own(two, pixels):
     choose(two, 2)
     assert two.panel("recipe").owner.title.text() == "Face 2"

@@ -49,6 +49,7 @@ def test_the_work_can_be_saved_afterwards(opened, photo):
     in_a_slot()
     opened.qtbot.waitUntil(lambda: "a stone" in opened.say())
     opened.take_step("Save the project")
+    opened.choose_path(photo.with_name("portrait.png.kogao.json"))
     opened.settle()
     assert photo.with_name("portrait.png.kogao.json").is_file()
     assert opened.window.isVisible()

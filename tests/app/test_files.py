@@ -125,28 +125,6 @@ def test_find_again_undoes_corrections_as_a_step(opened):
     assert len(opened.state.faces) == 2
 
 
-@pytest.mark.usefixtures("unkept")
-def test_closing_with_changes_asks(opened):
-    opened.change_something()
-    opened.window.close()
-    assert opened.window.isVisible()
-    opened.answer("Cancel")
-    assert opened.window.isVisible()
-    opened.window.close()
-    opened.answer("Discard")
-    opened.qtbot.waitUntil(lambda: not opened.window.isVisible())
-
-
-@pytest.mark.usefixtures("unkept")
-def test_closing_can_save_first(opened, tmp_path):
-    opened.change_something()
-    opened.window.close()
-    opened.answer("Save a copy")
-    opened.choose_path(tmp_path / "copy.png")
-    opened.qtbot.waitUntil(lambda: not opened.window.isVisible())
-    assert (tmp_path / "copy.png").is_file()
-
-
 def test_closing_without_changes_just_closes(opened):
     opened.window.close()
     assert not opened.window.isVisible()

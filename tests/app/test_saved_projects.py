@@ -30,11 +30,6 @@ from kogao_core.projects.sidecar import own_place, sidecar_of
 KEYS, CONTROL, ALT = Qt.Key, Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.AltModifier
 
 
-def save_project(driver):
-    driver.key(KEYS.Key_P, CONTROL, ALT)
-    driver.settle()
-
-
 @pytest.fixture
 def worked(start, photo):
     """A photo with its project beside it: a slider moved, a point dragged, a line protected."""
@@ -51,7 +46,6 @@ def worked(start, photo):
         "Protect",
     )
     driver.settle()
-    save_project(driver)
     return driver
 
 
@@ -66,7 +60,7 @@ def test_a_project_comes_back_with_its_photo(worked, start, photo):
     assert not other.window.isWindowModified()
     np.testing.assert_array_equal(other.shown, worked.shown)
     other.change_something()
-    save_project(other)
+    other.settle()
     assert load(file).automatic.recipe.percent == other.state.recipe.percent
     assert not other.window.isWindowModified()
 
@@ -85,7 +79,7 @@ def test_a_shape_is_typed_and_comes_back_with_the_project(two, start, photo):
     assert (own.cheeks_width, own.left_width, own.even_out) == (-6.0, 5.0, 75.0)
     assert two.state.faces[0].recipe is None
     assert (two.shown != before).any()
-    save_project(two)
+    two.settle()
     other = start(photo)
     assert other.state.faces[1].recipe == own
     np.testing.assert_array_equal(other.shown, two.shown)
@@ -105,7 +99,6 @@ def test_a_photo_with_a_project_is_read_and_hashed_once(start, photo, monkeypatc
     assert driver.editor.document.undo.count()
     driver.change_something()
     driver.settle()
-    save_project(driver)
     assert sorted(calls) == ["hash", "read"]
 
 
@@ -140,7 +133,6 @@ def test_a_renamed_photo_finds_its_edits_and_undo_steps_by_its_content(
     before = sidecar_of(photo).read_bytes()
     other.change_something()
     other.settle()
-    save_project(other)
     assert sidecar_of(photo).read_bytes() == before, "another photo may get that name"
     assert sidecar.kept(renamed, storage.edits) == sidecar_of(renamed)
     os.utime(sidecar_of(photo), (1, 1))
@@ -230,9 +222,10 @@ def test_a_path_inside_a_project_is_never_followed(worked, empty, photo, tmp_pat
     empty.settle()
     assert empty.editor.document.path == secret
     np.testing.assert_array_equal(empty.shown, seen)
-    # It goes back where it came from when asked for; edits are kept with the photo.
+    # Edits are kept with the photo, and go into a file only when asked for.
     empty.change_something()
     empty.window.actions_by_name["save-project"].trigger()
+    empty.choose_path(alone)
     empty.settle()
     for file in (alone, sidecar_of(secret)):
         assert load(file).automatic.recipe.percent == empty.state.recipe.percent
@@ -251,8 +244,6 @@ def test_a_hostile_project_is_one_sentence_and_loses_nothing(start, photo, text)
     assert len(driver.state.faces) == 1
     step(driver, 7.0)
     driver.settle()
-    save_project(driver)
-    assert "another project" in driver.say()
     assert file.read_text() == text
     driver.editor.files.read(file)
     driver.settle()
@@ -337,8 +328,15 @@ def test_another_place_can_be_chosen(opened, tmp_path, read_only):
     # A name without the ending gets it, so that no photo can be written over.
     opened.choose_path(tmp_path / "mine" / "portrait.png")
     opened.settle()
-    assert [one.name for one in (tmp_path / "mine").iterdir()] == ["portrait.png.kogao.json"]
+    (project,) = (tmp_path / "mine").iterdir()
+    assert project.name == "portrait.png.kogao.json"
     assert not opened.window.isWindowModified()
+    before = project.read_bytes()
+    step(opened, 8.0)
+    opened.editor.projects.save_to(tmp_path / "mine" / "portrait.png")
+    opened.settle()
+    assert "another project already" in opened.say(), "the dialog didn't ask about this name"
+    assert project.read_bytes() == before
 
 
 def test_a_photo_that_is_opened_again_while_it_is_changed_has_the_change(opened, photo):
@@ -487,7 +485,7 @@ def test_points_of_a_face_begun_can_not_be_kept_and_that_is_asked(opened, photo)
 def test_the_built_in_sample_is_never_written_beside(empty):
     empty.editor.files.open_sample()
     empty.settle()
-    save_project(empty)
+    empty.key(KEYS.Key_P, CONTROL, ALT)
     asked = empty.dialog(QFileDialog)
     assert asked.selectedFiles()[0].endswith("average.jpg.kogao.json")
     assert not sidecar_of(empty.editor.document.path).exists()

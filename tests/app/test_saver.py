@@ -69,16 +69,6 @@ def test_undo_and_another_edit_while_a_copy_is_written_count_as_unsaved(opened, 
     assert opened.dialog(QMessageBox).isVisible()
 
 
-def test_an_edit_while_the_copy_before_closing_is_written_is_asked_about(opened, disk, tmp_path):
-    step(opened, 8.0)
-    closing_with_a_copy(opened, tmp_path / "copy.png")
-    step(opened, 11.0)
-    disk.set()
-    opened.answer("Cancel")
-    assert opened.window.isVisible()
-    assert opened.state.recipe.percent == 11.0
-
-
 def test_a_copy_on_its_way_does_not_close_while_another_is_named(opened, disk, tmp_path):
     step(opened, 8.0)
     opened.editor.files.save(tmp_path / "first.png")
@@ -96,18 +86,24 @@ def test_a_copy_on_its_way_does_not_close_while_another_is_named(opened, disk, t
     assert (tmp_path / "second.png").exists()
 
 
-def test_an_edit_while_the_copy_before_opening_is_written_is_asked_about(
-    opened, disk, photo, other, tmp_path
+@pytest.mark.parametrize("closes", [True, False])
+def test_an_edit_while_the_copy_before_closing_or_opening_is_written_is_asked_about(
+    opened, disk, photo, other, tmp_path, closes
 ):
     step(opened, 8.0)
-    opened.editor.files.open(other)
+    if closes:
+        opened.window.close()
+    else:
+        opened.editor.files.open(other)
     opened.answer("Save a copy")
     opened.choose_path(tmp_path / "copy.png")
     step(opened, 11.0)
     disk.set()
     opened.answer("Cancel")
     opened.settle()
+    assert opened.window.isVisible()
     assert opened.editor.document.path == photo
+    assert opened.state.recipe.percent == 11.0
 
 
 def test_who_stays_at_the_open_photo_while_its_copy_is_written_stays(
@@ -277,7 +273,7 @@ def test_a_copy_holds_one_mode_and_a_project_both(opened, tmp_path):
     opened.editor.files.save(tmp_path / "other.png")
     opened.settle()
     assert opened.window.isWindowModified(), "no picture of the faces has the line"
-    opened.editor.projects.save()
+    opened.editor.projects.save_to(tmp_path / "one.kogao.json")
     opened.settle()
     assert not opened.window.isWindowModified()
     opened.editor.manual.switch("automatic")

@@ -1,14 +1,8 @@
-"""Stars, marks, order and choice on the film strip; and that it is there again after a crash."""
+"""Stars, marks, order and choice on the film strip."""
 
 from __future__ import annotations
 
 import dataclasses
-import os
-import signal
-import subprocess
-import sys
-import textwrap
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -203,61 +197,3 @@ def test_a_batch_is_followed_and_stopped_on_the_strip(strip, tmp_path):
     assert batch._stopping.is_set()
     batch._end(None)
     assert (panel.line.text(), panel.halt.isVisible()) == ("", False)
-
-
-# A program of its own: shows a folder, opens its third photo, waits to be killed.
-VICTIM = """
-    import sys
-    from pathlib import Path
-    from PySide6.QtCore import QTimer
-    from PySide6.QtWidgets import QApplication
-    from kogao_app.editor import Editor
-    from kogao_app.storage import Storage
-    from scenes import KnownFaces, oval_face
-
-    app = QApplication([])
-    editor = Editor(app, KnownFaces(oval_face()), Storage.of_user())
-    editor.window.show()
-    strip, wanted = editor.strip, Path(sys.argv[1]) / "b.png"
-    strip.show_places([wanted.parent])
-
-    def look():
-        if not editor.busy and editor.document.path == wanted:
-            print("there", flush=True)
-        else:
-            if not editor.busy and strip.film.count():
-                strip.open(wanted)
-            QTimer.singleShot(10, look)
-
-    look()
-    app.exec()
-"""
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="no SIGKILL there")
-def test_a_strip_is_there_again_after_a_kill_and_only_once(start, storage, encoded, tmp_path):
-    folder = tmp_path / "in"
-    folder.mkdir()
-    for name in ("a.png", "b.png", "c.png"):
-        (folder / name).write_bytes(encoded)
-    tests = Path(__file__).parent.parent
-    victim = subprocess.Popen(
-        [sys.executable, "-c", textwrap.dedent(VICTIM), str(folder)],
-        stdout=subprocess.PIPE,
-        env={**os.environ, "PYTHONPATH": str(tests), "QT_QPA_PLATFORM": "offscreen"},
-    )
-    with victim:
-        assert victim.stdout.readline() == b"there\n"
-        running = start()
-        running.editor.strip.resume()
-        running.settle()
-        assert running.editor.strip.film.count() == 0, "it is another program's, which runs"
-        victim.send_signal(signal.SIGKILL)
-    driver = start()
-    driver.editor.strip.resume()
-    driver.settle()
-    assert driver.editor.document.path == folder / "b.png"
-    assert shown(driver) == ["a.png", "b.png", "c.png"]
-    assert driver.editor.strip.film.currentRow() == 1
-    driver.editor.close()
-    assert not list(storage.recovery.iterdir()), "it ended in good order"

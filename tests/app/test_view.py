@@ -190,9 +190,9 @@ def test_the_hint_is_that_of_the_tool_in_hand(two):
     assert status.hint_text == "Drag a point to correct it"
 
 
-def test_what_was_done_is_said_until_the_next_step(opened):
+def test_what_was_done_is_said_until_the_next_step(opened, tmp_path):
     status = opened.window.status
-    opened.editor.projects.save()
+    opened.editor.projects.save_to(tmp_path / "one.kogao.json")
     opened.settle()
     assert status.hint_text.startswith("Saved")
     opened.change_something()

@@ -130,8 +130,6 @@ def test_what_the_core_refuses_is_said_in_the_users_language(start, photo):
 def test_what_the_core_notes_is_said_in_the_users_language(opened, photo):
     opened.change_something()
     opened.settle()
-    opened.editor.projects.save()
-    opened.settle()
     photo.write_bytes(photo.read_bytes() + b"more")
     opened.open(photo)
     assert pseudo("the project was made from")[1:20] in opened.say()

@@ -107,11 +107,6 @@ def test_a_handler_that_raises_holds_nothing_up(qtbot, pool):
     assert results == ["next"]
 
 
-def test_a_lane_without_a_handler_cannot_be_made(pool):
-    with pytest.raises(TypeError):
-        Lane(pool)
-
-
 def test_whatever_fails_is_said_in_the_window(opened):
     opened.window.actions_by_name[
         "overlay-straight"

@@ -191,6 +191,7 @@ def test_a_recipe_that_holds_nothing_looks_for_nothing():
 def test_a_figure_apart_and_a_face_left_alone_are_neighbours():
     apart = BODY.copy()
     apart[100:, int(RIGHT) + 60 : int(RIGHT) + 160] = 1.0
+    apart[20:42, 20:42] = 1.0  # too small for a person
     (points,) = found_in(photo_with(), Finder(apart)).neighbours
     assert points[:, 0].min() > RIGHT + 50
     assert points[:, 0].max() < RIGHT + 170

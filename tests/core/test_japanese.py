@@ -53,6 +53,11 @@ def named(said):
     return {re.sub(r"\(&\w\)", "", text).rstrip("…") for text in said.values()}
 
 
+def test_no_text_is_a_guess():
+    """Babel leaves fuzzy texts out of the compiled catalogue: the window shows them in English."""
+    assert "#, fuzzy" not in page("resources/translations/ja.po")
+
+
 def test_a_letter_is_that_of_the_english(said):
     texts = {one: said[one] for one in said if letter(one)}
     assert len(texts) > 90

@@ -134,7 +134,7 @@ def test_the_command_goes_by_the_photo_or_by_what_is_said(tmp_path, tags, lens, 
 
 def test_detect_says_how_far_each_face_is_stretched(tmp_path, monkeypatch):
     face = kogao.template_face((420, 60), 90)
-    monkeypatch.setattr(reading, "find_faces", lambda *_: [face])
+    monkeypatch.setattr(reading, "find_faces", lambda *_, **__: [face])
     path = saved(tmp_path, (600, 400), WHOLE)
     found = json.loads(CliRunner().invoke(program, ["detect", str(path), "--json", "-"]).stdout)
     assert found["lens"] == {"focal_mm": 26.0, "why": ""}

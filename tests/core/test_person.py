@@ -91,6 +91,16 @@ def test_a_photo_is_looked_at_once(sample, monkeypatch):
     assert len(looks) == 3
 
 
+@pytest.mark.parametrize(("sure", "missed"), [(0.75, 1), (0.85, 0)])
+def test_a_crop_in_which_most_of_the_face_is_background_is_not_used(
+    sample, monkeypatch, sure, missed
+):
+    photo, faces = sample
+    look = PersonLook(np.ones((9, 9), np.float32), Affine.resize(1.0, 1.0), sure)
+    monkeypatch.setattr(PersonNetwork, "look", lambda *_: look)
+    assert PersonFinder().find(photo, faces).missed == missed
+
+
 def test_where_nobody_is_it_is_sure_of_nothing(weights):
     assert weights
     photo = textured_photo(480, 360)

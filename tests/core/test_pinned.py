@@ -20,8 +20,8 @@ def test_a_scene_gives_the_stored_result(name):
     assert pinned.difference(name, pinned.result(name), STORED[name]) == ""
 
 
-def test_the_aam_finds_the_stored_points():
-    assert pinned.difference("aam", pinned.aam_points(), STORED["aam"]) == ""
+def test_the_aam_finds_the_stored_faces():
+    assert pinned.difference("aam", pinned.aam_faces(), STORED["aam"]) == ""
 
 
 def test_template_faces_are_judged_as_stored():

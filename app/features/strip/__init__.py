@@ -2,21 +2,16 @@
 
 from __future__ import annotations
 
-import json
 import os
-import uuid
 from collections.abc import Sequence
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from typing import Final
 
-from PySide6.QtCore import QFileSystemWatcher, QLockFile, QTimer
+from PySide6.QtCore import QFileSystemWatcher, QTimer
 from PySide6.QtGui import QAction, QImage
 
-from kogao_core.base import json_reader
-from kogao_core.base.atomic import atomic_write
-from kogao_core.base.json_reader import BadFile
 from kogao_core.faces.doubt import doubtful
 from kogao_core.photo import READABLE
 from kogao_core.photo.metadata.rating import MOST_STARS, REJECTED, rate
@@ -31,16 +26,12 @@ from ..faces import Faces
 from ..feature import Context, Feature
 from ..files import Files
 from ..projects import Projects
-from ..recovery import locked, modified
 from .facts import Facts, Mark, facts_of, thumbnail
 from .film import StripPanel, labels
 
 _MOST: Final = 2000
 _SETTLE_MS: Final = 300
 _AT_ONCE: Final = 16  # photos to read before the strip shows marks and stars
-_LEFT: Final = ".strip"  # suffix of the file with the strip's content, in the recovery folder
-_LONGEST: Final = 4096
-_MOST_BYTES: Final = _MOST * _LONGEST
 _LABEL_KEYS: Final = ("6", "7", "8", "9", "L")
 
 
@@ -48,8 +39,7 @@ class Strip(Feature):
     """Lists photos with edits and stars, rates photos, and opens the next photo."""
 
     name = "strip"
-    # Whether to restore the strip after a crash and to write ratings next to photos. A screenshot
-    # does neither.
+    # Whether to write ratings next to photos.
     keeps = True
 
     def __init__(self, context: Context, files: Files, projects: Projects, faces: Faces) -> None:
@@ -72,10 +62,6 @@ class Strip(Feature):
         self._again = QTimer(self, singleShot=True, interval=_SETTLE_MS)
         self._again.timeout.connect(self._list_again)
         self._watcher.directoryChanged.connect(lambda _: self._again.start())
-        self._file = self.storage.recovery / f"{uuid.uuid4().hex}{_LEFT}"
-        self._lock: QLockFile | None = None
-        self._noting = self.lane(lambda _: None, lambda _: None)
-        self._resuming = self.lane(self._resume, lambda _: None)
         self.panel: StripPanel = StripPanel()
         self.film = self.panel.film
         self.dock = Dock(tr("Film strip"), scrolls=True)
@@ -136,14 +122,10 @@ class Strip(Feature):
         self._to_look, self._undrawn = [], {}
 
     def finish(self) -> None:
-        """Write waiting ratings, and delete the file for crash recovery."""
+        """Write waiting ratings."""
         for path, stars, label in self._to_rate:
             with suppress(OSError, ValueError):
                 rate(path, stars, label)
-        with suppress(OSError):  # the folder is not accessible
-            self._file.unlink(missing_ok=True)
-        if self._lock is not None:
-            self._lock.unlock()
 
     def _ask_folder(self) -> None:
         title = tr("Open a folder")
@@ -173,7 +155,6 @@ class Strip(Feature):
     def _follow(self) -> None:
         self._wanted = None
         self.film.mark(self.document.path)
-        self._note_place()
 
     def _pass_over(self) -> None:
         """Continue along the strip from a photo that is opening or failed to open."""
@@ -219,7 +200,6 @@ class Strip(Feature):
         self._show_strip(paths)
         self._look()
         self._draw()
-        self._note_place()
 
     def _take(self, places: list[Path]) -> None:
         if self._watcher.directories():
@@ -353,58 +333,10 @@ class Strip(Feature):
         self.say(tr("Stars and label can't be written: {problem}", problem=reason(problem)))
         QTimer.singleShot(0, self._write_next)
 
-    # -- after a crash ---------------------------------------------------------------------------
-
-    def _note_place(self) -> None:
-        """Store the strip's content and the open photo, for recovery after a crash."""
-        path = self.document.path
-        if self.keeps and self._paths and path is not None:
-            left = {"places": [str(place) for place in self._places], "photo": str(path)}
-            self._noting.submit(lambda: self._put(json.dumps(left)))
-
-    def _put(self, text: str) -> None:
-        self._file.parent.mkdir(parents=True, exist_ok=True)
-        if self._lock is None:
-            self._lock = locked(self._file)
-        atomic_write(text.encode(), self._file, private=True)
-
-    def resume(self) -> None:
-        """Restore the strip after a crash, if a recovery file exists."""
-        folder = self.storage.recovery
-        self._resuming.submit(lambda: _left_in(folder))
-
-    def _resume(self, left: tuple[list[Path], Path] | None) -> None:
-        if left is not None and self._paths is None and self.document.photo is None:
-            self.show(*left)
-
 
 def _open(box: ChoiceBox) -> None:
     box.setFocus()
     box.showPopup()
-
-
-def _left_in(folder: Path) -> tuple[list[Path], Path] | None:
-    """Return the places and the photo of the newest recovery file without a running program.
-
-    The files are deleted. The strip is stored again after the photo opens, so a photo that
-    crashes the program does so only once.
-    """
-    found = None
-    for file in sorted(folder.glob(f"*{_LEFT}"), key=modified, reverse=True):
-        lock = locked(file)
-        if lock is None:
-            continue
-        with suppress(BadFile):
-            found = found or _read(file)
-        file.unlink(missing_ok=True)
-        lock.unlock()
-    return found
-
-
-def _read(file: Path) -> tuple[list[Path], Path]:
-    top = json_reader.parse(json_reader.read(file, _MOST_BYTES), _MOST_BYTES)
-    places = [Path(node.text(_LONGEST)) for node in top.field("places").items(_MOST)]
-    return places, Path(top.field("photo").text(_LONGEST))
 
 
 def _with_first(

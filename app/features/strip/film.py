@@ -342,6 +342,7 @@ class StripPanel(QWidget):
         self.sync = QToolButton()
         self.sync.setPopupMode(QToolButton.ToolButtonPopupMode.MenuButtonPopup)
         self.sync.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+        self.sync.setProperty("segment", "true")
         self.sync.hide()
         below = row_of(self.sync, self.line, self.halt)
         column_of(controls, rows, below, None, margin=GRID_PX, spacing=GRID_PX)
@@ -396,6 +397,17 @@ class _Marked(QStyledItemDelegate):
         if isinstance(view, QListView):
             return view.gridSize()
         return super().sizeHint(option, index)
+
+    def initStyleOption(
+        self,
+        option: QStyleOptionViewItem,
+        index: QModelIndex | QPersistentModelIndex,
+    ) -> None:
+        """Reserve a square for each thumbnail, so that marks and ring don't cover the name."""
+        super().initStyleOption(option, index)
+        view = option.widget
+        if isinstance(view, QListView):
+            option.decorationSize = view.iconSize()
 
     def paint(
         self,
