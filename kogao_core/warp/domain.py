@@ -80,11 +80,11 @@ class Domain:
         """Bounding box of the domain, clipped to the image."""
         if self.name == "image":
             return self.image
-        boxes = [cells.bounds for cells in self.cells if cells.active.any()]
+        boxes = [astuple(cells.bounds) for cells in self.cells if cells.active.any()]
         if not boxes:
             return Box(0, 0, 0, 0)
-        lefts, tops, rights, bottoms = zip(*map(astuple, boxes), strict=True)
-        return Box(min(lefts), min(tops), max(rights), max(bottoms)).clipped(self.image)
+        low, high = np.min(boxes, axis=0), np.max(boxes, axis=0)
+        return Box(*low[:2].tolist(), *high[2:].tolist()).clipped(self.image)
 
 
 def fade_of(recipe: Recipe) -> float:

@@ -121,13 +121,8 @@ def asked_percent(pairs: Pairs) -> float:
 
 def achieved_percent(field: Field, pairs: Sequence[Pairs]) -> tuple[float, ...]:
     """Return the achieved warp distance of each face, % of D."""
-    if not pairs:
-        return ()
-    sources = np.concatenate([p.source_px for p in pairs])
-    targets = np.concatenate([p.target_px for p in pairs])
-    ends = np.cumsum([len(p.source_px) for p in pairs])
-    moved = np.split(shown_at(field, sources, targets), ends[:-1])
-    return tuple(toward_center_percent(p, mine) for p, mine in zip(pairs, moved, strict=True))
+    shown = (shown_at(field, pair.source_px, pair.target_px) for pair in pairs)
+    return tuple(toward_center_percent(*each) for each in zip(pairs, shown, strict=True))
 
 
 def protected_shares(field: Field, pairs: Sequence[Pairs]) -> tuple[tuple[float, ...], ...]:
@@ -151,7 +146,6 @@ def toward_center_percent(pairs: Pairs, moved_px: Array) -> float:
     """
     toward = pairs.center_px - pairs.start_px
     along = ((moved_px - pairs.start_px) * toward).sum(axis=1)
-    squared = np.maximum(
-        (toward**2).sum(axis=1), 1e-18
-    )  # a landmark on the centre can't come closer
+    # A landmark on the centre can't come closer.
+    squared = np.maximum((toward**2).sum(axis=1), 1e-18)
     return 100.0 * float((along / squared).mean())

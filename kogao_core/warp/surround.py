@@ -124,9 +124,8 @@ class HeadDisplacement:
         Outside the photo the displacement mirrors the one inside, so that the spline through such
         control points moves nothing across the edge.
         """
-        low, high = edges_px(self.photo) + np.array(
-            [[-0.5], [0.5]]
-        )  # where the outermost pixels end
+        # Where the outermost pixels end.
+        low, high = edges_px(self.photo) + np.array([[-0.5], [0.5]])
         inside = np.where(points < low, 2.0 * low - points, points)
         inside = np.where(inside > high, 2.0 * high - inside, inside)
         moved = self._moved(inside) * self._free(inside)[:, None]
@@ -144,11 +143,18 @@ class HeadDisplacement:
     def features(self) -> tuple[Array, Array, Array]:
         """Points round eyes and mouth, (M, 2), where they go, and how much they give way, (M,).
 
-        Each feature is shifted by the displacement of its middle, and all are scaled alike. With
-        lens correction alone, the points are the corners of eyes and mouth.
+        Each feature is shifted by the displacement of its middle, and all are scaled alike. Without
+        a displacement of the head, the points are those of lens correction, if any: the corners.
         """
-        if not self.strength:
-            return self._corners()
+        head_moves = self.shape is not None or self.pairs.head_share
+        if not head_moves and not self.lens.heads:
+            return NOBODY, NOBODY, np.zeros(0)
+        if not head_moves:
+            source, target = (
+                np.vstack([face.eyes, face.mouth])
+                for face in (self.lens.heads[self.which].face, self.face)
+            )
+            return source, target, np.full(len(source), _TOLERANCE)
         eyes, mouth = self.face.eyes, self.face.mouth
         rings = [_ring(eyes[:2], _EYE), _ring(eyes[2:], _EYE), _ring(mouth, _MOUTH)]
         source = np.vstack(rings)
@@ -164,14 +170,6 @@ class HeadDisplacement:
         rho, _ = self._rim.at(target)
         near = smoothstep((rho - _NEAR[0]) / (_NEAR[1] - _NEAR[0]))
         return source + self.lens.at(source), target, _TOLERANCE / np.maximum(1.0 - near, 1e-6)
-
-    def _corners(self) -> tuple[Array, Array, Array]:
-        """Return the corners of eyes and mouth, and where lens correction alone shows them."""
-        source, target = (
-            np.vstack([face.eyes, face.mouth])
-            for face in (self.lens.heads[self.which].face, self.face)
-        )
-        return source, target, np.full(len(source), _TOLERANCE)
 
     def _shown(self, points: Array) -> Array:
         """Return where points of shape (N, 2) are shown, px: ``x + d(x) = point``."""
@@ -191,10 +189,8 @@ class HeadDisplacement:
     def _keep_and_fade(self, angles: Array) -> tuple[Array, Array]:
         """Return in directions of shape (N,) the rho where a fade begins, and its width in rho."""
         rim, size = self._rim, HeadFrame.of(self.face).height_px
-        up, down = (
-            smoothstep(np.interp(angles, rim.angles, rim.upwards)),
-            np.clip(np.cos(angles), 0.0, 1.0) ** 2,
-        )
+        up = smoothstep(np.interp(angles, rim.angles, rim.upwards))
+        down = np.clip(np.cos(angles), 0.0, 1.0) ** 2
         keep = 1.0 + (_KEEP_UP - 1.0) * up + (_KEEP_DOWN - 1.0) * down
         radius = rim.radius_px(angles)
         ends = rim.center_px + (keep * radius)[:, None] * _ways(angles, rim.across)
@@ -246,11 +242,6 @@ class OutlineDisplacement(HeadDisplacement):
         """How far the outline moves, as a share of its distance to the middle."""
         moves = np.hypot(*self.pairs.displacement_px.T)
         return float(moves.max() / self._rim.radii_px.mean())
-
-    @cached_property
-    def features(self) -> tuple[Array, Array, Array]:
-        """Corners of eyes and mouth for lens correction: see `HeadDisplacement`."""
-        return self._corners() if self.lens.heads else (NOBODY, NOBODY, np.zeros(0))
 
     def _keep_and_fade(self, angles: Array) -> tuple[Array, Array]:
         width = _ROOM * np.hypot(*self._rim.moved_px(angles, self._rim.moves_px).T)

@@ -54,8 +54,11 @@ def test_a_limit_acts_only_near_the_cells_that_need_it():
     assert np.abs(after[near] - before[near]).max() > 1.0
 
 
-def test_a_warp_without_folds_is_left_alone_to_the_bit():
-    field = field_of(Recipe(percent=10), oval_face())
+@pytest.mark.parametrize(
+    ("recipe", "fade_px"), [(Recipe(percent=10), 0.0), (Recipe(percent=4, lattice=2), 0.5)]
+)
+def test_a_warp_without_folds_and_a_harmless_fade_are_left_alone_to_the_bit(recipe, fade_px):
+    field = field_of(recipe, oval_face(), fade_px=fade_px)
     guarded, limits = limited(field)
     assert guarded is field
     assert limits == (Limit(),)
@@ -99,14 +102,6 @@ def test_where_a_fade_is_refused_the_domain_is_the_lossless_one():
     np.testing.assert_array_equal(done.pixels, plain.pixels)
     assert done.threshold_px == LOSSLESS_PX
     assert done.pixel_counts == plain.pixel_counts
-
-
-def test_a_harmless_fade_is_kept():
-    face = oval_face()
-    field = field_of(Recipe(percent=4, lattice=2), face, fade_px=0.5)
-    guarded, limits = limited(field)
-    assert guarded is field
-    assert limits == (Limit(),)
 
 
 @pytest.mark.parametrize("seed", few_of(range(30), 6))
