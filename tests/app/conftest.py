@@ -16,6 +16,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from kogao_app.__main__ import main
 from kogao_app.canvas.handles import position
 from kogao_app.editor import Editor
 from kogao_app.features.experiments.dialog import ExperimentDialog, Findings
@@ -26,7 +27,7 @@ from kogao_app.view_state import Following, Handle
 from kogao_app.widgets import messages
 from kogao_app.widgets.controls import Fold
 from kogao_app.window import Window
-from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
+from PySide6.QtCore import QEvent, QPoint, QPointF, Qt, QTimer
 from PySide6.QtGui import QFont, QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QFileDialog, QMessageBox, QWidget
@@ -396,6 +397,40 @@ def start(
             else:
                 _closed(driver)
         LASTING[:] = [one for one in LASTING if vars(one)]
+
+
+@pytest.fixture
+def run_main(qapp: QApplication, source: KnownFaces) -> Callable[..., int]:
+    """Run `main` and call `act(window)` every 50 ms until it returns True.
+
+    The window of other tests is closed first. If `act` fails or takes too long, the program ends.
+    """
+    while LASTING:
+        _closed(LASTING.pop())
+
+    def run(words: Sequence[str], act: Callable[[Window], bool]) -> int:
+        problems: list[Exception] = []
+
+        def poll(patience: float) -> None:
+            windows = (w for w in qapp.topLevelWidgets() if isinstance(w, Window) and w.isVisible())
+            try:
+                window = next(windows, None)
+                if window is not None and act(window):
+                    return
+                assert patience > 0, "the window didn't come to the expected state"
+            except Exception as problem:
+                problems.append(problem)
+                qapp.exit(-1)
+                return
+            QTimer.singleShot(50, lambda: poll(patience - 0.05))
+
+        QTimer.singleShot(100, lambda: poll(LONGEST_S))
+        code = main(words, source)
+        for problem in problems:
+            raise problem
+        return code
+
+    return run
 
 
 @pytest.fixture

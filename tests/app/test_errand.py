@@ -8,11 +8,10 @@ from kogao_app.features import errand
 from kogao_app.features.preferences import PreferencesDialog
 from kogao_app.widgets.controls import Fold
 from kogao_app.widgets.form import Form
-from kogao_app.window import Window
-from PySide6.QtCore import Qt, QTimer
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QMessageBox
 from scenes import textured_photo
-from timeouts import LONGEST_S, held_back
+from timeouts import held_back
 
 from kogao_core.photo import read
 from kogao_core.photo.originals import Originals
@@ -141,36 +140,33 @@ def test_elsewhere_a_photo_stays_as_it_is(opened, photo):
     ("words", "saves", "code"),
     [(["--edit"], True, 0), (["--edit", "--temporary"], True, 0), (["--edit"], False, 6)],
 )
-def test_the_exit_code_tells_whether_it_was_saved(qapp, source, photo, storage, words, saves, code):
+def test_the_exit_code_tells_whether_it_was_saved(run_main, photo, storage, words, saves, code):
     before = photo.read_bytes()
 
-    def act(patience):
-        window = next(w for w in qapp.topLevelWidgets() if w.isVisible() and isinstance(w, Window))
-        if "portrait" not in window.windowTitle() and patience > 0:
-            QTimer.singleShot(50, lambda: act(patience - 1))
-        elif saves:
+    def act(window):
+        if "portrait" not in window.windowTitle():
+            return False
+        if saves:
             window.actions_by_name["done"].trigger()
         else:
             window.close()
+        return True
 
-    QTimer.singleShot(100, lambda: act(LONGEST_S / 0.05))
-    assert main([*words, str(photo)], source) == code
+    assert run_main([*words, str(photo)], act) == code
     assert (photo.read_bytes() != before) == saves
     kept = list(storage.originals.glob("*"))
     assert bool(kept) == (saves and "--temporary" not in words)
 
 
-def test_at_the_first_start_the_window_fits_its_screen(qapp, source, photo, storage):
+def test_at_the_first_start_the_window_fits_its_screen(run_main, qapp, photo, storage):
     assert storage
     heights = []
 
-    def look():
-        window = next(w for w in qapp.topLevelWidgets() if w.isVisible() and isinstance(w, Window))
+    def look(window):
         heights.append(window.height())
-        window.close()
+        return window.close()
 
-    QTimer.singleShot(100, look)
-    assert main([str(photo)], source) == 0
+    assert run_main([str(photo)], look) == 0
     assert heights[0] < qapp.primaryScreen().availableSize().height(), "with its title bar"
 
 

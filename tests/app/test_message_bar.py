@@ -44,7 +44,7 @@ def test_a_refusal_goes_with_the_next_step(opened, photo):
     assert opened.say() == ""
     opened.editor.files.save(photo)
     assert "never written over" in opened.say()
-    opened.editor.projects.save()
+    opened.editor.projects.save_to(photo.with_name("other.kogao.json"))
     opened.settle()
     assert opened.say() == ""
 

@@ -10,7 +10,6 @@ import pytest
 from kogao_app.__main__ import main
 from PySide6.QtCore import Qt
 from test_overlays import hide_marks
-from test_saved_projects import save_project
 
 from kogao_core import cli
 from kogao_core.background import find as background
@@ -75,7 +74,7 @@ def test_window_and_command_line_name_the_same_lines(empty, door, tmp_path):
     assert worst["unheld_px"] > 1.0 > 2.0 * worst["bend_px"]
     assert worst["holding"] == "held"
     assert all(max(line["start_px"][1], line["end_px"][1]) < SHOULDERS for line in shown)
-    save_project(empty)
+    empty.settle()
     assert lines_on_the_command_line(path, tmp_path / "told.json") == json.loads(json.dumps(shown))
 
 
@@ -150,7 +149,7 @@ def test_all_lines_are_let_go_and_held_and_the_project_carries_it(empty, door):
     empty.settle()
     assert {line.holding for line in empty.editor.view.lines} == {"let go"}
     assert held_line(empty).bend_px == held_line(empty).unheld_px > 1.0
-    save_project(empty)
+    empty.settle()
     loose = empty.state.loose
     assert np.array(load(sidecar_of(path)).loose) == pytest.approx(np.array(loose))
     empty.editor.window.actions_by_name["lines-hold"].trigger()

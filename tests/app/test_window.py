@@ -8,16 +8,14 @@ from collections import Counter
 import cv2
 import pytest
 from kogao_app import theme
-from kogao_app.__main__ import main
 from kogao_app.features import recent
 from kogao_app.features.commands import Palette
 from kogao_app.features.recent import EmptyState
 from kogao_app.features.strip import photos_in
 from kogao_app.features.strip.facts import thumbnail
 from kogao_app.features.strip.film import FilmStrip
-from kogao_app.window import Window
 from PIL import Image as PillowImage
-from PySide6.QtCore import QMimeData, QPointF, Qt, QTimer, QUrl
+from PySide6.QtCore import QMimeData, QPointF, Qt, QUrl
 from PySide6.QtGui import QDesktopServices, QDragEnterEvent, QDropEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import (
@@ -29,7 +27,6 @@ from PySide6.QtWidgets import (
     QLineEdit,
 )
 from scenes import textured_photo
-from timeouts import LONGEST_S
 
 from kogao_core.recipe.recipe import PAPER, Recipe
 
@@ -340,25 +337,21 @@ def test_a_step_back_to_the_open_photo_calls_the_next_one_off(empty, folder):
     ],
 )
 def test_a_folder_or_photos_on_the_command_line_become_a_film_strip(
-    qapp, source, folder, monkeypatch, names, photos, said
+    run_main, folder, monkeypatch, names, photos, said
 ):
     monkeypatch.chdir(folder)
     seen = []
 
-    def look(patience_ms):
-        window = next(w for w in qapp.topLevelWidgets() if w.isVisible() and isinstance(w, Window))
+    def look(window):
         strip, bar = window.findChild(FilmStrip), window.bar
-        is_early = window.windowTitle() == "Kogao[*]" or strip.currentItem() is None
-        if is_early and patience_ms > 0:
-            QTimer.singleShot(50, lambda: look(patience_ms - 50))
-            return
+        if window.windowTitle() == "Kogao[*]" or strip.currentItem() is None:
+            return False
         marked = strip.currentItem().text()
         seen.extend((window.windowTitle(), marked, strip.count()))
         seen.append(bar.text.text() if bar.isVisible() else "")
-        window.close()
+        return window.close()
 
-    QTimer.singleShot(100, lambda: look(1000 * LONGEST_S))
-    assert main(names, source) == 0
+    assert run_main(names, look) == 0
     first = names[0] if names != ["."] else "0.png"
     assert seen[:3] == [f"{first}[*] – Kogao", first, photos]  # noqa: RUF001
     assert said in seen[3]
@@ -572,26 +565,19 @@ def test_without_a_photo_the_last_ones_are_offered(opened, start, photo):
 
 
 @pytest.mark.usefixtures("storage")
-def test_only_a_new_user_is_welcomed_with_the_sample(qapp, source):
-    seen = []
-
-    def look(patience_ms):
-        window = next(w for w in qapp.topLevelWidgets() if w.isVisible() and isinstance(w, Window))
-        if window.windowTitle() != "Kogao[*]":
-            seen.append(window.windowTitle())
-            window.close()
-        elif patience_ms <= 0 and window.findChild(EmptyState).isVisible():
-            seen.append("empty")
-            window.close()
-        else:
-            QTimer.singleShot(50, lambda: look(patience_ms - 50))
-
+def test_only_a_new_user_is_welcomed_with_the_sample(run_main):
     starts = []
-    for patience_ms in (1000 * LONGEST_S, 1000):
-        seen.clear()
-        QTimer.singleShot(100, lambda patience_ms=patience_ms: look(patience_ms))
-        assert main([], source) == 0
-        starts.append(seen[0])
+
+    def look(window):
+        is_empty = window.windowTitle() == "Kogao[*]"
+        # The sample is being opened while the start card is hidden.
+        if is_empty and not window.findChild(EmptyState).isVisible():
+            return False
+        starts.append("empty" if is_empty else window.windowTitle())
+        return window.close()
+
+    for _ in range(2):
+        assert run_main([], look) == 0
     assert starts[0].startswith("average.jpg")
     assert starts[1] == "empty"
 
