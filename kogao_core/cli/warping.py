@@ -122,7 +122,9 @@ def warp(
                 ending.print_message(Text("warning: {problem}", problem=warning))
         if args.quiet:
             return ""
-        return "\n".join([report.headline(), *([report.details()] * args.verbose)])
+        # The details count pixels, which takes longer than the warp.
+        details = [report.details()] if args.verbose else []
+        return "\n".join([report.headline(), *details])
 
     common.tell(report.to_dict, text, args.json_file, err=is_piped)
 
