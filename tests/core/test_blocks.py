@@ -144,7 +144,9 @@ def test_changed_units_are_what_compressing_the_whole_picture_gives(tmp_path, ki
     )
     for (blocks, (down, along)), (expected, _), (old, _) in zip(written, whole, first, strict=True):
         corner = slice(-down, None), slice(-along, None)
-        np.testing.assert_array_equal(blocks[corner], expected[corner])
+        # The encoder rounds colours to whole numbers first.
+        np.testing.assert_allclose(blocks[corner], expected[corner], atol=1)
+        assert (blocks[corner] != expected[corner]).mean() < 0.08
         assert (blocks[corner] != old[corner]).any()
 
 
@@ -245,23 +247,22 @@ def test_a_source_that_changed_since_is_not_trusted(tmp_path):
     assert error.mean() < 8.0
 
 
-@pytest.mark.parametrize("options", [{"quality": 60}, {"quality": 88, "subsampling": "4:2:2"}])
-def test_whatever_codes_a_part_its_blocks_are_as_the_files_are(tmp_path, options):
-    picture = textured_photo(160, 120)
-    path = jpeg_file(tmp_path / "in.jpg", picture, subsampling="4:2:0")
+@pytest.mark.parametrize("subsampling", ["4:4:4", "4:2:2", "4:2:0"])
+def test_changed_blocks_are_as_exact_as_an_encoders(tmp_path, subsampling):
+    picture = textured_photo(167, 121)
+    path = jpeg_file(tmp_path / "in.jpg", picture, subsampling=subsampling)
+    data, after = path.read_bytes(), 255 - picture
 
-    def coded(**how):
-        def encode(part):
-            return files.saved(255 - picture[part.slices], "JPEG", **how)
+    def error(data):
+        seen = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR_RGB)
+        return np.sqrt(((seen.astype(float) - after) ** 2).mean())
 
-        kept = keep_blocks(path.read_bytes(), picture, 255 - picture, encode, tmp_path)
-        seen = cv2.imdecode(np.frombuffer(kept.data, np.uint8), cv2.IMREAD_COLOR_RGB)
-        return np.abs(255 - picture - seen.astype(int)).mean()
-
-    error = coded(**{"subsampling": "4:2:0"} | options)
-    assert abs(error - coded(quality=88, subsampling="4:2:0")) < 0.1
+    kept = keep_blocks(data, picture, after, data, tmp_path)
+    encoded = jpeg_file(tmp_path / "other.jpg", after, subsampling=subsampling).read_bytes()
+    assert kept.share == 0.0
+    assert error(kept.data) < 1.005 * error(encoded)
     with pytest.raises(CannotKeepBlocks, match="read"):
-        keep_blocks(b"no JPEG at all", picture, 255 - picture, coded, tmp_path)
+        keep_blocks(b"no JPEG at all", picture, after, data, tmp_path)
 
 
 def test_an_rgb_jpeg_stays_one_for_every_reader(tmp_path):

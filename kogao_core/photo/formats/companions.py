@@ -16,7 +16,7 @@ from typing import Final
 import numpy as np
 from PIL import Image as Pillow
 
-from kogao_core.base.geometry import Box, Image, check_type
+from kogao_core.base.geometry import Image, check_type
 from kogao_core.base.stderr import hushed
 from kogao_core.photo.formats import common
 from kogao_core.photo.jpeg import decoding, segments
@@ -122,22 +122,15 @@ def _encoded(one: Companion, orientation: int, folder: Path) -> bytes:
     after = np.ascontiguousarray(as_stored(one.pixels, orientation))
     if is_same(before, after):
         return data
-    with Pillow.open(io.BytesIO(data), formats=["JPEG"]) as image:
-        coding = common.jpeg_coding(image)
-
-    def encode(box: Box) -> bytes:
-        with io.BytesIO() as out:
+    try:
+        return keep_blocks(data, before, after, data, folder).data
+    except CannotKeepBlocks:
+        with Pillow.open(io.BytesIO(data), formats=["JPEG"]) as image, io.BytesIO() as out:
+            coding = common.jpeg_coding(image)
             tables = [list(table) for table in coding.tables] if coding is not None else None
             subsampling = coding.subsampling if coding is not None else 0
-            part = Pillow.fromarray(np.ascontiguousarray(after[box.slices]))
-            part.save(out, "JPEG", qtables=tables, subsampling=subsampling)
-            return out.getvalue()
-
-    try:
-        fresh = keep_blocks(data, before, after, encode, folder).data
-    except CannotKeepBlocks:
-        fresh = encode(Box.of(after))
-    return segments.with_headers(fresh, data)
+            Pillow.fromarray(after).save(out, "JPEG", qtables=tables, subsampling=subsampling)
+            return segments.with_headers(out.getvalue(), data)
 
 
 def joined(photo: Photo, picture: bytes) -> bytes:

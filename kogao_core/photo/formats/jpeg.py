@@ -12,7 +12,7 @@ from typing import IO, Final
 import numpy as np
 
 from kogao_core.base.atomic import Chunks
-from kogao_core.base.geometry import Image
+from kogao_core.base.geometry import Box, Image
 from kogao_core.base.language import Text
 from kogao_core.base.stderr import hushed
 from kogao_core.photo.formats import companions
@@ -98,12 +98,9 @@ def _keep(photo: Photo, pixels: Image, encode: Encode, path: Path) -> tuple[Chun
     if not reason:
         try:
             before, after = (as_stored(one, photo.orientation) for one in (photo.pixels, pixels))
-            kept = keep_blocks(
-                photo.path.read_bytes(),
-                *(before, after),
-                lambda box: b"".join(encode(photo, box)),
-                _folder(path),
-            )
+            with hushed():  # libjpeg cautions of coarse tables
+                headers = b"".join(encode(photo, Box(0, 0, 1, 1)))
+            kept = keep_blocks(photo.path.read_bytes(), before, after, headers, _folder(path))
         except CannotKeepBlocks as why:
             reason = str(why)
         else:
@@ -113,7 +110,7 @@ def _keep(photo: Photo, pixels: Image, encode: Encode, path: Path) -> tuple[Chun
             damage = [Text("the file is slightly damaged: {one}", one=one) for one in kept.damage]
             whole = companions.joined(photo, kept.data)
             return [whole], Text.joined("; ", [Text.joined("", [note, more]), *damage])
-    with hushed():  # libjpeg cautions of coarse tables
+    with hushed():
         whole = companions.joined(photo, b"".join(encode(photo, None)))
     return [whole], Text("every block of the JPEG was compressed again: {reason}", reason=reason)
 

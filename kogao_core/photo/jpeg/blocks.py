@@ -1,31 +1,46 @@
-"""Write a changed JPEG: encode the changed blocks, copy all other blocks from the source."""
+"""Write a changed JPEG: code the changed blocks, copy all other blocks from the source.
+
+The changed blocks need no encoder: this module computes the DCT coefficients, and the source's
+quantisation tables and sampling factors apply.
+"""
 
 from __future__ import annotations
 
-import dataclasses
 import io
-from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
+import cv2
 import numpy as np
 import numpy.typing as npt
-from PIL import Image as Pillow
 
 from kogao_core.base.atomic import temporary_folder
-from kogao_core.base.geometry import Box, Image
+from kogao_core.base.geometry import Array, Image
 from kogao_core.base.language import Text
 from kogao_core.base.stderr import hushed
+from kogao_core.base.threads import default_threads, parallel_for
 from kogao_core.photo.jpeg import coefficients
-from kogao_core.photo.jpeg.coefficients import CannotKeepBlocks, Coefficients
+from kogao_core.photo.jpeg.coefficients import BLOCK_PX, CannotKeepBlocks, Coefficients
 from kogao_core.photo.jpeg.segments import APP_OR_COMMENT, START_OF_SCAN, segment, segments
 
 _WORD: Final = 8  # pixel values compared at once
 _ADOBE_RGB: Final = segment(0xEE, b"Adobe\0\x64" + bytes(5))  # version 100, no transform
+_STRIP_PX: Final = 128  # height of the strips that are coded at once: they stay in the cache
+_MIDDLE: Final = 128.0  # the DCT counts from this level
+# Y, Cb and Cr of red, green and blue (JFIF 1.02).
+_RED, _BLUE = 0.299, 0.114
+_YCC: Final = np.array(
+    [
+        (_RED, 1.0 - _RED - _BLUE, _BLUE, 0.0),
+        (-_RED / 2.0 / (1.0 - _BLUE), (_RED + _BLUE - 1.0) / 2.0 / (1.0 - _BLUE), 0.5, _MIDDLE),
+        (0.5, (_RED + _BLUE - 1.0) / 2.0 / (1.0 - _RED), -_BLUE / 2.0 / (1.0 - _RED), _MIDDLE),
+    ],
+    np.float32,
+)
 
 Mask = npt.NDArray[np.bool_]
+Values = npt.NDArray[np.float32]
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,81 +52,81 @@ class Kept:
     damage: tuple[str, ...] = ()  # the decoder's complaints about damaged data in the source
 
 
-def keep_blocks(
-    source: bytes, before: Image, after: Image, encode: Callable[[Box], bytes], folder: Path
-) -> Kept:
-    """Encode the surroundings of changed pixels and insert them into the source's coefficients.
+def keep_blocks(source: bytes, before: Image, after: Image, headers: bytes, folder: Path) -> Kept:
+    """Return `source` with the changed pixels of `after`, and the metadata of another JPEG.
 
-    The result is sequential and has the headers from `encode`. The Huffman tables are the source's
-    if standard, else optimised. Raises CannotKeepBlocks.
+    The result is sequential. The Huffman tables are the source's if standard, else optimised.
+    Raises CannotKeepBlocks.
     """
     frame = coefficients.frame_of(source)
     if (frame.height, frame.width) != before.shape[:2]:
         raise CannotKeepBlocks(Text("its size has changed"))
-    # One thread reads the source while this one encodes.
-    with (
-        temporary_folder(folder) as place,
-        hushed() as complaints,
-        ThreadPoolExecutor(1) as other,
-    ):
-        reading = other.submit(coefficients.read, source, place / "source")
-        changed = _changed_units(before, after, frame.unit_px)
-        units = _around(changed)
-        high, wide = frame.unit_px
-        box = Box(units.left * wide, units.top * high, units.right * wide, units.bottom * high)
-        box = box.clipped(Box.of(before))
-        encoded = encode(box)
-        part = coefficients.read(encoded, place / "part")
-        whole = reading.result()
-        layouts = [(one.frame.colours, one.frame.factors) for one in (whole, part)]
-        if layouts[0] != layouts[1] or not np.array_equal(whole.used, part.used):
-            part = _by_component(after[box.slices], whole, place / "part")
-        _put(part, whole, units, changed)
-        merged = dataclasses.replace(whole, tables=part.tables, numbers=part.numbers)
-        is_rgb = whole.frame.colours == coefficients.RGB
-        data = _with_headers_of(encoded, coefficients.write(merged, place), is_rgb=is_rgb)
+    high, wide = frame.unit_px
+    changed = np.zeros((-(-frame.height // high), -(-frame.width // wide)), bool)
+    rows = max(1, _STRIP_PX // high)  # of units
+    with temporary_folder(folder) as place, hushed() as complaints:
+        whole = coefficients.read(source, place / "source")
+
+        def code(top: int) -> None:
+            """Code the changed units of a strip, from a row of units on."""
+            strip = slice(top * high, (top + rows) * high)
+            changed[top : top + rows] = _changed_units(before[strip], after[strip], frame.unit_px)
+            _code(whole, after[strip], changed[top : top + rows], top)
+
+        parallel_for(range(0, len(changed), rows), lambda: code, default_threads())
+        is_rgb = frame.colours == coefficients.RGB
+        data = _with_headers_of(headers, coefficients.write(whole, place), is_rgb=is_rgb)
     return Kept(data, 1.0 - float(changed.mean()), tuple(complaints))
 
 
-def _put(part: Coefficients, whole: Coefficients, box: Box, changed: Mask) -> None:
-    """Copy the blocks of changed units into `whole`; `part` holds the blocks of a box."""
-    for into, fresh, (down, along) in zip(
-        whole.planes, part.planes, whole.frame.factors, strict=True
+def _code(whole: Coefficients, pixels: Image, changed: Mask, top: int) -> None:
+    """Put the blocks of changed units into `whole`; `pixels` begin with row `top` of units."""
+    columns = np.flatnonzero(changed.any(axis=0))
+    if not len(columns):
+        return
+    high, wide = whole.frame.unit_px
+    left, right = int(columns[0]), int(columns[-1]) + 1
+    changed, pixels = changed[:, left:right], pixels[:, left * wide : right * wide]
+    below, beside = high * len(changed) - pixels.shape[0], wide * (right - left) - pixels.shape[1]
+    pixels = cv2.copyMakeBorder(
+        np.ascontiguousarray(pixels), 0, below, 0, beside, cv2.BORDER_REPLICATE
+    )
+    if whole.frame.colours == coefficients.YCC:
+        # Whole numbers, as decoders return: fractions would be rounded twice.
+        pixels = cv2.transform(pixels, _YCC)
+    for plane, component, (down, along), table in zip(
+        whole.planes,
+        cv2.split(pixels),
+        whole.frame.factors,
+        whole.used,
+        strict=True,
     ):
-        at = Box(box.left * along, box.top * down, box.right * along, box.bottom * down)
-        units = changed[box.slices].repeat(down, axis=0).repeat(along, axis=1)
+        size = BLOCK_PX * along * (right - left), BLOCK_PX * down * len(changed)
+        values = cv2.resize(np.asarray(component, np.float32), size, interpolation=cv2.INTER_AREA)
+        blocks = _quantised(np.asarray(values, np.float32), table)
         # Components end where the picture does, not with the last unit.
-        mask = units[: fresh.shape[0], : fresh.shape[1]]
-        into[at.slices][mask] = fresh[mask]
+        into = plane[top * down :, left * along :][: len(blocks), : blocks.shape[1]]
+        mask = changed.repeat(down, axis=0).repeat(along, axis=1)[: into.shape[0], : into.shape[1]]
+        into[mask] = blocks[: into.shape[0], : into.shape[1]][mask]
 
 
-def _around(changed: Mask) -> Box:
-    """Return the bounding box of all changed units; one unit if no unit changed."""
-    rows, columns = (np.flatnonzero(changed.any(axis=axis)) for axis in (1, 0))
-    if not len(rows):
-        return Box(0, 0, 1, 1)
-    return Box(int(columns[0]), int(rows[0]), int(columns[-1]) + 1, int(rows[-1]) + 1)
+def _quantised(values: Values, table: npt.NDArray[np.uint16]) -> coefficients.Plane:
+    """Return the quantised DCT coefficients of all blocks, shape (rows, columns, 64)."""
+    rows, columns = values.shape[0] // BLOCK_PX, values.shape[1] // BLOCK_PX
+    dct, values = _dct(), values - np.float32(_MIDDLE)
+    across = np.matmul(dct, values.reshape(rows, BLOCK_PX, -1)).reshape(-1, BLOCK_PX) @ dct.T
+    blocks = across.reshape(rows, BLOCK_PX, columns, BLOCK_PX)
+    blocks /= table.reshape(BLOCK_PX, 1, BLOCK_PX)
+    whole = np.rint(blocks, out=blocks).transpose(0, 2, 1, 3)
+    return np.ascontiguousarray(whole, np.int16).reshape(rows, columns, -1)
 
 
-def _by_component(pixels: Image, whole: Coefficients, copy: Path) -> Coefficients:
-    """Return the coefficients of pixels as the whole's are: by a grey file for each component."""
-    is_ycc = whole.frame.colours == coefficients.YCC
-    seen = Pillow.fromarray(np.ascontiguousarray(pixels)).convert("YCbCr" if is_ycc else "RGB")
-    most = np.max(whole.frame.factors, axis=0)
-    planes: list[coefficients.Plane] = []
-    for channel, factors, table in zip(
-        seen.split(), whole.frame.factors, whole.used.tolist(), strict=True
-    ):
-        down, along = (most // factors).tolist()
-        more = -channel.height % down, -channel.width % along
-        full = np.pad(np.asarray(channel), [(0, one) for one in more], "edge")
-        with io.BytesIO() as out:
-            Pillow.fromarray(full).reduce((along, down)).save(out, "JPEG", qtables=[table])
-            one = coefficients.read(out.getvalue(), copy)
-        if one.used.tolist() != [table]:
-            raise CannotKeepBlocks(Text("its quantisation tables can't be written again"))
-        planes += one.planes
-    return dataclasses.replace(whole, planes=tuple(planes))
+def _dct() -> Values:
+    """Return the orthonormal DCT-II of eight values as a matrix (ITU-T T.81, A.3.3)."""
+    order = np.arange(BLOCK_PX)
+    waves: Array = np.cos(np.outer(order, 2 * order + 1) * (np.pi / 2 / BLOCK_PX))
+    waves[0] /= np.sqrt(2.0)
+    return np.asarray(waves * np.sqrt(2.0 / BLOCK_PX), np.float32)
 
 
 def _changed_units(before: Image, after: Image, unit_px: tuple[int, int]) -> Mask:

@@ -23,12 +23,12 @@ import numpy.typing as npt
 from kogao_core.base.language import Text
 from kogao_core.photo.jpeg.segments import segments
 
-_BLOCK_PX: Final = 8
+BLOCK_PX: Final = 8
 GREY, RGB, YCC = 1, 2, 3  # libjpeg's numbers of colour models
 _LIBRARY: Final = "cjpeglib_turbo210.*[do]"  # the fastest that jpeglib has: half of 6b's time
 _OPTIMISE: Final = 1 << 6  # flag: compute optimised Huffman tables
 _EVERY_FLAG: Final = 0xFFFFFFFF
-_NUMBERS: Final = _BLOCK_PX * _BLOCK_PX
+_NUMBERS: Final = BLOCK_PX * BLOCK_PX
 _MOST: Final = 4  # components, and tables
 # Huffman codes: baseline, extended for 16-bit tables, progressive; then all there are.
 _FRAMES: Final = (0xC0, 0xC1, 0xC2)
@@ -60,7 +60,7 @@ class Frame:
     def unit_px(self) -> tuple[int, int]:
         """Height and width of a minimum coded unit."""
         down, along = (max(axis) for axis in zip(*self.factors, strict=True))
-        return down * _BLOCK_PX, along * _BLOCK_PX
+        return down * BLOCK_PX, along * BLOCK_PX
 
     @property
     def blocks(self) -> tuple[tuple[int, int], ...]:
@@ -190,7 +190,7 @@ def _codes(needed: Iterable[tuple[int, bytes]]) -> set[bytes]:
 @cache
 def _usual_codes() -> set[bytes]:
     """Return the standard's Huffman tables, OpenCV's default."""
-    small = cv2.imencode(".jpg", np.zeros((_BLOCK_PX, _BLOCK_PX, 3), np.uint8))[1].tobytes()
+    small = cv2.imencode(".jpg", np.zeros((BLOCK_PX, BLOCK_PX, 3), np.uint8))[1].tobytes()
     with io.BytesIO(small) as file:
         return _codes(segments(file))
 
