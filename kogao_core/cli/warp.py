@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack
+from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import click
 
 from kogao_core.base.language import Text
 from kogao_core.cli import common, ending, options, words
 from kogao_core.recipe.recipe import SETTINGS
+
+if TYPE_CHECKING:
+    from kogao_core.photo import Photo
 
 # Parameters that a project contains.
 _FROM_PROJECT: Final = (
@@ -39,16 +43,25 @@ def run(args: SimpleNamespace) -> None:
         if args.source == common.STDIN:
             args.source = files.enter_context(common.received())
         path = common.input_path(args.source, args.sample)
-        from kogao_core.photo import read
+        from kogao_core.photo import FORMATS, read
+        from kogao_core.photo.jpeg.coefficients import read_ahead
 
         early = None
         with ThreadPoolExecutor(1) as other:
-            # A JPEG is decoded while this thread loads the other modules. Readers of other formats
-            # load modules themselves; in a second thread, that can hang on a signal.
+            # A JPEG is read while this thread loads the other modules and finds the faces. Readers
+            # of other formats load modules themselves; in a second thread, that can hang on a
+            # signal.
             if _is_jpeg(path):
                 early = other.submit(read, path, max_megapixels=args.max_megapixels)
+                if args.in_place or FORMATS.get(Path(args.output or "").suffix.lower()) == "JPEG":
+                    read_ahead(path, other, partial(_is_sound, early))
             from kogao_core.cli.warping import warp
-        warp(args, path, recipe, files, early)
+
+            warp(args, path, recipe, files, early)
+
+
+def _is_sound(photo: Future[Photo]) -> bool:
+    return photo.exception() is None and not photo.result().notes
 
 
 def _is_jpeg(path: Path) -> bool:

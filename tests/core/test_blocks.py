@@ -3,6 +3,7 @@
 import ast
 import inspect
 import textwrap
+from concurrent.futures import ThreadPoolExecutor
 
 import cv2
 import files
@@ -263,6 +264,23 @@ def test_changed_blocks_are_as_exact_as_an_encoders(tmp_path, subsampling):
     assert error(kept.data) < 1.005 * error(encoded)
     with pytest.raises(CannotKeepBlocks, match="read"):
         keep_blocks(b"no JPEG at all", picture, after, data, tmp_path)
+
+
+def test_blocks_read_ahead_are_used_once_and_for_the_same_file_only(tmp_path, monkeypatch):
+    path = jpeg_file(tmp_path / "in.jpg", textured_photo(160, 120))
+    other = jpeg_file(tmp_path / "other.jpg", textured_photo(160, 120, seed=2)).read_bytes()
+    with ThreadPoolExecutor(1) as pool:
+        coefficients.read_ahead(path, pool, lambda: True)
+        coefficients.read_ahead(tmp_path / "absent.jpg", pool, lambda: True)
+        coefficients.read_ahead(path, pool, lambda: False)
+    plain, reads = coefficients._read, []
+    monkeypatch.setattr(coefficients, "_read", lambda *one: reads.append(one) or plain(*one))
+    data = path.read_bytes()
+    found = [coefficients.read(one, tmp_path / "copy") for one in (other, data, data)]
+    assert [one[0] for one in reads] == [other, data]
+    for ahead, again in zip(found[1].planes, found[2].planes, strict=True):
+        np.testing.assert_array_equal(ahead, again)
+    coefficients._ahead.clear()
 
 
 def test_an_rgb_jpeg_stays_one_for_every_reader(tmp_path):

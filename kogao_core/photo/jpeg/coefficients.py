@@ -9,17 +9,21 @@ from __future__ import annotations
 import ctypes
 import io
 import os
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from concurrent.futures import Executor, Future
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
+from tempfile import gettempdir
 from typing import Any, Final
 
 import cv2
 import numpy as np
 import numpy.typing as npt
 
+from kogao_core.base.atomic import temporary_folder
 from kogao_core.base.language import Text
 from kogao_core.photo.jpeg.segments import segments
 
@@ -40,6 +44,7 @@ _DECODING: Final = {*_ANY_FRAME, 0xDB, _CODES, 0xDD, _JFIF, _ADOBE}  # tables, c
 _COUNTS: Final = 17  # bytes of a Huffman table before its symbols: its number, and codes a length
 
 Plane = npt.NDArray[np.int16]
+_ahead: list[Future[tuple[bytes, Coefficients | None]]] = []  # see `read_ahead`
 
 
 class CannotKeepBlocks(Exception):
@@ -89,8 +94,34 @@ class Coefficients:
         return np.asarray(self.tables[self.numbers[: len(self.planes)]])
 
 
+def read_ahead(path: Path, pool: Executor, is_sound: Callable[[], bool]) -> None:
+    """Read the coefficients of a file in another thread, for a later `read` of the same data.
+
+    The thread first waits for `is_sound`: a hostile file takes very long, and messages about a
+    damaged file belong to the later call.
+    """
+
+    def work() -> tuple[bytes, Coefficients | None]:
+        with suppress(OSError, CannotKeepBlocks), temporary_folder(Path(gettempdir())) as place:
+            if is_sound():
+                data = path.read_bytes()
+                return data, _read(data, place / "copy")
+        return b"", None
+
+    _ahead.append(pool.submit(work))
+
+
 def read(data: bytes, copy: Path) -> Coefficients:
     """Read the coefficients of a JPEG file. Raises CannotKeepBlocks."""
+    for work in _ahead.copy():
+        known, found = work.result()
+        if known == data and found is not None:
+            _ahead.remove(work)
+            return found
+    return _read(data, copy)
+
+
+def _read(data: bytes, copy: Path) -> Coefficients:
     needed, start = _needed(data)
     frame, scans = _frame(needed), memoryview(data)[start:]
     # The library takes the array size from the file, so the copy must contain only one frame.
