@@ -20,7 +20,7 @@ from typing import IO, Final, TypeVar
 
 _Result = TypeVar("_Result")
 _FD: Final = 2
-_LOCK: Final = threading.RLock()
+_LOCK, _WARNINGS = threading.RLock(), threading.RLock()
 # Pillow passes libtiff a file named tempfile.tif; rawpy passes LibRaw an unnamed file. A libtiff
 # line is the name of a function or codec and a sentence with a full stop; lines of Python
 # exceptions have no full stop. The other patterns are messages of libjpeg.
@@ -45,6 +45,14 @@ logging.getLogger("PIL").addHandler(logging.NullHandler())
 
 
 @contextmanager
+def no_warnings() -> Iterator[None]:
+    """Suppress Python warnings, such as Pillow's. One thread at a time."""
+    with _WARNINGS, warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        yield
+
+
+@contextmanager
 def hushed() -> Iterator[list[str]]:
     """Suppress decoder messages on stderr, and Python warnings. One thread at a time.
 
@@ -53,8 +61,7 @@ def hushed() -> Iterator[list[str]]:
     messages are not captured.
     """
     complaints: list[str] = []
-    with _LOCK, warnings.catch_warnings():
-        warnings.simplefilter("ignore")
+    with no_warnings(), _LOCK:
         caught = _memory()
         if caught is None:
             yield complaints

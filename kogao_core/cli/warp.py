@@ -61,7 +61,7 @@ def run(args: SimpleNamespace) -> None:
 
 
 def _is_sound(photo: Future[Photo]) -> bool:
-    return photo.exception() is None and not photo.result().notes
+    return photo.exception() is None
 
 
 def _is_jpeg(path: Path) -> bool:

@@ -64,6 +64,19 @@ def test_warp_names_what_a_result_does_not_keep(cli, small_portrait, tmp_path):
     assert said.endswith("1 face, unchanged\n")
 
 
+def test_damage_that_only_the_blocks_show_is_in_the_report_alone(small_portrait, tmp_path):
+    """Another thread reads the blocks; decoders of pixels stop before the stray bytes."""
+    data = small_portrait.read_bytes()
+    source = tmp_path / "stray.jpg"
+    source.write_bytes(data[:-2] + b"\0\1\2abc" + data[-2:])
+    words = "warp", source, "-o", tmp_path / "out.jpg"
+    done = subprocess.run(
+        [sys.executable, "-m", "kogao_core.cli", *words], capture_output=True, text=True, check=True
+    )
+    assert "slightly damaged: 2 extraneous bytes" in done.stdout
+    assert done.stderr == ""
+
+
 def test_an_option_without_effect_and_one_that_is_gone_are_said_in_a_line(
     fails, small_portrait, tmp_path
 ):

@@ -25,6 +25,7 @@ import numpy.typing as npt
 
 from kogao_core.base.atomic import temporary_folder
 from kogao_core.base.language import Text
+from kogao_core.base.stderr import if_unsaid
 from kogao_core.photo.jpeg.segments import segments
 
 BLOCK_PX: Final = 8
@@ -97,15 +98,15 @@ class Coefficients:
 def read_ahead(path: Path, pool: Executor, is_sound: Callable[[], bool]) -> None:
     """Read the coefficients of a file in another thread, for a later `read` of the same data.
 
-    The thread first waits for `is_sound`: a hostile file takes very long, and messages about a
-    damaged file belong to the later call.
+    The thread first waits for `is_sound`: a hostile file takes very long. The later call reads a
+    damaged file again, to report the damage.
     """
 
     def work() -> tuple[bytes, Coefficients | None]:
         with suppress(OSError, CannotKeepBlocks), temporary_folder(Path(gettempdir())) as place:
             if is_sound():
                 data = path.read_bytes()
-                return data, _read(data, place / "copy")
+                return data, if_unsaid(lambda: _read(data, place / "copy"))
         return b"", None
 
     _ahead.append(pool.submit(work))

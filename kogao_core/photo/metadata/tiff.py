@@ -17,7 +17,7 @@ from PIL.ExifTags import Base as Tag
 
 from kogao_core.base.geometry import Image
 from kogao_core.base.language import Text
-from kogao_core.base.stderr import hushed
+from kogao_core.base.stderr import no_warnings
 from kogao_core.photo.errors import UnreadablePhoto
 from kogao_core.photo.metadata import photoshop
 
@@ -360,7 +360,7 @@ def _in_order(iptc: bytes) -> bytes:
 def entries_of(exif: bytes | None) -> list[tuple[int, Any]] | None:
     """Return the tags that a TIFF directory can take from an EXIF block; None if damaged."""
     found, directory = told_by(exif), TiffImagePlugin.ImageFileDirectory_v2()
-    with hushed():  # no warnings from Pillow
+    with no_warnings():
         try:
             for tag, value in found or ():
                 directory[tag] = value
@@ -375,7 +375,7 @@ def told_by(exif: bytes | None) -> list[tuple[int, Any]] | None:
     if exif is None:
         return None
     block = Pillow.Exif()
-    with hushed():
+    with no_warnings():
         try:
             block.load(exif)
             density = [(tag, block[tag]) for tag in DENSITY if tag in block]
