@@ -71,7 +71,10 @@ def test_damage_that_only_the_blocks_show_is_in_the_report_alone(small_portrait,
     source.write_bytes(data[:-2] + b"\0\1\2abc" + data[-2:])
     words = "warp", source, "-o", tmp_path / "out.jpg"
     done = subprocess.run(
-        [sys.executable, "-m", "kogao_core.cli", *words], capture_output=True, text=True, check=True
+        [sys.executable, "-c", "from kogao_core.cli import main; main()", *words],
+        capture_output=True,
+        text=True,
+        check=True,
     )
     assert "slightly damaged: 2 extraneous bytes" in done.stdout
     assert done.stderr == ""
