@@ -9,6 +9,7 @@ from __future__ import annotations
 import ctypes
 import io
 import os
+import sys
 from collections.abc import Callable, Iterable
 from concurrent.futures import Executor, Future
 from contextlib import suppress
@@ -16,14 +17,12 @@ from dataclasses import dataclass
 from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
-from tempfile import gettempdir
 from typing import Any, Final
 
 import cv2
 import numpy as np
 import numpy.typing as npt
 
-from kogao_core.base.atomic import temporary_folder
 from kogao_core.base.language import Text
 from kogao_core.base.stderr import if_unsaid
 from kogao_core.photo.jpeg.segments import segments
@@ -99,14 +98,14 @@ def read_ahead(path: Path, pool: Executor, is_sound: Callable[[], bool]) -> None
     """Read the coefficients of a file in another thread, for a later `read` of the same data.
 
     The thread first waits for `is_sound`: a hostile file takes very long. The later call reads a
-    damaged file again, to report the damage.
+    damaged file again, to report the damage. Only on Linux: a signal could leave a temporary file.
     """
 
     def work() -> tuple[bytes, Coefficients | None]:
-        with suppress(OSError, CannotKeepBlocks), temporary_folder(Path(gettempdir())) as place:
-            if is_sound():
-                data = path.read_bytes()
-                return data, if_unsaid(lambda: _read(data, place / "copy"))
+        if sys.platform == "linux" and is_sound():
+            with suppress(OSError, CannotKeepBlocks), os.fdopen(os.memfd_create("jpeg")) as file:
+                data, copy = path.read_bytes(), Path(f"/proc/self/fd/{file.fileno()}")
+                return data, if_unsaid(lambda: _read(data, copy))
         return b"", None
 
     _ahead.append(pool.submit(work))
@@ -133,7 +132,6 @@ def _read(data: bytes, copy: Path) -> Coefficients:
     is_done = _library().read_jpeg_dct(
         os.fsencode(copy), *_addresses(planes), *_addresses((tables, numbers), 2)
     )
-    copy.unlink()
     if not is_done:
         raise CannotKeepBlocks(Text("its blocks can't be read"))
     is_usual = _codes(needed) <= _usual_codes()
