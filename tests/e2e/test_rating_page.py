@@ -450,32 +450,6 @@ def test_a_session_from_consent_to_its_code_for_whoever_pays(held):
     assert counted.subjects == 1
 
 
-@pytest.mark.parametrize(
-    ("task", "left", "right"),
-    [("pair", "The left one", "The right one"), ("same", "The same", "Different")],
-)
-def test_two_pictures_are_compared(held, task, left, right):
-    page, folder = held(task=task, size="640px")
-    assert left in page.ask("document.body.innerText")
-    key = plan.load_key(plan.key_path(folder))
-    click(page, "#begin button")
-    page.until("!document.getElementById('judge').hidden")
-    assert page.ask("document.getElementById('unnatural').innerText").startswith(right)
-    for _ in range(4):
-        seen(page)
-        assert page.ask("picture.width") == (2 * 960 + 40) * 640 // 960, "640 px each"
-        width, height = page.ask("[picture.naturalWidth, picture.naturalHeight]")
-        assert (width, height) == (2 * 960 + 40, 720)
-        side = key.pictures[page.ask("picture.getAttribute('src')")].side
-        # The warped one is found less natural, and different.
-        press(page, "j" if task == "same" or side == "left" else "f")
-    counted = tally([(folder, plan.key_path(folder))])
-    assert [row.is_unnatural for row in counted.answers] == [True] * 4
-    made = report.report(counted)
-    assert "of two pictures" in made.lead or "whether two pictures" in made.lead
-    assert "paper" not in str(made.tables[0])
-
-
 def test_naturalness_can_be_graded(held):
     page, folder = held(task="slider")
     click(page, "#begin button")

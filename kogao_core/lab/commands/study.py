@@ -137,7 +137,7 @@ def _text(path: Path | None) -> str:
 )  # fmt: skip
 @words.option(
     "--task", type=click.Choice(get_args(Task)), default="natural", show_default=True,
-    help="Two answers, a grade, or a comparison with the original photo.",
+    help="Two answers, or a grade from 0 to 100.",
 )  # fmt: skip
 @words.option(
     "--faces-each", type=click.IntRange(0), default=0, show_default=True,

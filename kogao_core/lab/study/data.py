@@ -15,7 +15,6 @@ from typing import Any, Final, Generic, TypeVar
 from kogao_core.base.language import Text
 from kogao_core.batch.measures import table_text
 from kogao_core.faces.face import OUTLINE_POINTS
-from kogao_core.lab.study.design import GAP_PX
 from kogao_core.lab.study.results import Display
 from kogao_core.lab.study.tally import Answered, Quality, Tally
 from kogao_core.lab.subjects import PAPER_SIZE
@@ -50,9 +49,7 @@ def _face_degrees(_: Tally, row: Answered) -> float | None:
     if display is None or display.degrees is None or not points:
         return None
     width, height = display.shown
-    # Photos are upright or landscape; a pair has a gap.
-    one = width if row.meaning.side is None else (width - GAP_PX) / 2.0
-    side_px = max(PAPER_SIZE) if one > height else min(PAPER_SIZE)
+    side_px = max(PAPER_SIZE) if width > height else min(PAPER_SIZE)
     outline = [x for x, _ in points[:OUTLINE_POINTS]]
     share = (max(outline) - min(outline)) / side_px
     half = math.tan(math.radians(display.degrees) / 2.0)
@@ -82,12 +79,10 @@ ANSWERS: Final[Sequence[Column[Answered]]] = (
            lambda _, row: row.meaning.measured.lattice_in_warps),
     Column("fit", "fit of the lattice: approximation, exact or multilevel",
            lambda _, row: row.variant.fit),
-    Column("side", "side of the warped picture in a pair", lambda _, row: row.meaning.side),
     # In lower case: R reads a column of F as FALSE.
     Column("natural_key", "the key for natural", lambda _, row: row.session.keys[0]),
-    Column("answer", "natural or unnatural; in pairs left or right, same or different",
-           lambda _, row: row.record.answer),
-    Column("unnatural", "1 for unnatural; in pairs 1 for less natural, or different",
+    Column("answer", "natural or unnatural", lambda _, row: row.record.answer),
+    Column("unnatural", "1 for unnatural",
            lambda _, row: None if row.is_unnatural is None else int(row.is_unnatural)),
     Column("grade", "0 to 100", lambda _, row: row.record.grade),
     Column("ms", "time from the painted picture to the answer, ms, without away_ms",

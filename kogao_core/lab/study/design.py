@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import re
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Final, Literal, get_args
 
@@ -98,18 +97,10 @@ def practice(count: int, base: Recipe = PAPER) -> tuple[Variant, ...]:
     return tuple(Variant("practice", *end, base.lattice, base.fit) for end in ends[:count])
 
 
-Task = Literal["natural", "slider", "pair", "same"]
-Answer = Literal["natural", "unnatural", "left", "right", "same", "different"]
-# Answers to a picture; a slider gives grades.
-ANSWERS: Final[Mapping[Task, tuple[Answer, ...]]] = {
-    "natural": ("natural", "unnatural"),
-    "slider": (),
-    "pair": ("left", "right"),
-    "same": ("same", "different"),
-}
+Task = Literal["natural", "slider"]
+Answer = Literal["natural", "unnatural"]
 # Grey around every picture: the surround changes the perceived colours of a face.
 SURROUND: Final = "#b8b8b8"
-GAP_PX: Final = 40  # grey gap between two pictures
 _LONGEST_TEXT: Final = 20_000
 _LONGEST_CODE: Final = 64
 _SIZE: Final = re.compile(r"(\d+(?:\.\d+)?)(px|deg)")
@@ -120,14 +111,13 @@ _LARGEST: Final = {"px": 4000.0, "deg": 90.0}
 class Conduct:
     """Settings of all sessions of a study."""
 
-    # natural: natural or unnatural; slider: grade the naturalness; pair: choose the more natural
-    # picture, one of the two is the original; same: tell whether picture and original are the same.
+    # natural: natural or unnatural; slider: grade the naturalness from 0 to 100.
     task: Task = "natural"
     break_every: int = 0  # answers; 0 for no breaks
     faces_each: int = 0  # number of faces per rater; 0 for all
     swap_keys: bool = False  # swap F and J for half of the raters
-    # Long side of each photo, alone or in a pair: "640px" in CSS px, "12deg" in degrees of visual
-    # angle, or "fit", the largest of a few scales that fits the window at the start.
+    # Long side of each photo: "640px" in CSS px, "12deg" in degrees of visual angle, or "fit", the
+    # largest of a few scales that fits the window at the start.
     size: str = "fit"
     distance_mm: int = 600  # from the eyes to the screen, for degrees
     full_screen: bool = False
@@ -144,11 +134,6 @@ class Conduct:
             raise ValueError(
                 Text("{size} is not a size such as fit, 640px or 12deg", size=repr(self.size))
             )
-
-    @property
-    def pairs(self) -> bool:
-        """Whether each picture is shown next to the original photo."""
-        return self.task in ("pair", "same")
 
     @staticmethod
     def parse(node: Node) -> Conduct:

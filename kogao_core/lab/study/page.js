@@ -72,7 +72,7 @@ function fresh(rater, number) {
     for (let tries = 0; tries < 100 && !untwinned(order); tries++) order = apart(drawn(own, next));
     return order;
   };
-  const keys = study.conduct.swap_keys && study.conduct.task !== "pair" && Math.floor(number / blocks) % 2 ? "jf" : "fj";
+  const keys = study.conduct.swap_keys && Math.floor(number / blocks) % 2 ? "jf" : "fj";
   const order = [...drawn(study.practice, next), ...block(study.ratings), ...block(study.satisfaction)];
   return { rater, order, keys, records: [] };
 }
@@ -157,14 +157,8 @@ function begin() {
   const keeper = study.served ? program : browser;
   const { conduct } = study;
   const slider = conduct.task === "slider";
-  // What the two keys say, and the words of each task.
-  const [first, second] = { pair: ["left", "right"], same: ["same", "different"] }[conduct.task] || ["natural", "unnatural"];
-  const asks = { natural: "ask_natural", slider: "ask_slider", pair: "ask_pair", same: "ask_same" };
-  const tasks = { natural: "task", slider: "task_slider", pair: "task_pair", same: "task_same" };
   // Few scales, CSS px a px, so that few conditions differ: a session has the largest that fits when it begins.
   const scales = [1, 3 / 4, 1 / 2, 3 / 8, 1 / 3];
-  // Of two photos side by side, sizes and angles are those of one.
-  const photo = (width, gap) => (study.gap ? (width - gap) / 2 : width);
   const fixed = conduct.size !== "fit";
   const degrees = conduct.size.endsWith("deg") ? parseFloat(conduct.size) : null;
   let session = null;
@@ -198,9 +192,9 @@ function begin() {
     // Which key says what is known once a session has begun; its buttons tell.
     if (slider || conduct.swap_keys) for (const told of document.querySelectorAll(".two")) told.remove();
     document.body.classList.toggle("grades", slider || study.satisfaction.length > 0);
-    const task = conduct.task === "natural" && pictures === 1 ? "task_one" : tasks[conduct.task];
-    for (const told of document.querySelectorAll(".first")) told.textContent = word(first);
-    for (const told of document.querySelectorAll(".second")) told.textContent = word(second);
+    const task = slider ? "task_slider" : pictures === 1 ? "task_one" : "task";
+    for (const told of document.querySelectorAll(".first")) told.textContent = word("natural");
+    for (const told of document.querySelectorAll(".second")) told.textContent = word("unnatural");
     const each = conduct.faces_each ? fresh("any", 0).order.filter((name) => study.ratings.includes(name)).length : pictures;
     say("instructions", conduct.instructions || word(task, { n: each }));
     say("consent", conduct.consent);
@@ -298,7 +292,7 @@ function begin() {
     only("judge");
     const own = study.satisfaction.includes(session.order[at]);
     const grading = own || slider;
-    part("question").textContent = word(own ? "ask_satisfied" : asks[conduct.task]);
+    part("question").textContent = word(own ? "ask_satisfied" : slider ? "ask_slider" : "ask_natural");
     part("scale").textContent = word(own ? "scale_satisfied" : "scale_natural");
     part("skip").hidden = !own;
     part("answers").hidden = grading;
@@ -338,7 +332,7 @@ function begin() {
   // The session's scale, CSS px a px of a picture; null where that is still to be found.
   function wanted() {
     if (!fixed) return scale || scales.find(fits) || scales[scales.length - 1];
-    const long = Math.max(photo(study.box[0], study.gap), study.box[1]);
+    const long = Math.max(...study.box);
     if (degrees === null) return parseFloat(conduct.size) / long;
     return 2 * conduct.distance_mm * Math.tan(degrees * Math.PI / 360) * css_density() / long;
   }
@@ -415,7 +409,7 @@ function begin() {
       window: [innerWidth, innerHeight],
       ratio: devicePixelRatio,
       degrees: density && 360 / Math.PI
-        * Math.atan(photo(box.width, scale * study.gap) / css_density() / 2 / conduct.distance_mm),
+        * Math.atan(box.width / css_density() / 2 / conduct.distance_mm),
       distance: density && conduct.distance_mm,
     }));
   }
@@ -493,8 +487,8 @@ function begin() {
     part("shown").textContent = part("grade").value;
     part("enter").disabled = false;
   });
-  part("natural").addEventListener("click", () => judge(first));
-  part("unnatural").addEventListener("click", () => judge(second));
+  part("natural").addEventListener("click", () => judge("natural"));
+  part("unnatural").addEventListener("click", () => judge("unnatural"));
   part("skip").addEventListener("click", skip);
   part("back").addEventListener("click", back);
   part("again").addEventListener("click", back);
@@ -511,7 +505,7 @@ function begin() {
     if (!session || part("judge").hidden && part("end").hidden || event.repeat || event.ctrlKey || event.metaKey || event.altKey) return;
     const [natural, unnatural] = session.keys || "fj";
     const keys = {
-      [natural]: () => judge(first), [unnatural]: () => judge(second), s: skip, backspace: back,
+      [natural]: () => judge("natural"), [unnatural]: () => judge("unnatural"), s: skip, backspace: back,
     };
     const does = keys[event.key.toLowerCase()];
     if (does) {

@@ -14,7 +14,7 @@ from PIL import Image as Pillow
 
 from kogao_core.base.language import Text, language, translated
 from kogao_core.lab.study import results
-from kogao_core.lab.study.design import GAP_PX, LEAST_MS, SURROUND
+from kogao_core.lab.study.design import LEAST_MS, SURROUND
 from kogao_core.lab.study.plan import Study
 from kogao_core.lab.subjects import PAPER_SIZE
 
@@ -70,20 +70,6 @@ PAGE: Final = {
 SCRIPT: Final = {
     "natural": Text("Natural"),
     "unnatural": Text("Unnatural"),
-    "left": Text("The left one"),
-    "right": Text("The right one"),
-    "same": Text("The same"),
-    "different": Text("Different"),
-    "task_pair": Text(
-        "You will see {n} pairs of pictures. For each pair, choose quickly the picture with "
-        "the more natural face."
-    ),
-    "task_same": Text(
-        "You will see {n} pairs of pictures. For each pair, answer quickly: are the pictures "
-        "the same or different?"
-    ),
-    "ask_pair": Text("In which picture does the face look more natural?"),
-    "ask_same": Text("Are these pictures the same?"),
     "task_slider": Text(
         "You will see {n} pictures one after another. For each picture, grade quickly how "
         "natural the face looks."
@@ -168,7 +154,6 @@ def _data(study: Study, folder: Path, served: bool) -> str:
         **study.to_dict(),
         "header": results.header(study, "", "page"),
         "box": _box(study, folder),
-        "gap": GAP_PX if study.conduct.pairs else 0,
         "least_ms": LEAST_MS,
         "served": served,
         "words": {name: translated(text) for name, text in SCRIPT.items()},

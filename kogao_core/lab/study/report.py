@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import asdict
-from importlib.util import find_spec
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from kogao_core.base.language import Text
 from kogao_core.lab.reports.report import NONE, Heading, Part, Report, Row, Table, recipe_in_words
@@ -16,21 +15,10 @@ from kogao_core.lab.study.plan import PictureFigures
 from kogao_core.lab.study.tables import PUBLISHED_SATISFACTION, of_kind
 from kogao_core.lab.study.tally import Grades, Quality, Share, Tally
 
-if TYPE_CHECKING:
-    from kogao_core.lab.study.curve import Curves
-
 _TITLE: Final = Text("How natural do the faces look?")
 _LEADS: Final[Mapping[Task, Text]] = {
     "natural": Text("Raters called pictures natural or unnatural, without knowing the settings."),
     "slider": Text("Raters graded pictures, without knowing the settings."),
-    "pair": Text(
-        "Raters chose the more natural of two pictures; one was the original photo. Below, "
-        "unnatural means that the original was chosen. Guessing gives 50 %."
-    ),
-    "same": Text(
-        "Raters told whether two pictures were the same; one was the original photo. Below, "
-        "unnatural means the answer different."
-    ),
 }
 _ORIGIN: Final = ("study", "seed", "recipe", "origin", "subjects")  # fields of a key
 _SHOWN: Final = 12  # letters of a digest
@@ -40,7 +28,6 @@ _ALIKE: Final = 0.02  # relative difference below which sizes, as angles, are eq
 def report(tally: Tally) -> Report:
     """Return the report of a tally."""
     shares, everybody = tally.shares(), tally.shares(tally.answers)
-    found = _curves(tally) if _has_scipy() else None
     differs = shares != everybody
     who = Text("counted raters") if differs else Text("all raters")
     graded = tally.naturalness()
@@ -48,16 +35,13 @@ def report(tally: Tally) -> Report:
     if any(grades.count for grades in graded.values()):
         parts += [tables.grades_chart(graded), tables.naturalness(tally, graded)]
     else:
-        charts = tables.distance_charts(shares)
-        parts.append(Row(charts if tally.task == "natural" else charts[:1], wide=True))
+        parts.append(Row(tables.distance_charts(shares), wide=True))
         parts += [
             Heading(Text("Warp distance and centre")),
             tables.table_1(tally, shares, who, len(tally.careful)),
         ]
         if differs:
             parts.append(tables.table_1(tally, everybody, Text("all raters"), len(tally.raters)))
-        if found is not None:
-            parts += [tables.curve_chart(tally, shares, found), tables.curves(found, shares)]
         if of_kind(shares, "figure11") or of_kind(shares, "control"):
             parts += [Heading(Text("Lattice size")), tables.figure_11(tally, shares)]
         if of_kind(shares, "figure11"):
@@ -72,17 +56,7 @@ def report(tally: Tally) -> Report:
         _row(variant, share, everybody[variant], measured[variant], graded[variant])
         for variant, share in shares.items()
     ]
-    return Report(_TITLE, _LEADS[tally.task], parts, records, _document(tally, records, found))
-
-
-def _has_scipy() -> bool:
-    return find_spec("scipy") is not None
-
-
-def _curves(tally: Tally) -> Curves | None:
-    from kogao_core.lab.study import curve  # needs an extra
-
-    return curve.fitted(tally.counted, floor=0.5 if tally.task == "pair" else 0.0)
+    return Report(_TITLE, _LEADS[tally.task], parts, records, _document(tally, records))
 
 
 def care(tally: Tally) -> Table:
@@ -169,10 +143,6 @@ def notes(tally: Tally) -> list[str]:
                 "raters"
             )
         )
-    if not _has_scipy():
-        sentences.append(
-            Text("the curve and its 50 % point need scipy: pip install 'kogao[experiments]'")
-        )
     if tally.torn:
         sentences.append(Text("excluded incomplete lines of ratings: {torn}", torn=tally.torn))
     if tally.unfinished:
@@ -193,9 +163,7 @@ def notes(tally: Tally) -> list[str]:
     return sentences
 
 
-def _document(
-    tally: Tally, records: list[dict[str, object]], found: Curves | None
-) -> dict[str, object]:
+def _document(tally: Tally, records: list[dict[str, object]]) -> dict[str, object]:
     own, others, skipped = tally.grades()
     graded = {
         "grades": own.count,
@@ -224,22 +192,8 @@ def _document(
             for key in tally.keys
         ],
         "variants": records,
-        "curves": _curves_document(found) if found else None,
         "satisfaction": graded,
     }
-
-
-def _curves_document(found: Curves) -> dict[str, object]:
-    groups = [
-        {
-            **dict(zip(("center", "fit"), group, strict=True)),
-            **asdict(one),
-            "later": asdict(found.later[group]) if group in found.later else None,
-        }
-        for group, one in found.groups.items()
-    ]
-    told = {"p": found.p, "raters_needed": found.raters_needed}
-    return {"whole": asdict(found.whole), "groups": groups, **told}
 
 
 def _row(

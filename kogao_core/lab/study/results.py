@@ -20,7 +20,7 @@ from kogao_core.base.atomic import check_target
 from kogao_core.base.json_reader import BadFile, Node, parse, read
 from kogao_core.base.language import Text
 from kogao_core.lab.study import plan
-from kogao_core.lab.study.design import ANSWERS, SURROUND, Answer, one_of
+from kogao_core.lab.study.design import SURROUND, Answer, one_of
 from kogao_core.lab.study.plan import Study
 
 # Keys for natural and unnatural.
@@ -162,8 +162,6 @@ class Session:
             raise BadFile(
                 Text("line {number} is about a picture that wasn't shown then", number=number)
             )
-        elif record.answer is not None and record.answer not in ANSWERS[self.study.conduct.task]:
-            raise BadFile(Text("line {number} has an answer of another task", number=number))
         elif record.skipped and record.picture not in self.study.satisfaction:
             raise BadFile(Text("line {number} has no answer", number=number))
 

@@ -101,11 +101,9 @@ class Answered:
 
     @property
     def is_unnatural(self) -> bool | None:
-        """Whether the answer is unnatural; in pairs, less natural or different. None for grades."""
+        """Whether the answer is unnatural; None for grades."""
         answer = self.record.answer
-        if answer in ("left", "right"):
-            return answer != self.meaning.side
-        return None if answer is None else answer in ("unnatural", "different")
+        return None if answer is None else answer == "unnatural"
 
     @property
     def is_early(self) -> bool:
