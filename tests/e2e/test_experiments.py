@@ -61,6 +61,7 @@ def test_one_command_says_how_far_it_is_and_writes_everything(
     code, said, err = cli(name, small_png, "-o", folder, *ONCE[name])
     begun, *steps = err.splitlines()
     assert (code, begun) == (0, f"1 of 1: {small_png}")
+    assert steps, "the experiment calls `Work.progress` after each step"
     assert re.fullmatch(re.escape(begun) + r", (\d+) of \1 steps", steps[-1]), "all are done"
     assert all(line.startswith(begun) for line in steps)
     document = json.loads((folder / f"{name}.json").read_text(encoding="utf-8"))
