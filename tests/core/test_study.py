@@ -36,7 +36,7 @@ from kogao_core.lab.study import (
     results,
     tables,
 )
-from kogao_core.lab.study.design import LATTICES, Conduct, Variant, variants
+from kogao_core.lab.study.design import LATTICES, Variant, variants
 from kogao_core.lab.study.plan import Study
 from kogao_core.lab.study.results import Record, Session
 from kogao_core.lab.study.tally import Grades, Share, tally

@@ -9,7 +9,7 @@ from browser import Browser
 from scenes import oval_face, textured_photo
 from timeouts import LONGEST_S
 
-from kogao_core.lab.study import design, making, plan, report, results
+from kogao_core.lab.study import design, making, plan, results
 from kogao_core.lab.study.design import Conduct, Variant
 from kogao_core.lab.study.server import Server
 from kogao_core.lab.study.tally import tally
@@ -448,24 +448,3 @@ def test_a_session_from_consent_to_its_code_for_whoever_pays(held):
     counted = tally([(folder, plan.key_path(folder))])
     assert [row.place for row in counted.answers] == [2, 3, 4, 5], "practice isn't counted"
     assert counted.subjects == 1
-
-
-def test_naturalness_can_be_graded(held):
-    page, folder = held(task="slider")
-    click(page, "#begin button")
-    page.until("!document.getElementById('judge').hidden")
-    for grade in (10, 60, 70, 80):
-        seen(page)
-        with counts(page):
-            page.press("f")
-            page.press("s")  # what isn't of oneself can't be skipped
-            page.ask(f"grade.value = {grade}, grade.dispatchEvent(new Event('input'))")
-            click(page, "#enter")
-    counted = tally([(folder, plan.key_path(folder))])
-    assert [row.record.grade for row in counted.answers] == [10, 60, 70, 80]
-    grades = counted.naturalness()
-    assert sum(one.mean for one in grades.values()) == 220.0
-    table = report.report(counted).tables[0]
-    assert "Naturalness, 0 to 100" in str(table.caption)
-    for row in counted.answers:
-        assert f"{row.record.grade}.0" in str(table)

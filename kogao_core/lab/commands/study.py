@@ -24,7 +24,7 @@ from kogao_core.faces.landmarks import source as landmark_source
 from kogao_core.lab.commands import outputs
 from kogao_core.lab.study import data as answer_tables
 from kogao_core.lab.study import making, plan, tally
-from kogao_core.lab.study.design import Conduct, Rules, Task, variants
+from kogao_core.lab.study.design import Conduct, Rules, variants
 from kogao_core.lab.study.report import notes
 from kogao_core.lab.study.report import report as made_report
 from kogao_core.lab.study.server import Server
@@ -134,10 +134,6 @@ def _text(path: Path | None) -> str:
 @words.option(
     "--practice", type=click.IntRange(0, 8), default=0, show_default=True,
     help="Number of practice pictures of the sample portrait.",
-)  # fmt: skip
-@words.option(
-    "--task", type=click.Choice(get_args(Task)), default="natural", show_default=True,
-    help="Two answers, or a grade from 0 to 100.",
 )  # fmt: skip
 @words.option(
     "--faces-each", type=click.IntRange(0), default=0, show_default=True,

@@ -97,7 +97,6 @@ def practice(count: int, base: Recipe = PAPER) -> tuple[Variant, ...]:
     return tuple(Variant("practice", *end, base.lattice, base.fit) for end in ends[:count])
 
 
-Task = Literal["natural", "slider"]
 Answer = Literal["natural", "unnatural"]
 # Grey around every picture: the surround changes the perceived colours of a face.
 SURROUND: Final = "#b8b8b8"
@@ -111,8 +110,6 @@ _LARGEST: Final = {"px": 4000.0, "deg": 90.0}
 class Conduct:
     """Settings of all sessions of a study."""
 
-    # natural: natural or unnatural; slider: grade the naturalness from 0 to 100.
-    task: Task = "natural"
     break_every: int = 0  # answers; 0 for no breaks
     faces_each: int = 0  # number of faces per rater; 0 for all
     swap_keys: bool = False  # swap F and J for half of the raters
@@ -138,10 +135,12 @@ class Conduct:
     @staticmethod
     def parse(node: Node) -> Conduct:
         """Read the settings of a study file. Raises BadFile."""
-        node.only([one.name for one in dataclasses.fields(Conduct)])
+        # Studies of 1.0.0 name their task; this version knows one.
+        node.only(["task", *(one.name for one in dataclasses.fields(Conduct))])
+        if node.field("task").value is not None:
+            node.field("task").text(20, ("natural",))
         try:
             return Conduct(
-                one_of(node.field("task"), Task),
                 node.field("break_every").whole(0, 10**6),
                 node.field("faces_each").whole(0, 10**6),
                 node.field("swap_keys").flag(),

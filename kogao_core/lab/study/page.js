@@ -156,7 +156,6 @@ function begin() {
   const part = (id) => document.getElementById(id);
   const keeper = study.served ? program : browser;
   const { conduct } = study;
-  const slider = conduct.task === "slider";
   // Few scales, CSS px a px, so that few conditions differ: a session has the largest that fits when it begins.
   const scales = [1, 3 / 4, 1 / 2, 3 / 8, 1 / 3];
   const fixed = conduct.size !== "fit";
@@ -190,9 +189,9 @@ function begin() {
     const pictures = study.ratings.length;
     for (const told of document.querySelectorAll(study.served ? ".alone" : ".served")) told.remove();
     // Which key says what is known once a session has begun; its buttons tell.
-    if (slider || conduct.swap_keys) for (const told of document.querySelectorAll(".two")) told.remove();
-    document.body.classList.toggle("grades", slider || study.satisfaction.length > 0);
-    const task = slider ? "task_slider" : pictures === 1 ? "task_one" : "task";
+    if (conduct.swap_keys) for (const told of document.querySelectorAll(".two")) told.remove();
+    document.body.classList.toggle("grades", study.satisfaction.length > 0);
+    const task = pictures === 1 ? "task_one" : "task";
     for (const told of document.querySelectorAll(".first")) told.textContent = word("natural");
     for (const told of document.querySelectorAll(".second")) told.textContent = word("unnatural");
     const each = conduct.faces_each ? fresh("any", 0).order.filter((name) => study.ratings.includes(name)).length : pictures;
@@ -290,11 +289,9 @@ function begin() {
     if (at >= total) return finish();
     if (pause(at)) return;
     only("judge");
-    const own = study.satisfaction.includes(session.order[at]);
-    const grading = own || slider;
-    part("question").textContent = word(own ? "ask_satisfied" : slider ? "ask_slider" : "ask_natural");
-    part("scale").textContent = word(own ? "scale_satisfied" : "scale_natural");
-    part("skip").hidden = !own;
+    const grading = study.satisfaction.includes(session.order[at]);
+    part("question").textContent = word(grading ? "ask_satisfied" : "ask_natural");
+    part("scale").textContent = word("scale_satisfied");
     part("answers").hidden = grading;
     part("grades").hidden = !grading;
     touched = false;
@@ -417,7 +414,7 @@ function begin() {
   const grading = () => !part("grades").hidden;
   const judge = (said) => { if (!grading()) answer({ answer: said }); };
   const grade = () => { if (grading() && touched) answer({ grade: Number(part("grade").value) }); };
-  const skip = () => { if (!part("grades").hidden && !part("skip").hidden) answer({ grade: null }); };
+  const skip = () => { if (grading()) answer({ grade: null }); };
 
   function relay() {
     if (session && !part("judge").hidden && part("picture").complete) lay();

@@ -70,12 +70,7 @@ PAGE: Final = {
 SCRIPT: Final = {
     "natural": Text("Natural"),
     "unnatural": Text("Unnatural"),
-    "task_slider": Text(
-        "You will see {n} pictures one after another. For each picture, grade quickly how "
-        "natural the face looks."
-    ),
     "scale_satisfied": Text("0 not at all satisfied, 100 completely satisfied"),
-    "scale_natural": Text("0 not at all natural, 100 completely natural"),
     "ask_slider": Text("How natural does this face look?"),
     "distance": Text("Keep your eyes {cm} cm from the screen during the whole session."),
     "break": Text("A break"),

@@ -3,23 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Final
 
 from kogao_core.base.language import Text
 from kogao_core.lab.reports.report import NONE, Heading, Part, Report, Row, Table, recipe_in_words
 from kogao_core.lab.study import tables
-from kogao_core.lab.study.design import Task, Variant
+from kogao_core.lab.study.design import Variant
 from kogao_core.lab.study.plan import PictureFigures
 from kogao_core.lab.study.tables import PUBLISHED_SATISFACTION, of_kind
-from kogao_core.lab.study.tally import Grades, Quality, Share, Tally
+from kogao_core.lab.study.tally import Quality, Share, Tally
 
 _TITLE: Final = Text("How natural do the faces look?")
-_LEADS: Final[Mapping[Task, Text]] = {
-    "natural": Text("Raters called pictures natural or unnatural, without knowing the settings."),
-    "slider": Text("Raters graded pictures, without knowing the settings."),
-}
+_LEAD: Final = Text("Raters called pictures natural or unnatural, without knowing the settings.")
 _ORIGIN: Final = ("study", "seed", "recipe", "origin", "subjects")  # fields of a key
 _SHOWN: Final = 12  # letters of a digest
 _ALIKE: Final = 0.02  # relative difference below which sizes, as angles, are equal
@@ -30,22 +26,17 @@ def report(tally: Tally) -> Report:
     shares, everybody = tally.shares(), tally.shares(tally.answers)
     differs = shares != everybody
     who = Text("counted raters") if differs else Text("all raters")
-    graded = tally.naturalness()
-    parts: list[Part] = []
-    if any(grades.count for grades in graded.values()):
-        parts += [tables.grades_chart(graded), tables.naturalness(tally, graded)]
-    else:
-        parts.append(Row(tables.distance_charts(shares), wide=True))
-        parts += [
-            Heading(Text("Warp distance and centre")),
-            tables.table_1(tally, shares, who, len(tally.careful)),
-        ]
-        if differs:
-            parts.append(tables.table_1(tally, everybody, Text("all raters"), len(tally.raters)))
-        if of_kind(shares, "figure11") or of_kind(shares, "control"):
-            parts += [Heading(Text("Lattice size")), tables.figure_11(tally, shares)]
-        if of_kind(shares, "figure11"):
-            parts.append(tables.lattice_chart(shares))
+    parts: list[Part] = [
+        Row(tables.distance_charts(shares), wide=True),
+        Heading(Text("Warp distance and centre")),
+        tables.table_1(tally, shares, who, len(tally.careful)),
+    ]
+    if differs:
+        parts.append(tables.table_1(tally, everybody, Text("all raters"), len(tally.raters)))
+    if of_kind(shares, "figure11") or of_kind(shares, "control"):
+        parts += [Heading(Text("Lattice size")), tables.figure_11(tally, shares)]
+    if of_kind(shares, "figure11"):
+        parts.append(tables.lattice_chart(shares))
     if any(row.variant.kind == "satisfaction" for row in tally.answers):
         parts += [Heading(Text("Satisfaction")), tables.satisfaction(tally)]
     parts += [care(tally)] if tally.raters else []
@@ -53,10 +44,10 @@ def report(tally: Tally) -> Report:
     parts += [Text("Note: {sentence}.", sentence=sentence) for sentence in notes(tally)]
     measured = tally.measured()
     records = [
-        _row(variant, share, everybody[variant], measured[variant], graded[variant])
+        _row(variant, share, everybody[variant], measured[variant])
         for variant, share in shares.items()
     ]
-    return Report(_TITLE, _LEADS[tally.task], parts, records, _document(tally, records))
+    return Report(_TITLE, _LEAD, parts, records, _document(tally, records))
 
 
 def care(tally: Tally) -> Table:
@@ -197,7 +188,7 @@ def _document(tally: Tally, records: list[dict[str, object]]) -> dict[str, objec
 
 
 def _row(
-    variant: Variant, share: Share, everybody: Share, found: PictureFigures, grades: Grades
+    variant: Variant, share: Share, everybody: Share, found: PictureFigures
 ) -> dict[str, object]:
     printed = tables.published(variant)
     low, high = share.interval
@@ -213,9 +204,6 @@ def _row(
         "published": None if printed is None else printed / 100.0,
         "unnatural_everybody": everybody.hits,
         "answers_everybody": everybody.answers,
-        "grades": grades.count,
-        "mean_grade": _or_none(grades.mean),
-        "standard_deviation": _or_none(grades.deviation),
     }
 
 

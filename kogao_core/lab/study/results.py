@@ -139,8 +139,7 @@ class Session:
     @property
     def grading(self) -> bool:
         """Whether the next picture needs a grade."""
-        slider = self.study.conduct.task == "slider"
-        return self.current in self.study.satisfaction or (slider and self.current is not None)
+        return self.current in self.study.satisfaction
 
     def check(self, record: Record) -> None:
         """Check that a record is a valid next line. Raises BadFile."""

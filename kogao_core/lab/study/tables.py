@@ -12,7 +12,7 @@ from kogao_core.faces.naturalness import DISTANCES, STUDENTS, SUBJECTS, UNNATURA
 from kogao_core.lab.reports.charts import Chart, Series
 from kogao_core.lab.reports.report import NONE, Table
 from kogao_core.lab.study.design import Group, Kind, Variant
-from kogao_core.lab.study.tally import Grades, Share, Tally
+from kogao_core.lab.study.tally import Share, Tally
 from kogao_core.recipe.recipe import SETTINGS
 
 PUBLISHED_SATISFACTION: Final = 92
@@ -57,7 +57,7 @@ def _by_group(
         rows.append([_named(group, found), *(cell(percent, group) for percent in distances)])
         rows.append([Text("achieved, % of D"), *(_achieved(tally, p, group) for p in distances)])
         printed = [_published(percent, group[0]) for percent in distances]
-        if tally.task == "natural" and any(value is not None for value in printed):
+        if any(value is not None for value in printed):
             cells = [NONE if value is None else f"{value:.3f} %" for value in printed]
             rows.append([Text("the paper"), *cells])
     return rows
@@ -130,52 +130,6 @@ def satisfaction(tally: Tally) -> Table:
             "The paper's users graded the picture of their own face; the paper prints no deviation."
         ),
     )
-
-
-def naturalness(tally: Tally, graded: Mapping[Variant, Grades]) -> Table:
-    """Return mean and deviation of grades by centre candidate and warp distance."""
-    distances = _distances(graded)
-    rows = _by_group(tally, graded, lambda percent, group: _mean(_grades(graded, percent, group)))
-    for kind, name in (("figure11", "R = {v.lattice:g}"), ("control", "0 %")):
-        for v, one in graded.items():
-            if v.kind == kind:
-                rows.append([name.format(v=v), _mean(one), *[NONE] * (len(distances) - 1)])
-    return Table(
-        Text("Naturalness, 0 to 100: mean and standard deviation of the grades"),
-        _asked_for(distances),
-        rows,
-        Text("{n} grades of {raters} raters. The paper's students had two answers instead.",
-             n=sum(one.count for one in graded.values()), raters=len(tally.careful)),
-    )  # fmt: skip
-
-
-def _grades(graded: Mapping[Variant, Grades], percent: float, group: Group) -> Grades:
-    """Return the grades of table 1's picture of a distance and a centre."""
-    for v, one in graded.items():
-        if (v.kind, v.percent, v.group) == ("table1", percent, group):
-            return one
-    return Grades.of([])
-
-
-def _mean(grades: Grades) -> str:
-    return f"{_number(grades.mean)} \N{PLUS-MINUS SIGN} {_number(grades.deviation)}"
-
-
-def grades_chart(graded: Mapping[Variant, Grades]) -> Chart:
-    """Return the mean grades by warp distance, one line per centre."""
-    return Chart(
-        Text("Naturalness by warp distance"), [f"{p:g}" for p in _distances(graded)],
-        Text("naturalness, 0 to 100"),
-        [
-            Series(
-                _named(group, graded),
-                [_grades(graded, percent, group).mean for percent in _distances(graded)],
-            )
-            for group in _groups(graded)
-        ],
-        along=Text("warp distance, % of D"), most=100.0,
-        caption=Text("Means of the grades."),
-    )  # fmt: skip
 
 
 def distance_charts(shares: Shares) -> list[Chart]:
