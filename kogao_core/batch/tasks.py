@@ -156,8 +156,7 @@ def _key(task: Task) -> str:
     """Return a hash of files and options; "" if a file can't be read."""
     choices = task.recipe, task.which, task.doubtful, task.landmarks, bool(task.project)
     told = asdict(task.disclosure), asdict(task.export)
-    points = [""] * bool(task.points)
-    chosen = json.dumps([*choices, *told, *points], sort_keys=True)
+    chosen = json.dumps([*choices, *told, bool(task.points)], sort_keys=True)
     total = hashlib.sha256(chosen.encode())
     files = task.source, task.project, task.points, task.output
     for path in map(Path, filter(None, files)):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from concurrent.futures import Future
 from pathlib import Path
@@ -45,8 +46,11 @@ def refuse_result(path: Path) -> None:
         )
 
 
-def input_paths(inputs: Sequence[Path], sample: bool) -> list[Path]:
-    """Return the photos, including those in folders, or the sample. Raises Stop for both."""
+def input_paths(inputs: Sequence[Path], sample: bool, *, named: bool = False) -> list[Path]:
+    """Return the photos, including those in folders, or the sample. Raises Stop for both.
+
+    With `named`, raise Stop if files that are named after two photos would have one name.
+    """
     if bool(inputs) == sample:
         raise ending.Stop(Text("name photos or folders of photos, or use --sample"))
     if sample:
@@ -60,6 +64,9 @@ def input_paths(inputs: Sequence[Path], sample: bool) -> list[Path]:
         if not within:
             raise ending.Stop(Text("no photo found in {path}", path=path))
         paths += within
+    stem, count = Counter(path.stem for path in paths).most_common(1)[0]
+    if named and count > 1:
+        raise ending.Stop(Text("several photos are called {stem}; use separate folders", stem=stem))
     return paths
 
 

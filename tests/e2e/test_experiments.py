@@ -133,7 +133,7 @@ def test_photos_without_a_face_are_named_and_the_others_measured(
         (("{photo}", "--percent", 5), 2, "No such option '--percent'"),
         (("{photo}", "--recipe", "{photo}"), 2, "is not JSON"),
         (("{photo}", "--face", 7), 2, "there is no face 7"),
-        (("{photo}", "--json", "{empty}/none/x.json"), 3, "there is no folder"),
+        (("{photo}", "--json", "{empty}/none/x.json"), 3, "create the folder first"),
         (("{photo}", "-o", "{photo}/x"), 3, "there is no folder"),
         (("{photo}", "--json", "-", "--csv", "-"), 2, "only one file can be printed"),
     ],

@@ -3,7 +3,6 @@
 import contextlib
 import time
 
-import numpy as np
 import pytest
 from browser import Browser
 from scenes import oval_face, textured_photo
@@ -341,35 +340,6 @@ def click(page, selector):
         page.call(
             "Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", clickCount=1
         )  # fmt: skip
-
-
-def measure(page, px_per_mm):
-    """Say how large a card is on this screen."""
-    click(page, "#begin button")
-    page.until("!document.getElementById('measure').hidden")
-    page.ask(f"width.value = {85.6 * px_per_mm}, width.dispatchEvent(new Event('input'))")
-    click(page, "#measured button")
-    page.until("!document.getElementById('judge').hidden")
-
-
-@pytest.mark.parametrize(
-    ("size", "px_per_mm"), [((1366, 768), 3.97), ((1920, 1080), 3.78)], ids=["laptop", "desk"]
-)
-def test_a_size_in_degrees_is_the_same_on_every_screen(held, size, px_per_mm):
-    page, folder = held(size, size="10deg", distance_mm=570)
-    measure(page, px_per_mm)
-    press(page, "f")
-    # The browser's zoom: a CSS px is larger, and there are fewer.
-    page.resize(*(round(side / 1.5) for side in size), ratio=1.5)
-    press(page, "f")
-    (path,) = (folder / plan.RATINGS_FOLDER).iterdir()
-    first, second = results.load(path).records
-    wide_mm = 2.0 * 570.0 * np.tan(np.radians(5.0))
-    assert first.display.shown[0] == pytest.approx(wide_mm * px_per_mm, rel=0.01)
-    assert second.display.shown[0] == pytest.approx(wide_mm * px_per_mm / 1.5, rel=0.01)
-    for record in (first, second):
-        assert record.display.degrees == pytest.approx(10.0, rel=0.02)
-        assert record.display.distance_mm == 570.0
 
 
 def test_a_screen_that_is_too_small_is_refused_with_the_reason(held):

@@ -146,11 +146,7 @@ def _text(path: Path | None) -> str:
 )  # fmt: skip
 @words.option(
     "--picture-size", "size", default="fit", show_default=True, metavar="SIZE",
-    help="Long side of each photo, such as 640px or 12deg; fit fills the window.",
-)  # fmt: skip
-@words.option(
-    "--distance", type=click.FloatRange(10.0, 1000.0), default=60.0, show_default=True,
-    metavar="CM", help="Viewing distance, for a size in degrees.",
+    help="Long side of each photo, such as 640px; fit fills the window.",
 )  # fmt: skip
 @words.option("--full-screen", is_flag=True, help="Require the full screen.")
 @words.option("--consent", type=_TEXT, metavar="FILE", help="Consent text; raters must agree.")
@@ -181,7 +177,6 @@ def make(**given: Any) -> None:
     fields = dataclasses.fields(Conduct)
     sessions: dict[str, Any] = {one.name: given.get(one.name) for one in fields}
     sessions |= {name: _text(given[name]) for name in ("consent", "instructions", "debriefing")}
-    sessions["distance_mm"] = round(10.0 * args.distance)
     with ending.stopping(ValueError, ending.USAGE):
         choices = making.Choices(
             recipe,

@@ -102,8 +102,8 @@ Answer = Literal["natural", "unnatural"]
 SURROUND: Final = "#b8b8b8"
 _LONGEST_TEXT: Final = 20_000
 _LONGEST_CODE: Final = 64
-_SIZE: Final = re.compile(r"(\d+(?:\.\d+)?)(px|deg)")
-_LARGEST: Final = {"px": 4000.0, "deg": 90.0}
+_SIZE: Final = re.compile(r"(\d+(?:\.\d+)?)px")
+_LARGEST_PX: Final = 4000.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,10 +113,9 @@ class Conduct:
     break_every: int = 0  # answers; 0 for no breaks
     faces_each: int = 0  # number of faces per rater; 0 for all
     swap_keys: bool = False  # swap F and J for half of the raters
-    # Long side of each photo: "640px" in CSS px, "12deg" in degrees of visual angle, or "fit", the
-    # largest of a few scales that fits the window at the start.
+    # Long side of each photo: "640px" in CSS px, or "fit", the largest of a few scales that fits
+    # the window at the start.
     size: str = "fit"
-    distance_mm: int = 600  # from the eyes to the screen, for degrees
     full_screen: bool = False
     consent: str = ""  # raters must agree to this text
     instructions: str = ""  # replaces the instructions of the page
@@ -126,17 +125,18 @@ class Conduct:
     def __post_init__(self) -> None:
         """Raise ValueError for an invalid size."""
         found = _SIZE.fullmatch(self.size)
-        fits = found is not None and 1.0 <= float(found[1]) <= _LARGEST[found[2]]
+        fits = found is not None and 1.0 <= float(found[1]) <= _LARGEST_PX
         if self.size != "fit" and not fits:
             raise ValueError(
-                Text("{size} is not a size such as fit, 640px or 12deg", size=repr(self.size))
+                Text("{size} is not a size such as fit or 640px", size=repr(self.size))
             )
 
     @staticmethod
     def parse(node: Node) -> Conduct:
         """Read the settings of a study file. Raises BadFile."""
-        # Studies of 1.0.0 name their task; this version knows one.
-        node.only(["task", *(one.name for one in dataclasses.fields(Conduct))])
+        # Studies of 1.0.0 name their task, of which one is left, and a viewing distance.
+        former = ("task", "distance_mm")
+        node.only([*former, *(one.name for one in dataclasses.fields(Conduct))])
         if node.field("task").value is not None:
             node.field("task").text(20, ("natural",))
         try:
@@ -145,7 +145,6 @@ class Conduct:
                 node.field("faces_each").whole(0, 10**6),
                 node.field("swap_keys").flag(),
                 node.field("size").text(20),
-                node.field("distance_mm").whole(100, 10**5),
                 node.field("full_screen").flag(),
                 _text(node.field("consent")),
                 _text(node.field("instructions")),

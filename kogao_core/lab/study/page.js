@@ -159,11 +159,8 @@ function begin() {
   // Few scales, CSS px a px, so that few conditions differ: a session has the largest that fits when it begins.
   const scales = [1, 3 / 4, 1 / 2, 3 / 8, 1 / 3];
   const fixed = conduct.size !== "fit";
-  const degrees = conduct.size.endsWith("deg") ? parseFloat(conduct.size) : null;
   let session = null;
   let scale = null;
-  // Device px a mm of this screen, by a card.
-  let density = null;
   // After how many answers the last pause was.
   let pausedAt = null;
   let shownAt = 0;
@@ -245,14 +242,7 @@ function begin() {
     part("mine").textContent = word("code", { rater });
     const last = standing(session.records).pop();
     scale = !fixed && last && last.shown ? Math.max(...last.shown) / Math.max(...study.box) : null;
-    if (degrees === null) return show();
-    only("measure");
-    part("distance").textContent = word("distance", { cm: conduct.distance_mm / 10 });
-    size_card();
-  }
-
-  function size_card() {
-    part("card").style.width = part("width").value + "px";
+    show();
   }
 
   function full() {
@@ -323,15 +313,10 @@ function begin() {
     picture.src = name;
   }
 
-  // CSS px a mm, whatever the browser's zoom.
-  const css_density = () => density / devicePixelRatio;
-
   // The session's scale, CSS px a px of a picture; null where that is still to be found.
   function wanted() {
     if (!fixed) return scale || scales.find(fits) || scales[scales.length - 1];
-    const long = Math.max(...study.box);
-    if (degrees === null) return parseFloat(conduct.size) / long;
-    return 2 * conduct.distance_mm * Math.tan(degrees * Math.PI / 360) * css_density() / long;
+    return parseFloat(conduct.size) / Math.max(...study.box);
   }
 
   // Why the picture can't be shown now; an empty text where it can.
@@ -405,9 +390,6 @@ function begin() {
       shown: [Math.round(box.width), Math.round(box.height)],
       window: [innerWidth, innerHeight],
       ratio: devicePixelRatio,
-      degrees: density && 360 / Math.PI
-        * Math.atan(box.width / css_density() / 2 / conduct.distance_mm),
-      distance: density && conduct.distance_mm,
     }));
   }
 
@@ -465,13 +447,6 @@ function begin() {
   });
   part("agree").addEventListener("invalid", () => part("agree").setCustomValidity(word("disagrees")));
   part("agree").addEventListener("change", () => part("agree").setCustomValidity(""));
-  part("width").addEventListener("input", size_card);
-  part("measured").addEventListener("submit", (event) => {
-    event.preventDefault();
-    density = part("card").getBoundingClientRect().width * devicePixelRatio / 85.6;
-    full();
-    show();
-  });
   part("resume").addEventListener("click", show);
   part("full").addEventListener("click", full);
   document.addEventListener("fullscreenchange", relay);

@@ -42,13 +42,6 @@ PAGE: Final = {
     "window": Text("Make this window as large as possible, and keep this size."),
     "again": Text("Keep the code: to continue later, type the same code."),
     "agree": Text("I have read this and agree to take part."),
-    "measure": Text("How large is this screen?"),
-    "card": Text(
-        "Hold a bank card, or any card of this size, against the screen. Move the slider "
-        "until the field below has exactly the width of the card."
-    ),
-    "card_width": Text("Width of the field"),
-    "fits": Text("The widths are equal"),
     "full": Text("Full screen"),
     "code": Text("Your code; change only if you were given another code"),
     "code_rule": Text("a to z, 0 to 9 and dashes"),
@@ -72,7 +65,6 @@ SCRIPT: Final = {
     "unnatural": Text("Unnatural"),
     "scale_satisfied": Text("0 not at all satisfied, 100 completely satisfied"),
     "ask_slider": Text("How natural does this face look?"),
-    "distance": Text("Keep your eyes {cm} cm from the screen during the whole session."),
     "break": Text("A break"),
     "practised": Text("End of practice; now the study begins"),
     "practice": Text("Practice {done} of {total}"),

@@ -18,7 +18,6 @@ _TITLE: Final = Text("How natural do the faces look?")
 _LEAD: Final = Text("Raters called pictures natural or unnatural, without knowing the settings.")
 _ORIGIN: Final = ("study", "seed", "recipe", "origin", "subjects")  # fields of a key
 _SHOWN: Final = 12  # letters of a digest
-_ALIKE: Final = 0.02  # relative difference below which sizes, as angles, are equal
 
 
 def report(tally: Tally) -> Report:
@@ -58,7 +57,7 @@ def care(tally: Tally) -> Table:
             Text("rater"), Text("answers"), Text("median, s"),
             Text("under {ms} ms", ms=tally.keys[0].rules.least_ms), Text("unnatural"),
             Text("longest run"), Text("twins alike"), Text("catches seen"),
-            Text("follows distance"), Text("away, s"), Text("picture, CSS px"), Text("in degrees"),
+            Text("follows distance"), Text("away, s"), Text("picture, CSS px"),
         ),
         [_rater_row(one) for one in tally.raters.values()],
         Text(
@@ -70,8 +69,6 @@ def care(tally: Tally) -> Table:
 
 def _rater_row(one: Quality) -> list[str]:
     sizes = ", ".join(f"{width} \N{MULTIPLICATION SIGN} {height}" for width, height in one.sizes)
-    low, high = one.degrees or (0.0, 0.0)
-    degrees = f"{low:.2f}" if high - low < 0.01 else f"{low:.2f} to {high:.2f}"
     return [
         one.rater,
         str(one.answers),
@@ -84,7 +81,6 @@ def _rater_row(one: Quality) -> list[str]:
         NONE if one.follows is None else f"{one.follows:.2f}",
         f"{one.away_ms / 1000.0:.1f}",
         sizes or NONE,
-        degrees if one.degrees else NONE,
     ]
 
 
@@ -125,9 +121,8 @@ def notes(tally: Tally) -> list[str]:
     early = sum(row.is_early for row in tally.answers if row.session.rater in tally.careful)
     if early:
         sentences.append(Text("excluded answers below the minimum time: {n}", n=early))
-    angles = [angle for one in tally.raters.values() for angle in one.degrees or (0.0,)]
     sizes = {one.sizes for one in tally.raters.values()}
-    if len(sizes) > 1 and max(angles) - min(angles) > _ALIKE * max(angles):
+    if len(sizes) > 1:
         sentences.append(
             Text(
                 "raters saw pictures at different sizes; the answers are pooled, see the table of "

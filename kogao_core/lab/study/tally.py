@@ -137,7 +137,6 @@ class Quality:
     away_ms: int  # in another tab or window during trials
     taken_back: int  # answers
     sizes: tuple[tuple[int, int], ...]  # sizes of pictures, CSS px, most frequent first
-    degrees: tuple[float, float] | None  # smallest and largest width of a picture
     reasons: tuple[Text, ...] = ()  # reasons for exclusion
 
     def broken(self, rules: Rules) -> tuple[Text, ...]:
@@ -347,7 +346,6 @@ def of_rater(rows: Sequence[Answered], rules: Rules) -> Quality:
     times = [row.record.took_ms for row in rows]
     runs = (len(list(same)) for _, same in itertools.groupby(said))
     shown = [row.record.display for row in rows if row.record.display is not None]
-    widths = [one.degrees for one in shown if one.degrees is not None]
     twins = _twins(others)
     sessions = {id(row.session): row.session for row in rows}.values()
     return Quality(
@@ -367,7 +365,6 @@ def of_rater(rows: Sequence[Answered], rules: Rules) -> Quality:
         sum(row.record.away_ms for row in rows),
         sum(record.back for session in sessions for record in session.records),
         tuple(sorted({one.shown for one in shown}, key=[one.shown for one in shown].count)[::-1]),
-        (min(widths), max(widths)) if widths else None,
     )
 
 
