@@ -13,7 +13,7 @@ from kogao_core.base import assets
 from kogao_core.base.geometry import Box
 from kogao_core.base.json_reader import BadFile
 from kogao_core.base.language import Text
-from kogao_core.cli import common, ending
+from kogao_core.cli import common, ending, options
 from kogao_core.faces import landmarks
 from kogao_core.faces.doubt import AllDoubted, Chosen, choose
 from kogao_core.faces.face import Face, LandmarkSource, select
@@ -34,6 +34,7 @@ from kogao_core.photo.export import Export
 from kogao_core.projects import interchange
 from kogao_core.projects.project import sha256_of
 from kogao_core.projects.results import Results
+from kogao_core.retouch import RetouchJob
 
 
 def refuse_result(path: Path) -> None:
@@ -186,6 +187,16 @@ def disclosure_of(args: SimpleNamespace) -> Disclosure:
         with ending.stopping(CannotDisclose, ending.USAGE):
             check_label(args.label, args.font)
     return Disclosure(args.record, args.label or "", args.font, film=args.motion == "keep")
+
+
+def job_of(args: SimpleNamespace, **more: Any) -> RetouchJob:
+    """Return the job of the options of `warp` and `batch`, with more fields of `Export`.
+
+    Raises Stop.
+    """
+    recipe = options.recipe_of(args.recipe_file, vars(args))
+    faces = args.which, args.doubtful, args.landmarks, args.max_megapixels
+    return RetouchJob(recipe, *faces, disclosure_of(args), export_of(args, **more))
 
 
 def export_of(args: SimpleNamespace, **more: Any) -> Export:

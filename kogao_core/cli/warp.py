@@ -30,7 +30,7 @@ def run(args: SimpleNamespace) -> None:
         raise ending.Stop(Text("warp takes one photo; use kogao-cli batch for several photos"))
     if args.project_file is not None:
         _refuse_choices(context)
-    recipe = options.recipe_of(args.recipe_file, vars(args))
+    options.recipe_of(args.recipe_file, vars(args))  # an error stops before slow imports
     if args.output == args.json_file == common.STDOUT:
         raise ending.Stop(Text("-o - and --json - both need standard output; name a file for one"))
     if args.source == common.STDIN and (args.in_place or args.save_project):
@@ -48,7 +48,7 @@ def run(args: SimpleNamespace) -> None:
             if _is_jpeg(path):
                 early = other.submit(read, path, max_megapixels=args.max_megapixels)
             from kogao_core.cli.warping import warp
-        warp(args, path, recipe, files, early)
+        warp(args, path, files, early)
 
 
 def _is_jpeg(path: Path) -> bool:
