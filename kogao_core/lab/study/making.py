@@ -55,7 +55,6 @@ _QUALITY: Final = 95
 _FULL_COLOUR: Final = 0
 _LEAST_PADDING: Final = 16
 _STEPS: Final = 3
-_GREY: Final = int(SURROUND[1:3], 16)
 _MOST: Final = 15.0  # % of D
 # 1 January 1980, the first date of MS-DOS: every file system can store this date.
 _CHANGED_S: Final = 315_619_200.0
