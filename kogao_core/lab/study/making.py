@@ -30,7 +30,6 @@ from kogao_core.lab.study import page, plan
 from kogao_core.lab.study.design import (
     CONDUCT,
     RULES,
-    SURROUND,
     Conduct,
     Rules,
     Variant,
