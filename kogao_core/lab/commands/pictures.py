@@ -37,9 +37,8 @@ def _subject(path: Path, given: Mapping[str, Any]) -> Subject:
 def figures(folder: Path, width_px: int, force: bool, **given: Any) -> int:
     """Draw the paper's figures of photos.
 
-    One point (1), lattice (2), control points of two landmarks (3), landmarks and targets (4, 5),
-    directions (6), centre candidates (7), lattice sizes (8 to 10), domains (12 to 15), before and
-    after (16). Pictures are cropped to 4 : 3 around the faces.
+    Lattice (2), landmarks and targets (4, 5), directions (6), centre candidates (7), domains (14,
+    15), before and after (16). Pictures are cropped to 4 : 3 around the faces.
     """
     recipe = options.paper_recipe_of(given["recipe_file"], given["percent"])
     photos = reading.input_paths(given["inputs"], given["sample"], named=True)
