@@ -9,7 +9,7 @@ from kogao_core.lab.study.design import Answer
 from kogao_core.lab.study.plan import Study
 from kogao_core.lab.study.results import Display, Log, Record, Session
 
-DISPLAY = Display((960, 720), (1280, 960), 1.25, 19.5, 600.0)
+DISPLAY = Display((960, 720), (1280, 960), 1.25)
 
 
 def answered(session: Session, answer: Answer, took_ms: int = 900) -> Record:

@@ -18,9 +18,7 @@ from PySide6.QtWidgets import QMessageBox
 from kogao_core import batch
 from kogao_core.base.wording import system_reason
 from kogao_core.batch import REPORT, Outcome, Workers
-from kogao_core.photo.disclosure.disclosing import NO_DISCLOSURE, Disclosure
-from kogao_core.photo.export import AS_IT_IS, Export
-from kogao_core.recipe.recipe import Recipe
+from kogao_core.retouch import RetouchJob
 
 from ..i18n import sentence, tr, translated
 from ..storage import Storage
@@ -43,11 +41,7 @@ class Order:
 
     photos: tuple[Path, ...]
     folder: Path  # for results and the report
-    recipe: Recipe  # for photos without edits
-    doubtful: bool = False  # include doubtful faces
-    landmarks: str | None = None  # see `landmarks.source`
-    disclosure: Disclosure = NO_DISCLOSURE
-    export: Export = AS_IT_IS
+    job: RetouchJob  # the recipe is for photos without edits
 
     @property
     def report(self) -> Path:
@@ -110,13 +104,9 @@ def carry_out(
     tasks = batch.plan(
         order.photos,
         order.folder,
-        order.recipe,
-        landmarks=order.landmarks,
+        order.job,
         projects=True,
-        disclosure=order.disclosure,
-        export=order.export,
         report=report,
-        doubtful=order.doubtful,
         edits=storage.edits,
         results=storage.results,
     )
@@ -192,9 +182,9 @@ class Batch(Feature):
 
     def start(self, order: Order) -> None:
         """Save the edits of the open photo, then export; skip photos that are up to date."""
-        disclosure = self._options.current
-        order = dataclasses.replace(order, landmarks=self._landmarks.wanted, disclosure=disclosure)
-        self._saver.guard(lambda: self._run(order))
+        landmarks, disclosure = self._landmarks.wanted, self._options.current
+        job = dataclasses.replace(order.job, landmarks=landmarks, disclosure=disclosure)
+        self._saver.guard(lambda: self._run(dataclasses.replace(order, job=job)))
 
     def _run(self, order: Order) -> None:
         self._order = order

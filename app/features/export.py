@@ -18,6 +18,7 @@ from kogao_core.photo.export import LONGEST_PX, Export
 from kogao_core.photo.formats import WRITTEN
 from kogao_core.recipe.presets import listed
 from kogao_core.recipe.recipe import Recipe
+from kogao_core.retouch import RetouchJob
 
 from ..i18n import sentence, tr, translated
 from ..theme import GRID_PX
@@ -210,9 +211,10 @@ class ExportDialog(Dialog):
         self._settings.setValue(f"{_GROUP}/chosen", name)
         file = folder / export.place(Path(photos[0].name), 1, self._percent)
         if self.photos.currentIndex():
-            recipe = self._recipes[values["recipe"]]
+            recipe, doubtful = self._recipes[values["recipe"]], values["doubtful"]
             self.accept()
-            self.many.emit(Order(tuple(photos), folder, recipe, values["doubtful"], export=export))
+            job = RetouchJob(recipe, doubtful=doubtful, export=export)
+            self.many.emit(Order(tuple(photos), folder, job))
         elif file.exists():
             text = tr("{name} is there already. Replace it?", name=file.name)
             confirm(self, text, tr("&Replace"), lambda: self._send(export, file))

@@ -5,19 +5,18 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 from kogao_core.base.atomic import is_temporary
 from kogao_core.base.json_reader import BadFile
 from kogao_core.base.language import Text
 from kogao_core.batch.tasks import Task, keys_of
-from kogao_core.photo.export import AS_IT_IS, Export
 from kogao_core.photo.formats import READABLE
 from kogao_core.projects.interchange import file_for
 from kogao_core.projects.project import load
 from kogao_core.projects.results import Results
 from kogao_core.projects.sidecar import kept, sheet_of
 from kogao_core.recipe.recipe import Recipe
+from kogao_core.retouch import RetouchJob
 
 
 class NothingToDo(ValueError):
@@ -27,28 +26,26 @@ class NothingToDo(ValueError):
 def plan(
     inputs: Sequence[Path],
     folder: Path,
-    recipe: Recipe,
+    job: RetouchJob,
     *,
     projects: bool = False,
     suffix: str = ".jpg",
     report: Path | None = None,
     edits: Path | None = None,
     results: Results | None = None,
-    export: Export = AS_IT_IS,
     points: Path | None = None,
-    **choices: Any,
 ) -> list[Task]:
     """Return the tasks for files and folders, in order. Subfolders are kept in the output.
 
     `points`: file of landmarks, or folder with one file per photo name. `edits`: the user's folder
     of projects that are not stored next to their photos. `results`: list of photos that Kogao made
-    and that are skipped. `choices`: further fields of `Task`. Raises NothingToDo, BadFile.
+    and that are skipped. Raises NothingToDo, BadFile.
     """
     found: dict[Path, Path] = {}
     for path in inputs:
         for photo, place in _photos(path, folder):
-            percent = _percent(photo, recipe, projects, edits)
-            output = folder / export.place(place, len(found) + 1, percent, suffix)
+            percent = _percent(photo, job.recipe, projects, edits)
+            output = folder / job.export.place(place, len(found) + 1, percent, suffix)
             if found.setdefault(output, photo) != photo:
                 raise NothingToDo(
                     Text(
@@ -67,13 +64,11 @@ def plan(
         Task(
             str(photo),
             str(output),
-            recipe.to_dict(),
+            job,
             project=str(kept(photo, edits) or "") if projects else "",
             done=keys.get(str(output), ""),
             results=str(results.file) if results else "",
-            export=export,
             points="" if points is None else str(file_for(photo, points)),
-            **choices,
         )
         for output, photo in found.items()
     ]

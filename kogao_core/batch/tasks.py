@@ -22,15 +22,12 @@ from kogao_core.faces.doubt import AllDoubted, choose
 from kogao_core.faces.face import Face
 from kogao_core.faces.landmarks import source
 from kogao_core.photo import Photo, bits_of, read
-from kogao_core.photo.disclosure.disclosing import NO_DISCLOSURE, Disclosure
-from kogao_core.photo.export import AS_IT_IS, Export
 from kogao_core.pipeline import Rendering
 from kogao_core.projects import interchange
 from kogao_core.projects.project import load, sha256_of
 from kogao_core.projects.results import Results, objects_in
 from kogao_core.projects.sidecar import Applied, apply
-from kogao_core.recipe.recipe import Recipe
-from kogao_core.retouch import retouch, to_file
+from kogao_core.retouch import RetouchJob, retouch, to_file
 from kogao_core.warp.protection import NOTHING
 
 Status = Literal["done", "skipped", "result", "no face", "failed"]
@@ -50,16 +47,10 @@ class Task:
 
     source: str  # path to read
     output: str  # path to write
-    recipe: Mapping[str, Any]  # `Recipe.to_dict`
-    which: str = "all"  # faces to warp: all, largest, or numbers
-    max_megapixels: float = 300.0  # refuse larger photos
-    landmarks: str | None = None  # name of the landmark source
+    job: RetouchJob  # the same for all photos
     project: str = ""  # project file to apply instead of the recipe, or ""
-    disclosure: Disclosure = NO_DISCLOSURE  # edit record, labels and signature of the result
     done: str = ""  # `Outcome.key` of an earlier run for the same source and options, or ""
-    doubtful: bool = False  # also warp doubtful faces
     results: str = ""  # list of Kogao's own results to skip; "" processes them again
-    export: Export = AS_IT_IS  # size, quality and colours of the result
     points: str = ""  # file of landmarks to use instead of face detection, or ""
 
 
@@ -109,17 +100,17 @@ def work(task: Task) -> Outcome:
 
 
 def _render(task: Task) -> tuple[tuple[dict[str, Any], ...], str, bool]:
-    output, seen = Path(task.output), list[Rendering]()
+    output, job, seen = Path(task.output), task.job, list[Rendering]()
 
-    def written(photo: Photo, pixels: Image) -> str:
+    def written(photo: Photo, pixels: Image, coding: int | None) -> str:
         output.parent.mkdir(parents=True, exist_ok=True)
-        return to_file(output, force=True, export=task.export)(photo, pixels)
+        return to_file(output, force=True)(photo, pixels, coding)
 
-    photo = read(Path(task.source), max_megapixels=task.max_megapixels, bits=bits_of(output))
+    photo = read(Path(task.source), max_megapixels=job.max_megapixels, bits=bits_of(output))
     done = _replayed(task, photo) if task.project else _found(task, photo)
     made = retouch(
-        photo, done, task.disclosure, written, _background(),
-        look=seen.append, threads=1, export=task.export,
+        photo, done, job.disclosure, written, _background(),
+        look=seen.append, threads=1, export=job.export,
     )  # fmt: skip
     (rendering,) = seen
     notes = [done.note, *made.notes, rendering.note, made.written]
@@ -129,12 +120,12 @@ def _render(task: Task) -> tuple[tuple[dict[str, Any], ...], str, bool]:
 
 
 def _found(task: Task, photo: Photo) -> Applied:
-    faces = _given(task, photo) if task.points else _sources(task.landmarks).find(photo.pixels)
+    job = task.job
+    faces = _given(task, photo) if task.points else _sources(job.landmarks).find(photo.pixels)
     if not faces:
         raise _NoFace
-    chosen = choose(faces, task.which, Box.of(photo.pixels), doubtful=task.doubtful)
-    recipe = Recipe.from_dict(task.recipe)
-    return Applied(chosen.faces, recipe, NOTHING, chosen.note, others=chosen.others)
+    chosen = choose(faces, job.which, Box.of(photo.pixels), doubtful=job.doubtful)
+    return Applied(chosen.faces, job.recipe, NOTHING, chosen.note, others=chosen.others)
 
 
 def _given(task: Task, photo: Photo) -> list[Face]:
@@ -154,9 +145,10 @@ def _replayed(task: Task, photo: Photo) -> Applied:
 
 def _key(task: Task) -> str:
     """Return a hash of files and options; "" if a file can't be read."""
-    choices = task.recipe, task.which, task.doubtful, task.landmarks, bool(task.project)
-    told = asdict(task.disclosure), asdict(task.export)
-    points = [""] * bool(task.points)
+    job = task.job
+    choices = job.recipe.to_dict(), job.which, job.doubtful, job.landmarks, bool(task.project)
+    told = asdict(job.disclosure), asdict(job.export)
+    points = [""] * bool(task.points)  # as in reports of 1.0.0
     chosen = json.dumps([*choices, *told, *points], sort_keys=True)
     total = hashlib.sha256(chosen.encode())
     files = task.source, task.project, task.points, task.output

@@ -25,24 +25,21 @@ from kogao_core.projects.sidecar import own_folder
 def run(args: SimpleNamespace) -> int:
     """Run the command."""
     recipe = options.recipe_of(args.recipe_file, vars(args))
-    disclosure = reading.disclosure_of(args)
+    with ending.stopping(ValueError, ending.USAGE):
+        suffix = f".{args.form}" if args.form else ""
+        job = reading.job_of(args, recipe, ending=suffix, name=args.name)
     report = args.report or args.folder / batch.REPORT
     if args.measures is not None:
         common.check_free(args.measures, args.force)
         common.check_free(codebook_of(args.measures), args.force)
-    with ending.stopping(ValueError, ending.USAGE):
-        suffix = f".{args.form}" if args.form else ""
-        export = reading.export_of(args, ending=suffix, name=args.name)
     with (
         ending.stopping(BadFile, ending.UNREADABLE),
         ending.stopping(batch.NothingToDo, ending.USAGE),
     ):
         tasks = batch.plan(
-            _expanded(args.inputs), args.folder, recipe,
-            which=args.which, max_megapixels=args.max_megapixels, landmarks=args.landmarks,
-            projects=args.projects, suffix=f".{args.suffix}", disclosure=disclosure,
-            report=None if args.again else report, doubtful=args.doubtful, export=export,
-            points=args.points, edits=own_folder(),
+            _expanded(args.inputs), args.folder, job,
+            projects=args.projects, suffix=f".{args.suffix}",
+            report=None if args.again else report, points=args.points, edits=own_folder(),
             results=None if args.results else Results.of_user(),
         )  # fmt: skip
         if not args.force and not report.exists():

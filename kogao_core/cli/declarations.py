@@ -82,7 +82,7 @@ def _corners(value: str) -> list[list[float]]:
 @options.takes_photo
 @words.option(
     "-o", "--output", type=click.Path(path_type=Path, allow_dash=True), metavar="FILE",
-    help="Output file: .jpg, .png, .tif, .webp or .avif",
+    help=Text("Output file: {suffixes}", suffixes=", ".join(f".{one}" for one in options.FORMATS)),
 )  # fmt: skip
 @words.option("--in-place", is_flag=True, help="Overwrite IN; undo with kogao-cli restore")
 @options.chooses

@@ -25,7 +25,6 @@ _EXTRAS: Final = {
     "heic": "pi-heif",
     "raw": "rawpy",
     "tiff": "tifffile",
-    "experiments": "scipy",
 }
 _IMPORTED: Final = {"numpy": "numpy", "opencv-contrib-python-headless": "cv2", "Pillow": "PIL"}
 _FOUND: Final = {"PySide6-Essentials": "PySide6", "pyqtgraph": "pyqtgraph"}

@@ -5,26 +5,17 @@ from __future__ import annotations
 from pathlib import Path
 from types import SimpleNamespace
 
-from kogao_core.base.language import Text, translated
+from kogao_core.base.language import translated
 from kogao_core.cli import common, ending, reading
 from kogao_core.projects import interchange
 
 
 def run(args: SimpleNamespace) -> int:
     """Run the command."""
-    photos = reading.input_paths(args.inputs, args.sample)
-    targets = [_target(photo, args.folder, args.form) for photo in photos]
-    twice = {target for target in targets if targets.count(target) > 1}
-    if twice:
-        raise ending.Stop(
-            Text(
-                "several photos would be written to {twice}; use separate folders",
-                twice=min(twice),
-            )
-        )
+    photos = reading.input_paths(args.inputs, args.sample, named=True)
 
     def write(photo: Path) -> None:
-        target = _target(photo, args.folder, args.form)
+        target = args.folder / f"{photo.stem}.{args.form}"
         read = reading.read_photo(photo, args.max_megapixels)
         found = reading.find_faces(read, args.landmarks, args.points)
         faces = reading.selected(found, args.which)
@@ -36,7 +27,3 @@ def run(args: SimpleNamespace) -> int:
         ending.print_text(f"{photo}: {target}{note}")
 
     return common.each(photos, write)
-
-
-def _target(photo: Path, folder: Path, form: str) -> Path:
-    return folder / f"{photo.stem}.{form}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from concurrent.futures import Future
 from pathlib import Path
@@ -33,6 +34,8 @@ from kogao_core.photo.export import Export
 from kogao_core.projects import interchange
 from kogao_core.projects.project import sha256_of
 from kogao_core.projects.results import Results
+from kogao_core.recipe.recipe import Recipe
+from kogao_core.retouch import RetouchJob
 
 
 def refuse_result(path: Path) -> None:
@@ -45,8 +48,11 @@ def refuse_result(path: Path) -> None:
         )
 
 
-def input_paths(inputs: Sequence[Path], sample: bool) -> list[Path]:
-    """Return the photos, including those in folders, or the sample. Raises Stop for both."""
+def input_paths(inputs: Sequence[Path], sample: bool, *, named: bool = False) -> list[Path]:
+    """Return the photos, including those in folders, or the sample. Raises Stop for both.
+
+    With `named`, raise Stop if files that are named after two photos would have one name.
+    """
     if bool(inputs) == sample:
         raise ending.Stop(Text("name photos or folders of photos, or use --sample"))
     if sample:
@@ -60,6 +66,9 @@ def input_paths(inputs: Sequence[Path], sample: bool) -> list[Path]:
         if not within:
             raise ending.Stop(Text("no photo found in {path}", path=path))
         paths += within
+    stem, count = Counter(path.stem for path in paths).most_common(1)[0]
+    if named and count > 1:
+        raise ending.Stop(Text("several photos are called {stem}; use separate folders", stem=stem))
     return paths
 
 
@@ -179,6 +188,12 @@ def disclosure_of(args: SimpleNamespace) -> Disclosure:
         with ending.stopping(CannotDisclose, ending.USAGE):
             check_label(args.label, args.font)
     return Disclosure(args.record, args.label or "", args.font, film=args.motion == "keep")
+
+
+def job_of(args: SimpleNamespace, recipe: Recipe, **more: Any) -> RetouchJob:
+    """Return the job of the options of `warp` and `batch`, with more fields of `Export`."""
+    faces = args.which, args.doubtful, args.landmarks, args.max_megapixels
+    return RetouchJob(recipe, *faces, disclosure_of(args), export_of(args, **more))
 
 
 def export_of(args: SimpleNamespace, **more: Any) -> Export:

@@ -51,10 +51,10 @@ def warp(
     `files` deletes temporary files.
     """
     is_piped = args.output == common.STDOUT
-    disclosure, export = reading.disclosure_of(args), reading.export_of(args)
+    job = reading.job_of(args, recipe)
     is_searched = args.project_file is None and args.points is None
-    known = landmark_source(args.landmarks) if is_searched else None
-    to = _checked_output(path, args, export)
+    known = landmark_source(job.landmarks) if is_searched else None
+    to = _checked_output(path, args, job.export)
     common.check_report(args.json_file, args.force)
     if args.evidence_file is not None:
         common.check_free(args.evidence_file, args.force)
@@ -62,10 +62,10 @@ def warp(
         reading.refuse_result(path)
     if args.save_project:
         _check_project(path, args)
-    photo = reading.read_photo(path, args.max_megapixels, to, early)
+    photo = reading.read_photo(path, job.max_megapixels, to, early)
     if is_piped:
         to = files.enter_context(common.sent(reading.suffix_for(photo)))
-    _check_photo(photo, to, args.in_place, export)
+    _check_photo(photo, to, args.in_place, job.export)
     is_hashed = args.project_file or args.save_project or args.evidence_file
     sha256 = reading.hash_of(path) if is_hashed else ""
     found: list[Face] = []
@@ -74,9 +74,9 @@ def warp(
             edits = apply(project.load(args.project_file), photo.pixels, sha256)
     else:
         protection = _protection(photo, args.lines, args.width_px)
-        found = reading.find_faces(photo, args.landmarks, args.points, known)
-        chosen = reading.chosen(photo, found, args.which, args.doubtful)
-        edits = Applied(chosen.faces, recipe, protection, chosen.note, others=chosen.others)
+        found = reading.find_faces(photo, job.landmarks, args.points, known)
+        chosen = reading.chosen(photo, found, job.which, job.doubtful)
+        edits = Applied(chosen.faces, job.recipe, protection, chosen.note, others=chosen.others)
     finder = BackgroundFinder()
     bends = Bends(())
 
@@ -86,11 +86,9 @@ def warp(
         bends = _measured(photo, rendering, edits, finder, counts=counts)
 
     originals = None if args.temporary else Originals.of_user(evicts=args.anyway)
-    write = (
-        over_itself(originals) if args.in_place else to_file(to, force=args.force, export=export)
-    )
+    write = over_itself(originals) if args.in_place else to_file(to, force=args.force)
     with _writing():
-        made = retouch(photo, edits, disclosure, write, finder, look=look, export=export)
+        made = retouch(photo, edits, job.disclosure, write, finder, look=look, export=job.export)
     if not (args.in_place or is_piped):
         Results.of_user().add(path, to)
     file_notes = [made.written]

@@ -33,15 +33,6 @@ _NODES_A_SPACING: Final = 3.0  # at least this many nodes per landmark spacing
 _NEAREST_PX: Final = 1e-6  # smallest distance used for weights of moving least squares
 _WIDTH_SPACINGS: Final = 1.5  # width of the Gaussians, in landmark spacings
 _STRIP: Final = 2**13  # nodes evaluated at a time, so that the weights stay in the cache
-# As-rigid-as-possible mesh: margin around the faces in landmark spacings, limit of the vertices
-# (the solver is dense), iterations, and weight of the constraints against the unit edge weights.
-_MARGIN_SPACINGS: Final = 5.0
-_MOST_VERTICES: Final = 600
-_RIGID_STEPS: Final = 8
-_CONSTRAINT: Final = 1e4
-# Integrated B-spline: 2**5 steps of the flow; corrections of the velocity until landmarks land.
-_SQUARINGS: Final = 5
-_CORRECTIONS: Final = 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -234,34 +225,6 @@ def bspline(name: Fit, title: str, reference: str) -> Method:
     return Method(name, title, reference, lambda task: _FieldWarp(_spline(task, name, task.pairs)))
 
 
-def _integrated(task: WarpTask) -> Warp:
-    """Take the lattice as a constant velocity and follow the flow by scaling and squaring.
-
-    The flow of a smooth velocity never folds. Landmarks of a flow miss their targets, so the
-    velocity is corrected by the misses a few times.
-    """
-    velocity_px = task.displacement_px.copy()
-    ends = np.cumsum([len(pairs.target_px) for pairs in task.pairs])[:-1]
-    for left in range(_CORRECTIONS, -1, -1):
-        pairs = [
-            Pairs(mine.target_px + part, mine.target_px, mine.center_px)
-            for mine, part in zip(task.pairs, np.split(velocity_px, ends), strict=True)
-        ]
-        field = _spline(task, "exact", pairs)
-        reach = np.array([dataclasses.astuple(lattice.box) for lattice in field.lattices])
-        box = Box(*reach[:, :2].min(axis=0).tolist(), *reach[:, 2:].max(axis=0).tolist())
-        flow = Interpolated.of(np.zeros_like, box.clipped(task.image), task.step_px)
-        points = np.stack(np.meshgrid(*flow.axes_px), axis=-1)
-        nodes = field.on_grid(*flow.axes_px).transpose(1, 2, 0) / 2.0**_SQUARINGS
-        for _ in range(_SQUARINGS):
-            flow = dataclasses.replace(flow, nodes=nodes)
-            nodes = nodes + flow.at((points + nodes).reshape(-1, 2)).reshape(nodes.shape)
-        flow = dataclasses.replace(flow, nodes=nodes)
-        if left:
-            velocity_px += task.displacement_px - flow.at(task.target_px)
-    return flow
-
-
 def _squares(points: Array, others: Array) -> Array:
     """Return the squared distances between points (N, 2) and others (M, 2), shape (N, M)."""
     apart = np.square(np.subtract.outer(points[:, 0], others[:, 0]))
@@ -339,52 +302,6 @@ def _moving_least_squares(task: WarpTask) -> Warp:
     return Interpolated.of(at, task.image, task.step_px)
 
 
-def _rigid_mesh(task: WarpTask) -> Warp:
-    """Keep each edge of a square mesh as long as possible (Sorkine, Alexa 2007).
-
-    Landmarks, eyes and mouth are constraints at their positions within the cells; the vertices on
-    the mesh's border are fixed, so the displacement ends there.
-    """
-    target, displacement = task.anchored(edges=False)
-    box = task.around(_MARGIN_SPACINGS * task.spacing_px)
-    step_px = int(np.ceil(max(task.spacing_px, np.sqrt(box.area / _MOST_VERTICES), 1.0)))
-    mesh = Interpolated.of(np.zeros_like, box, step_px)
-    rows, columns = mesh.nodes.shape[:2]
-    count = rows * columns
-    xs, ys = np.meshgrid(*mesh.axes_px)
-    rest = (xs + 1j * ys).ravel()
-    number = np.arange(count).reshape(rows, columns)
-    edges = np.vstack([
-        np.column_stack([number[:, :-1].ravel(), number[:, 1:].ravel()]),
-        np.column_stack([number[:-1].ravel(), number[1:].ravel()]),
-    ])  # fmt: skip
-    start, end = np.vstack([edges, edges[:, ::-1]]).T
-    along = rest[end] - rest[start]
-    matrix = np.diag(np.bincount(start, minlength=count).astype(np.float64))
-    matrix[start, end] -= 1.0
-    constraint = np.zeros((len(target), count))
-    index, weight = mesh.weights(target)
-    constraint[np.arange(len(target)), index] = weight
-    rim = np.r_[number[0], number[-1], number[1:-1, 0], number[1:-1, -1]]
-    matrix[rim, rim] += _CONSTRAINT
-    inverse = np.linalg.inv(matrix + _CONSTRAINT * constraint.T @ constraint)
-    goal = target + displacement
-    known = _CONSTRAINT * (constraint.T @ (goal[:, 0] + 1j * goal[:, 1]))
-    known[rim] += _CONSTRAINT * rest[rim]
-    turn = np.ones(count, np.complex128)
-    shown = rest
-    for _ in range(_RIGID_STEPS):
-        # The sum over a vertex's edges of the mean rotation of both ends, applied to the edge.
-        pull = -0.5 * (turn[start] + turn[end]) * along
-        right = np.bincount(start, pull.real, count) + 1j * np.bincount(start, pull.imag, count)
-        shown = inverse @ (right + known)
-        bent = np.conj(along) * (shown[end] - shown[start])
-        sums = np.bincount(start, bent.real, count) + 1j * np.bincount(start, bent.imag, count)
-        turn = sums / np.maximum(np.abs(sums), 1e-12)
-    moved = (shown - rest).reshape(rows, columns)
-    return dataclasses.replace(mesh, nodes=np.stack([moved.real, moved.imag], axis=-1))
-
-
 THIN_PLATE: Final = Method("thin-plate", Text("Thin-plate spline"), "[6]", _thin_plate)
 RADIAL: Final = Method("radial", Text("Radial basis functions, Gaussian"), "[5]", _gaussians)
 MOVING_LEAST_SQUARES: Final = Method(
@@ -393,20 +310,9 @@ MOVING_LEAST_SQUARES: Final = Method(
     Text("Schaefer et al. 2006"),
     _moving_least_squares,
 )
-RIGID_MESH: Final = Method(
-    "rigid-mesh", Text("As-rigid-as-possible mesh"), Text("Sorkine, Alexa 2007"), _rigid_mesh
-)
-INTEGRATED: Final = Method(
-    "integrated",
-    Text("B-spline, integrated (diffeomorphic)"),
-    Text("Arsigny et al. 2006"),
-    _integrated,
-)
 METHODS: Final[tuple[Method, ...]] = (
     *(bspline(fit.name, Text("B-spline, {fit}", fit=fit.word), fit.reference) for fit in FITS),
-    INTEGRATED,
     THIN_PLATE,
     RADIAL,
     MOVING_LEAST_SQUARES,
-    RIGID_MESH,
 )

@@ -38,7 +38,7 @@ _OWN_NAMES: Final = tuple(
 )
 _MOST_POINTS: Final = 10_000
 _MOST_FACES: Final = 1000
-# More lines than a thousand faces of 189 points need, with the line ends of Windows.
+# More lines than a thousand faces need, with the line ends of Windows.
 _MOST_LINES: Final = 400_000
 _LONGEST_LINE: Final = 100_000
 _LINE_ENDS: Final = re.compile("[\n\r\v\f\x1c-\x1e\x85\u2028\u2029]")

@@ -21,6 +21,7 @@ from timeouts import LONGEST_S
 from kogao_core import batch, photo
 from kogao_core.batch import workers
 from kogao_core.recipe.recipe import Recipe
+from kogao_core.retouch import RetouchJob
 
 LEFT = Qt.MouseButton.LeftButton
 
@@ -79,7 +80,7 @@ def test_good_photos_are_exported_and_the_bad_one_is_named(strip, folder, tmp_pa
     report = {Path(line["source"]).name: line["status"] for line in lines(out)}
     assert report == {"a.jpg": "done", "b.jpg": "done", "broken.jpg": "failed"}
     # The same bytes as from the command line.
-    (task,) = batch.plan([folder / "b.jpg"], tmp_path / "alone", Recipe(percent=4.0))
+    (task,) = batch.plan([folder / "b.jpg"], tmp_path / "alone", RetouchJob(Recipe(percent=4.0)))
     assert batch.work(task).status == "done"
     assert (tmp_path / "alone" / "b.jpg").read_bytes() == (out / "b.jpg").read_bytes()
     strip.take_step("Open folder")

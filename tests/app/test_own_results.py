@@ -13,7 +13,7 @@ from test_saver import step
 
 from kogao_core.projects import sidecar
 from kogao_core.projects.project import load
-from kogao_core.recipe.recipe import Recipe
+from kogao_core.retouch import RetouchJob
 
 
 def copied(driver, path, percent=8.0):
@@ -48,7 +48,7 @@ def test_work_on_a_result_that_was_wanted_is_there_again(opened, start, tmp_path
 def test_a_batch_of_a_folder_leaves_results_alone_and_says_so(opened, photo, storage, tmp_path):
     copied(opened, tmp_path / "copy.png")
     folder, went = tmp_path / "out", []
-    order = Order((photo, tmp_path / "copy.png"), folder, Recipe())
+    order = Order((photo, tmp_path / "copy.png"), folder, RetouchJob())
     carry_out(order, storage, lambda: False, lambda _: None, went.append)
     done, result = sorted(went, key=lambda one: one.status)  # they come as they are ready
     assert (done.status, result.status) == ("done", "result")

@@ -1,5 +1,6 @@
 """A file format is declared once; sentences, help, documents and tests follow from it."""
 
+import dataclasses
 from pathlib import Path
 
 import files
@@ -10,6 +11,7 @@ from click.testing import CliRunner
 from kogao_core import photo
 from kogao_core.cli.commands import program
 from kogao_core.photo import formats, writing
+from kogao_core.photo.metadata import kinds
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "fidelity.md"
 DEPTHS = {"uint8": "8", "uint16": "16", "float32": "32 float"}
@@ -33,6 +35,12 @@ def test_what_is_written_is_of_the_format_that_its_name_promises(form, tmp_path)
     for suffix in form.suffixes:
         photo.write(source, source.pixels // 2, tmp_path / f"out{suffix}")
         assert photo.read(tmp_path / f"out{suffix}").format == form.name
+
+
+def test_a_format_that_holds_no_metadata_leaves_out_every_kind():
+    bare = dataclasses.replace(formats.BY_NAME["WEBP"], kept=frozenset())
+    known = [kind for kind in vars(kinds).values() if isinstance(kind, kinds.Kind)]
+    assert {bare.fate(kind) for kind in known} == {"left out"}
 
 
 def test_a_format_without_an_encoder_writes_nothing(tmp_path):

@@ -11,7 +11,7 @@ from PIL import Image
 
 from kogao_core import batch, photo
 from kogao_core.photo import UnreadablePhoto, bits_of
-from kogao_core.recipe.recipe import Recipe
+from kogao_core.retouch import RetouchJob
 
 WIDTH, HEIGHT = 112, 80
 needs_heic, needs_raw = (
@@ -164,7 +164,7 @@ def test_a_batch_names_results_after_the_whole_photo_and_in_a_format_that_lasts(
         (inputs / name).write_bytes(data)
     places = {
         Path(task.source).name: Path(task.output).name
-        for task in batch.plan([inputs], tmp_path / "out", Recipe(), suffix=".tif")
+        for task in batch.plan([inputs], tmp_path / "out", RetouchJob(), suffix=".tif")
     }
     assert places == {"a.dng": "a.dng.tif", "a.heic": "a.heic.tif", "a.jpg": "a.jpg"}
     assert [bits_of(f"a{suffix}") for suffix in (".tif", ".png", ".jpg", ".webp")] == [16, 16, 8, 8]

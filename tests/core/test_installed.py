@@ -4,10 +4,11 @@ import json
 import shlex
 import sys
 from importlib import metadata
+from unittest.mock import Mock
 
 import pytest
 
-from kogao_core.base import installed
+from kogao_core.base import assets, installed
 from kogao_core.cli import doctor
 
 ENDING = ".exe" if sys.platform == "win32" else ""
@@ -83,8 +84,15 @@ def test_an_environment_without_pip_is_served_by_uv(monkeypatch):
 
 
 @pytest.mark.usefixtures("bundle")
-def test_nobody_is_told_to_install_something_into_a_bundle():
+@pytest.mark.parametrize(
+    ("module", "name", "error"),
+    [
+        (metadata, "version", metadata.PackageNotFoundError),
+        (assets, "path", assets.AssetMissing("gone")),
+    ],
+)
+def test_nobody_is_told_to_install_something_into_a_bundle(monkeypatch, module, name, error):
     assert installed.adding("heic").startswith("not in this bundle")
-    wrong = {"numpy": {"version": "1", "state": "doesn't load"}}
-    assert list(doctor._repairs(wrong, {}, {})) == ["unpack the bundle again"]
-    assert list(doctor._repairs({}, {"a.tflite": "missing"}, {})) == ["unpack the bundle again"]
+    monkeypatch.setattr(module, name, Mock(side_effect=error))
+    monkeypatch.setattr(installed, "missing_libraries", dict)
+    assert doctor.examine()["mend"] == ["unpack the bundle again"]

@@ -46,7 +46,7 @@ def test_a_bundle_can_name_every_licence():
 def test_nothing_of_ours_imports_what_a_bundle_leaves_out():
     spec = (FOLDER / "kogao.spec").read_text()
     unused = set(re.findall(r'"([^"]+)"', re.search(r"^UNUSED = \[(.*?)^\]", spec, re.M | re.S)[1]))
-    extras = {"jpeglib", "scipy", "skimage"}  # lacking with a sentence
+    extras = {"jpeglib", "skimage"}  # lacking with a sentence
     assert extras < unused
     for file in chain((ROOT / "kogao_core").rglob("*.py"), (ROOT / "app").rglob("*.py")):
         assert not set(_imports(file)) & (unused - extras), file

@@ -21,7 +21,7 @@ from PIL import Image
 from kogao_core import batch, photo
 from kogao_core.batch import workers
 from kogao_core.batch.measures import COLUMNS
-from kogao_core.recipe.recipe import Recipe
+from kogao_core.retouch import RetouchJob
 
 
 @pytest.fixture
@@ -41,7 +41,7 @@ def test_what_nobody_foresaw_fails_one_photo_and_says_whose_fault_it_is(
     small_portrait, tmp_path, monkeypatch
 ):
     monkeypatch.setattr("kogao_core.retouch.render", Mock(side_effect=KeyError("strange")))
-    task = batch.Task(str(small_portrait), str(tmp_path / "out.jpg"), Recipe().to_dict())
+    task = batch.Task(str(small_portrait), str(tmp_path / "out.jpg"), RetouchJob())
     outcome = batch.work(task)
     assert outcome.status == "failed"
     assert "internal error (KeyError: 'strange')" in outcome.reason
@@ -161,7 +161,7 @@ def test_results_inside_the_input_folder_are_not_inputs_the_next_time(folder):
     out = folder / "small"
     out.mkdir()
     shutil.copy(folder / "a.jpg", out / "a.jpg")
-    tasks = batch.plan([folder], out, Recipe())
+    tasks = batch.plan([folder], out, RetouchJob())
     assert not any("small" in task.source for task in tasks)
 
 
@@ -185,7 +185,7 @@ def test_a_damaged_report_is_read_as_far_as_it_goes(folder, tmp_path):
     report = tmp_path / "report.jsonl"
     good = batch.Outcome("x", str(out / "a.jpg"), "done", key="k").to_json()
     report.write_text('{"cut\n[1, 2]\n{"output": 3, "status": "done", "key": "z"}\n' + good + "\n")
-    tasks = batch.plan([folder / "a.jpg"], out, Recipe(), report=report)
+    tasks = batch.plan([folder / "a.jpg"], out, RetouchJob(), report=report)
     assert [task.done for task in tasks] == ["k"]
 
 
@@ -193,7 +193,7 @@ def test_a_stopped_batch_hands_out_no_more(monkeypatch):
     monkeypatch.setattr(workers, "work", lambda task: batch.Outcome(task.source, "", "done"))
     seen = []
     one = batch.Workers(lambda: concurrent.futures.ThreadPoolExecutor(1), 1)
-    tasks = [batch.Task(str(k), str(k), {}) for k in range(100)]
+    tasks = [batch.Task(str(k), str(k), RetouchJob()) for k in range(100)]
     for outcome in batch.run(tasks, one, stop=lambda: len(seen) >= 3):
         seen.append(outcome)
     assert 3 <= len(seen) <= 6

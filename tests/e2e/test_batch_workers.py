@@ -27,9 +27,10 @@ INTERRUPTED = """
 import os, signal
 from kogao_core.batch import Workers
 from kogao_core.batch.tasks import Task
+from kogao_core.retouch import RetouchJob
 if __name__ == "__main__":
     with Workers.processes(1) as workers:
-        outcome = workers.submit(Task("none.jpg", "out.jpg", {}))
+        outcome = workers.submit(Task("none.jpg", "out.jpg", RetouchJob()))
         for worker in workers._executor._processes:
             os.kill(worker, signal.SIGINT)
         print(outcome.result().reason)
@@ -127,6 +128,7 @@ import os, signal, sys
 from kogao_core.base.threads import without_blas_threads
 without_blas_threads()
 from kogao_core.batch import Outcome, Task, Workers, run, workers
+from kogao_core.retouch import RetouchJob
 def dies(task):
     if "poison" in task.source:
         os.kill(os.getpid(), signal.SIGKILL)
@@ -134,7 +136,7 @@ def dies(task):
 if __name__ == "__main__":
     workers.work = dies
     count, *sources = sys.argv[1:]
-    tasks = [Task(source, f"{k}.jpg", {}) for k, source in enumerate(sources)]
+    tasks = [Task(source, f"{k}.jpg", RetouchJob()) for k, source in enumerate(sources)]
     for one in run(tasks, Workers.processes(int(count))):
         print(one.output, one.source, one.status, one.reason)
 """

@@ -61,6 +61,7 @@ def test_one_command_says_how_far_it_is_and_writes_everything(
     code, said, err = cli(name, small_png, "-o", folder, *ONCE[name])
     begun, *steps = err.splitlines()
     assert (code, begun) == (0, f"1 of 1: {small_png}")
+    assert steps, "the experiment calls `Work.progress` after each step"
     assert re.fullmatch(re.escape(begun) + r", (\d+) of \1 steps", steps[-1]), "all are done"
     assert all(line.startswith(begun) for line in steps)
     document = json.loads((folder / f"{name}.json").read_text(encoding="utf-8"))
@@ -132,7 +133,7 @@ def test_photos_without_a_face_are_named_and_the_others_measured(
         (("{photo}", "--percent", 5), 2, "No such option '--percent'"),
         (("{photo}", "--recipe", "{photo}"), 2, "is not JSON"),
         (("{photo}", "--face", 7), 2, "there is no face 7"),
-        (("{photo}", "--json", "{empty}/none/x.json"), 3, "there is no folder"),
+        (("{photo}", "--json", "{empty}/none/x.json"), 3, "create the folder first"),
         (("{photo}", "-o", "{photo}/x"), 3, "there is no folder"),
         (("{photo}", "--json", "-", "--csv", "-"), 2, "only one file can be printed"),
     ],

@@ -62,7 +62,7 @@ def _far(folder):
 def test_figures_are_drawn_and_not_over_others(cli, works, small_portrait, tmp_path):
     arguments = ("experiment", "figures", small_portrait, "-o", tmp_path / "new", "--width", 300)
     assert "small-landmarks.png" in works(*arguments)
-    assert len(list((tmp_path / "new").glob("small-*.png"))) == 13
+    assert len(list((tmp_path / "new").glob("small-*.png"))) == 6
     with Image.open(tmp_path / "new" / "small-lattice.png") as image:
         assert image.size == (300, 225)
     code, _, err = cli(*arguments)

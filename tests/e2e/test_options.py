@@ -83,16 +83,6 @@ def test_an_option_that_would_say_nothing_is_refused(
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize("spelled", ["--json", "--csv", "--html"])
-def test_every_report_goes_to_a_file_or_is_printed(spelled):
-    found = [option for known, _, option in options() if known == spelled]
-    assert found
-    for option in found:
-        assert not option.is_flag
-        assert option.type.allow_dash
-        assert "print" in option.help.lower()
-
-
 @pytest.mark.parametrize(("way", "command"), COMMANDS.items(), ids=map(" ".join, COMMANDS))
 def test_whoever_takes_photos_takes_the_sample_and_says_how_to_find_faces(way, command):
     spelled = {opt for option in command.params for opt in option.opts}

@@ -21,7 +21,7 @@ from kogao_core.cli.commands import run
 from kogao_core.pipeline import render
 from kogao_core.projects.project import load, save
 from kogao_core.projects.sidecar import apply, sidecar_of
-from kogao_core.recipe.recipe import Recipe
+from kogao_core.retouch import RetouchJob
 from kogao_core.warp.brush import Brushwork
 
 needs_links = pytest.mark.skipif(sys.platform == "win32", reason="needs links and any names")
@@ -243,15 +243,15 @@ def test_links_lead_no_result_out_of_the_folder(kept, tmp_path):
         folder.mkdir()
     (out / "deeper").symlink_to(elsewhere)
     with pytest.raises(batch.NothingToDo, match="a link leads"):
-        batch.plan([inputs], out, Recipe())
+        batch.plan([inputs], out, RetouchJob())
     (out / "deeper").unlink()
     (out / "a.jpg").symlink_to(kept)
     with pytest.raises(batch.NothingToDo, match="written over"):
-        batch.plan([inputs], out, Recipe())
+        batch.plan([inputs], out, RetouchJob())
     (out / "a.jpg").unlink()
     (out / "a.jpg").symlink_to(out / "a.jpg")
     os.mkfifo(sidecar_of(inputs / "deeper" / "b.jpg"))
-    tasks = batch.plan([inputs], out, Recipe(), projects=True)
+    tasks = batch.plan([inputs], out, RetouchJob(), projects=True)
     assert [bool(task.project) for task in tasks] == [True, False]
     assert [batch.work(task).status for task in tasks] == ["failed", "done"]
 

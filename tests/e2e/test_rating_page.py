@@ -3,13 +3,12 @@
 import contextlib
 import time
 
-import numpy as np
 import pytest
 from browser import Browser
 from scenes import oval_face, textured_photo
 from timeouts import LONGEST_S
 
-from kogao_core.lab.study import design, making, plan, report, results
+from kogao_core.lab.study import design, making, plan, results
 from kogao_core.lab.study.design import Conduct, Variant
 from kogao_core.lab.study.server import Server
 from kogao_core.lab.study.tally import tally
@@ -343,35 +342,6 @@ def click(page, selector):
         )  # fmt: skip
 
 
-def measure(page, px_per_mm):
-    """Say how large a card is on this screen."""
-    click(page, "#begin button")
-    page.until("!document.getElementById('measure').hidden")
-    page.ask(f"width.value = {85.6 * px_per_mm}, width.dispatchEvent(new Event('input'))")
-    click(page, "#measured button")
-    page.until("!document.getElementById('judge').hidden")
-
-
-@pytest.mark.parametrize(
-    ("size", "px_per_mm"), [((1366, 768), 3.97), ((1920, 1080), 3.78)], ids=["laptop", "desk"]
-)
-def test_a_size_in_degrees_is_the_same_on_every_screen(held, size, px_per_mm):
-    page, folder = held(size, size="10deg", distance_mm=570)
-    measure(page, px_per_mm)
-    press(page, "f")
-    # The browser's zoom: a CSS px is larger, and there are fewer.
-    page.resize(*(round(side / 1.5) for side in size), ratio=1.5)
-    press(page, "f")
-    (path,) = (folder / plan.RATINGS_FOLDER).iterdir()
-    first, second = results.load(path).records
-    wide_mm = 2.0 * 570.0 * np.tan(np.radians(5.0))
-    assert first.display.shown[0] == pytest.approx(wide_mm * px_per_mm, rel=0.01)
-    assert second.display.shown[0] == pytest.approx(wide_mm * px_per_mm / 1.5, rel=0.01)
-    for record in (first, second):
-        assert record.display.degrees == pytest.approx(10.0, rel=0.02)
-        assert record.display.distance_mm == 570.0
-
-
 def test_a_screen_that_is_too_small_is_refused_with_the_reason(held):
     page, folder = held((390, 844), size="640px")
     page.call(
@@ -448,50 +418,3 @@ def test_a_session_from_consent_to_its_code_for_whoever_pays(held):
     counted = tally([(folder, plan.key_path(folder))])
     assert [row.place for row in counted.answers] == [2, 3, 4, 5], "practice isn't counted"
     assert counted.subjects == 1
-
-
-@pytest.mark.parametrize(
-    ("task", "left", "right"),
-    [("pair", "The left one", "The right one"), ("same", "The same", "Different")],
-)
-def test_two_pictures_are_compared(held, task, left, right):
-    page, folder = held(task=task, size="640px")
-    assert left in page.ask("document.body.innerText")
-    key = plan.load_key(plan.key_path(folder))
-    click(page, "#begin button")
-    page.until("!document.getElementById('judge').hidden")
-    assert page.ask("document.getElementById('unnatural').innerText").startswith(right)
-    for _ in range(4):
-        seen(page)
-        assert page.ask("picture.width") == (2 * 960 + 40) * 640 // 960, "640 px each"
-        width, height = page.ask("[picture.naturalWidth, picture.naturalHeight]")
-        assert (width, height) == (2 * 960 + 40, 720)
-        side = key.pictures[page.ask("picture.getAttribute('src')")].side
-        # The warped one is found less natural, and different.
-        press(page, "j" if task == "same" or side == "left" else "f")
-    counted = tally([(folder, plan.key_path(folder))])
-    assert [row.is_unnatural for row in counted.answers] == [True] * 4
-    made = report.report(counted)
-    assert "of two pictures" in made.lead or "whether two pictures" in made.lead
-    assert "paper" not in str(made.tables[0])
-
-
-def test_naturalness_can_be_graded(held):
-    page, folder = held(task="slider")
-    click(page, "#begin button")
-    page.until("!document.getElementById('judge').hidden")
-    for grade in (10, 60, 70, 80):
-        seen(page)
-        with counts(page):
-            page.press("f")
-            page.press("s")  # what isn't of oneself can't be skipped
-            page.ask(f"grade.value = {grade}, grade.dispatchEvent(new Event('input'))")
-            click(page, "#enter")
-    counted = tally([(folder, plan.key_path(folder))])
-    assert [row.record.grade for row in counted.answers] == [10, 60, 70, 80]
-    grades = counted.naturalness()
-    assert sum(one.mean for one in grades.values()) == 220.0
-    table = report.report(counted).tables[0]
-    assert "Naturalness, 0 to 100" in str(table.caption)
-    for row in counted.answers:
-        assert f"{row.record.grade}.0" in str(table)

@@ -4,7 +4,6 @@ import gettext
 import json
 import os
 import re
-from typing import get_args
 
 import click
 import pytest
@@ -16,7 +15,6 @@ from kogao_core.cli import commands as commands_of_cli
 from kogao_core.cli import words
 from kogao_core.cli.integrate import HOSTS
 from kogao_core.faces.landmarks import CHOICES
-from kogao_core.lab.study.design import Task
 from kogao_core.recipe.recipe import SETTINGS
 
 WORD = re.compile(r"[A-Za-z]{2,}")
@@ -40,7 +38,7 @@ NAMED = {"satisfaction", "WebP", "ms", *HOSTS}
 TYPED = {*NAMED, *(word for way in COMMANDS for word in way.split())}
 TYPED |= {one.name for setting in SETTINGS.values() for one in setting.alternatives}
 TYPED |= {choice.name for choice in CHOICES} | {"all", "both", "control", "points", "lanczos"}
-TYPED |= {"desktop", *language.languages(), *get_args(Task), "percent", "format", "faces", "fit"}
+TYPED |= {"desktop", *language.languages(), "percent", "format", "faces", "fit"}
 TYPED |= {"drop", "amount"}
 
 
@@ -172,7 +170,7 @@ def unknown(text, page, photo):
     heard = re.findall(r'(?:alt|aria-label)="([^"]*)"', html)
     lines = [*text.splitlines(), *re.sub(r"<[^>]*>", "\n", html).splitlines(), *heard]
     names = {"scipy", "scikit", "image", "wdr"}
-    names |= {"integrated", "rigid", "mesh", "radial", "moving", "thin", "plate", "lt", *NAMED}
+    names |= {"rigid", "mesh", "radial", "moving", "thin", "plate", "lt", *NAMED}
     digest = re.compile(r"\b[0-9a-f]{12,16}\b")
     lines = [digest.sub("", line.replace(str(photo), "")) for line in lines]
     return [(line, plain(line, names)) for line in lines if plain(line, names)]

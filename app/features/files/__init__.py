@@ -387,7 +387,6 @@ def save_copy(
     `drawn` is the rendered result, if available. With `originals` the photo itself is overwritten
     and backed up in `originals`; otherwise the dialog has confirmed overwriting.
     """
-    copies = to_file(path, force=True, export=export)
-    to = copies if originals is None else over_itself(originals)
+    to = to_file(path, force=True) if originals is None else over_itself(originals)
     made = retouch(photo, state.done, disclosure, to, finder, drawn=drawn, export=export)
     return " ".join(sentence(note) for note in (*made.notes, made.written) if note)

@@ -44,12 +44,12 @@ class Outputs:
                 Text("only one file can be printed; give names to the others"), ending.USAGE
             )
         for file in files.values():
-            if file != STDOUT:
+            if file != STDOUT and file.parent == folder:
                 common.check_free(file, force)
-            if file != STDOUT and file.parent != folder:
-                _check_folder(file.parent, made=False)
+            else:
+                common.check_report(file, force)
         if folder is not None:
-            _check_folder(folder, made=True)
+            _check_folder(folder)
             check_empty(folder, force)
 
     def keep(self, files: Iterable[tuple[str, Image | str]]) -> None:
@@ -99,10 +99,10 @@ def check_empty(folder: Path, force: bool) -> None:
         )
 
 
-def _check_folder(folder: Path, *, made: bool) -> None:
-    """Stop if the folder isn't writable, or is missing and not `made`."""
+def _check_folder(folder: Path) -> None:
+    """Stop if the folder isn't writable or can't be made."""
     nearest = next((place for place in (folder, *folder.parents) if place.exists()), folder)
-    if not nearest.is_dir() or (nearest != folder and not made):
+    if not nearest.is_dir():
         raise ending.Stop(Text("there is no folder {folder}", folder=folder), ending.UNREADABLE)
     if not os.access(nearest, os.W_OK):
         raise ending.Stop(

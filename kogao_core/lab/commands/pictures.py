@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -11,27 +10,9 @@ import click
 
 from kogao_core.base.atomic import atomic_write
 from kogao_core.base.display import png
-from kogao_core.base.language import Text
 from kogao_core.cli import common, ending, options, reading, words
 from kogao_core.lab.experiments.figures import figures as drawings_of
 from kogao_core.lab.subjects import Subject
-
-_writes_pictures = words.option(
-    "-o", "--output", "folder", required=True, type=common.FOLDER, metavar="DIR",
-    help="Output folder, created if missing; files are named after the photos.",
-)  # fmt: skip
-
-
-def _photos(given: Mapping[str, Any]) -> list[Path]:
-    """Return the photos to read; stop where pictures of two would have one name."""
-    photos = reading.input_paths(given["inputs"], given["sample"])
-    (stem, count), *_ = Counter(photo.stem for photo in photos).most_common(1)
-    if count > 1:
-        raise ending.Stop(
-            Text("several photos are called {twice}; use separate folders", twice=stem),
-            ending.USAGE,
-        )
-    return photos
 
 
 def _subject(path: Path, given: Mapping[str, Any]) -> Subject:
@@ -42,7 +23,10 @@ def _subject(path: Path, given: Mapping[str, Any]) -> Subject:
 
 @words.command("figures")
 @options.takes_photos
-@_writes_pictures
+@words.option(
+    "-o", "--output", "folder", required=True, type=common.FOLDER, metavar="DIR",
+    help="Output folder, created if missing; files are named after the photos.",
+)  # fmt: skip
 @words.option(
     "--width", "width_px", type=click.IntRange(240, 8000), default=960, show_default=True,
     metavar="PX", help="Width of each figure.",
@@ -53,12 +37,11 @@ def _subject(path: Path, given: Mapping[str, Any]) -> Subject:
 def figures(folder: Path, width_px: int, force: bool, **given: Any) -> int:
     """Draw the paper's figures of photos.
 
-    One point (1), lattice (2), control points of two landmarks (3), landmarks and targets (4, 5),
-    directions (6), centre candidates (7), lattice sizes (8 to 10), domains (12 to 15), before and
-    after (16). Pictures are cropped to 4 : 3 around the faces.
+    Lattice (2), landmarks and targets (4, 5), directions (6), centre candidates (7), domains (14,
+    15), before and after (16). Pictures are cropped to 4 : 3 around the faces.
     """
     recipe = options.paper_recipe_of(given["recipe_file"], given["percent"])
-    photos = _photos(given)
+    photos = reading.input_paths(given["inputs"], given["sample"], named=True)
 
     def draw(photo: Path) -> None:
         drawings = drawings_of(_subject(photo, given), recipe, width_px)

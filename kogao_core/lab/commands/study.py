@@ -24,7 +24,7 @@ from kogao_core.faces.landmarks import source as landmark_source
 from kogao_core.lab.commands import outputs
 from kogao_core.lab.study import data as answer_tables
 from kogao_core.lab.study import making, plan, tally
-from kogao_core.lab.study.design import Conduct, Rules, Task, variants
+from kogao_core.lab.study.design import Conduct, Rules, variants
 from kogao_core.lab.study.report import notes
 from kogao_core.lab.study.report import report as made_report
 from kogao_core.lab.study.server import Server
@@ -136,10 +136,6 @@ def _text(path: Path | None) -> str:
     help="Number of practice pictures of the sample portrait.",
 )  # fmt: skip
 @words.option(
-    "--task", type=click.Choice(get_args(Task)), default="natural", show_default=True,
-    help="Two answers, a grade, or a comparison with the original photo.",
-)  # fmt: skip
-@words.option(
     "--faces-each", type=click.IntRange(0), default=0, show_default=True,
     help="Faces per rater, in balanced blocks; 0 for all.",
 )  # fmt: skip
@@ -150,11 +146,7 @@ def _text(path: Path | None) -> str:
 )  # fmt: skip
 @words.option(
     "--picture-size", "size", default="fit", show_default=True, metavar="SIZE",
-    help="Long side of each photo, such as 640px or 12deg; fit fills the window.",
-)  # fmt: skip
-@words.option(
-    "--distance", type=click.FloatRange(10.0, 1000.0), default=60.0, show_default=True,
-    metavar="CM", help="Viewing distance, for a size in degrees.",
+    help="Long side of each photo, such as 640px; fit fills the window.",
 )  # fmt: skip
 @words.option("--full-screen", is_flag=True, help="Require the full screen.")
 @words.option("--consent", type=_TEXT, metavar="FILE", help="Consent text; raters must agree.")
@@ -185,7 +177,6 @@ def make(**given: Any) -> None:
     fields = dataclasses.fields(Conduct)
     sessions: dict[str, Any] = {one.name: given.get(one.name) for one in fields}
     sessions |= {name: _text(given[name]) for name in ("consent", "instructions", "debriefing")}
-    sessions["distance_mm"] = round(10.0 * args.distance)
     with ending.stopping(ValueError, ending.USAGE):
         choices = making.Choices(
             recipe,

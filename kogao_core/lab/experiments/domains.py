@@ -32,9 +32,8 @@ from kogao_core.lab.subjects import Progress, Subject, no_progress
 from kogao_core.pipeline import Rendering, render
 from kogao_core.recipe.recipe import LOSSLESS_PX, Recipe
 from kogao_core.recipe.settings import DOMAINS, DomainName
-from kogao_core.warp.domain import Mask, mask_of, pixel_counts
+from kogao_core.warp.domain import Mask, mask_of
 from kogao_core.warp.field import Field
-from kogao_core.warp.lattice import ORDER
 
 THRESHOLDS: Final = (0.0, LOSSLESS_PX, 0.0625, 0.125, 0.25, 0.5, 1.0, 2.0)  # px
 _LEVELS: Final = 255.0
@@ -72,7 +71,6 @@ class Domains:
     height: int
     faces: int
     counts: dict[DomainName, int]  # pixels of all three domains
-    literal: int  # see `literal_pixels`; 0 if not counted
     computing_ms: dict[DomainName, Spread]  # computing time by domain
     steps: tuple[ThresholdErrors, ...]  # one for each threshold
     # The photo inside each domain, white outside; RGB, reduced for a report.
@@ -103,28 +101,10 @@ def measure(
     return Domains(
         subject.name, *subject.size, len(subject.faces),
         {name: int(mask.sum()) for name, mask in masks.items()},
-        literal_pixels(whole) if recipe.scope == "face" else 0, computing,
-        tuple(steps),
+        computing, tuple(steps),
         {name: _shown(subject, mask) for name, mask in masks.items()},
         {name: mask for name, mask in masks.items() if name != "image"},
     )  # fmt: skip
-
-
-def literal_pixels(rendering: Rendering) -> int:
-    """Count the pixels of section 4.1, read literally.
-
-    These are the cells in reach of the 4 x 4 control points around each target. Kogao's domain has
-    only the cells in reach of a control point other than zero.
-    """
-    lattices = []
-    for lattice, pairs in zip(rendering.field.lattices, rendering.pairs, strict=True):
-        (i, _), (j, _) = (lattice.grid.locate(pairs.target_px[:, axis], axis) for axis in (0, 1))
-        phi = np.zeros((np.ptp(j) + ORDER, np.ptp(i) + ORDER, 2))
-        for row, column in zip(j - j.min(), i - i.min(), strict=True):
-            phi[row : row + ORDER, column : column + ORDER] = 1.0
-        first = int(i.min()) - 1, int(j.min()) - 1
-        lattices.append(dataclasses.replace(lattice, first=first, phi=phi))
-    return pixel_counts(Field(tuple(lattices)), rendering.domain.image, 0.0)["control-points"]
 
 
 def _shown(subject: Subject, mask: Mask) -> Image:
@@ -228,7 +208,6 @@ def report(photos: Sequence[Domains], recipe: Recipe) -> Report:
                 {
                     "photo": photo.photo,
                     "counts": photo.counts,
-                    "section_4_1_pixels": photo.literal,
                     "computing_ms": {name: asdict(s) for name, s in photo.computing_ms.items()},
                     "steps": [_record(photo, step) for step in photo.steps],
                 }
@@ -247,9 +226,6 @@ def _counts(photos: Sequence[Domains]) -> Table:
         for name, word in _WORDS.items():
             cells = _count_cells(group, [one.counts[name] for one in group])
             rows.append((called, word, *cells, _computing(group, name).text()))
-        if all(one.literal for one in group):
-            cells = _count_cells(group, [one.literal for one in group])
-            rows.append((called, Text("section 4.1 to the letter"), *cells, NONE))
     return Table(
         Text("Pixels to be worked on"),
         (
@@ -263,8 +239,7 @@ def _counts(photos: Sequence[Domains]) -> Table:
         rows,
         Text(
             "Computing: median and quartiles from landmarks to pixels, domains in turns. Control "
-            "points: cells in reach of control points other than zero. To the letter: of all 4 x 4 "
-            "control points around each target."
+            "points: cells in reach of control points other than zero."
         ),
     )
 
@@ -356,7 +331,6 @@ def _record(photo: Domains, step: ThresholdErrors) -> dict[str, object]:
         **{name: getattr(photo, name) for name in ("photo", "width", "height", "faces")},
         "image_pixels": photo.counts["image"],
         "control_point_pixels": photo.counts["control-points"],
-        "section_4_1_pixels": photo.literal,
         "threshold_px": step.threshold_px,
         "pixels": step.pixels,
         **{f"cut_{name}": value for name, value in asdict(step.cut).items()},

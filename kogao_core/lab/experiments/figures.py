@@ -1,9 +1,9 @@
-"""Draw the paper's figures from any photo, except the survey's."""
+"""Draw the paper's figures from any photo: points, lattice, domains, result."""
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Final
 
 import cv2
@@ -13,18 +13,14 @@ from kogao_core.base.display import rgb8
 from kogao_core.base.geometry import Affine, Array, Box, Image
 from kogao_core.faces.face import Face
 from kogao_core.faces.naturalness import DISTANCES
-from kogao_core.faces.targets import Pairs, aim, center_candidates
+from kogao_core.faces.targets import aim, center_candidates
 from kogao_core.lab.reports.drawing import Dots, Drawing, Mark, Strokes, Word
-from kogao_core.lab.study.design import LATTICES
 from kogao_core.lab.subjects import Subject, at_paper_size
 from kogao_core.pipeline import Rendering, render
 from kogao_core.recipe.recipe import Recipe
-from kogao_core.recipe.settings import DOMAINS, PAPER_CENTERS, DomainName
-from kogao_core.warp.canvas import Canvas
-from kogao_core.warp.domain import mask_of, reduce
-from kogao_core.warp.field import Field
-from kogao_core.warp.fit import fit
-from kogao_core.warp.lattice import ORDER, Lattice
+from kogao_core.recipe.settings import DOMAINS, PAPER_CENTERS
+from kogao_core.warp.domain import mask_of
+from kogao_core.warp.lattice import Lattice
 
 LANDMARK: Final = "#56b4e9"
 TARGET: Final = "#d55e00"
@@ -34,35 +30,15 @@ _INK: Final = "#202020"
 _GAP: Final = 0.0125  # gap between pictures, relative to the width
 _LETTER: Final = 0.02  # height of letters, relative to the width
 _DOT: Final = 0.004  # radius of dots, relative to the width
-_PROCESSED, _LEFT_OUT = 150, 255  # greys of figures 12 to 15
+_PROCESSED, _LEFT_OUT = 150, 255  # greys of figures 14 and 15
 _NEVER_ZERO: Final = 1e-9
-_CHIN: Final = 10  # of the outline's 21 points
-_FOUR: Final = (0, 6, 14, 20)  # landmarks of figures 12 and 13
-_FAR_PERCENT: Final = 30.0  # of D; large, to be visible in print
-_SEEN_PX: Final = 0.5  # minimum threshold of figure 13; large, to be visible in print
-# Lattice sizes of figures 8 to 10, in landmark spacings; the paper prints none.
-_SMALL_LATTICE, _LARGE_LATTICE = 0.25, 4.0
 
 
 def figures(subject: Subject, recipe: Recipe, width_px: int) -> list[Drawing]:
-    """Draw every figure of a photo."""
+    """Draw figures 2, 4 to 7 and 14 to 16 of the paper with a photo."""
     shown = pictured(subject, width_px)
     rendering = render(shown.pixels, shown.faces, recipe)
-    made: Sequence[Callable[[Subject, Rendering], Drawing]] = (
-        landmarks,
-        centers,
-        lattice,
-        domains,
-        before_after,
-        one_point,
-        overlap,
-        directions,
-        small_lattice,
-        large_lattice,
-        lattice_sizes,
-        selection,
-        threshold,
-    )
+    made = (landmarks, centers, lattice, domains, before_after, directions)
     return [draw(shown, rendering) for draw in made]
 
 
@@ -128,7 +104,7 @@ def _distances(face: Face, recipe: Recipe, width_px: int) -> list[Mark]:
 
 
 def lattice(shown: Subject, rendering: Rendering) -> Drawing:
-    """Draw the control lattice and the control points other than zero (figures 2 and 8)."""
+    """Draw the control lattice and the control points other than zero (figure 2)."""
     dot = _DOT * shown.size[0]
     marks: list[Mark] = []
     for one in rendering.field.lattices:
@@ -180,50 +156,6 @@ def before_after(shown: Subject, rendering: Rendering) -> Drawing:
     return _side_by_side("before-after", [shown.pixels, rendering.pixels])
 
 
-# -- figures 1, 3, 6, 8 to 10, 12 and 13 -----------------------------------------------------------
-
-
-def one_point(shown: Subject, rendering: Rendering) -> Drawing:
-    """Draw one feature point with its target, and the result of moving it alone (figure 1)."""
-    pairs = rendering.pairs[0]
-    (source,), toward = pairs.source_px[[_CHIN]], pairs.center_px - pairs.source_px[_CHIN]
-    goal = source + _FAR_PERCENT / 100.0 * toward
-    field = _field_of(shown, rendering, Pairs(source[None], goal[None], pairs.center_px))
-    dot = 2.0 * _DOT * shown.size[0]
-    marks = (
-        Strokes(np.array([[source, goal]]), 2.0, TARGET),
-        Dots(goal[None], dot, TARGET, filled=False),
-        Dots(source[None], dot, LANDMARK),
-    )
-    marked = Drawing("", shown.pixels, marks).painted()
-    return _side_by_side("one-point", [marked, _warped(shown, field)])
-
-
-def overlap(shown: Subject, rendering: Rendering) -> Drawing:
-    """Draw the 4 x 4 control points of two close landmarks; mark the shared ones (figure 3)."""
-    one, places = rendering.field.lattices[0], rendering.pairs[0].target_px[[_CHIN, _CHIN + 2]]
-    grid, dot = one.grid, _DOT * shown.size[0]
-    around = np.arange(-1, ORDER - 1)
-    marks: list[Mark] = [Strokes(_grid_lines(one), 1.0, LATTICE)]
-    nodes = []
-    for place in places:
-        (i, _), (j, _) = (grid.locate(place[axis : axis + 1], axis) for axis in (0, 1))
-        at = np.dstack(np.meshgrid(grid.node_px(i + around, 0), grid.node_px(j + around, 1)))
-        nodes.append(at.reshape(-1, 2))
-    shared = (np.abs(nodes[0][:, None] - nodes[1]).max(axis=2) < 1e-6 * grid.spacing_px).any(axis=1)
-    return Drawing(
-        "overlap",
-        shown.pixels,
-        (
-            *marks,
-            Dots(nodes[0], 1.2 * dot, LANDMARK),
-            Dots(nodes[1], 1.2 * dot, TARGET),
-            Dots(nodes[0][shared], 1.8 * dot, CENTER),
-            Dots(places, dot, _INK),
-        ),
-    )
-
-
 def directions(shown: Subject, rendering: Rendering) -> Drawing:
     """Draw the lines from the landmarks to the centre, with the targets (figure 6)."""
     dot = _DOT * shown.size[0]
@@ -238,79 +170,6 @@ def directions(shown: Subject, rendering: Rendering) -> Drawing:
             Dots(pairs.center_px[None], 1.5 * dot, CENTER),
         ]
     return Drawing("directions", shown.pixels, tuple(marks))
-
-
-def small_lattice(shown: Subject, rendering: Rendering) -> Drawing:
-    """Draw the photo and the results of R = 1 and of a very small lattice (figure 8)."""
-    panels = [_at_lattice(shown, rendering, size).pixels for size in (1.0, _SMALL_LATTICE)]
-    return _side_by_side("small-lattice", [shown.pixels, *panels])
-
-
-def large_lattice(shown: Subject, rendering: Rendering) -> Drawing:
-    """Draw the domains and lattices of R = 1 and of a very large R (figure 9)."""
-    panels = []
-    for size in (1.0, _LARGE_LATTICE):
-        made = _at_lattice(shown, rendering, size)
-        mask = mask_of(made.field, Box.of(shown.pixels), "threshold")
-        panels.append(_over(shown, mask, made.field.lattices))
-    return _side_by_side("large-lattice", panels)
-
-
-def lattice_sizes(shown: Subject, rendering: Rendering) -> Drawing:
-    """Draw the results of the survey's four lattice sizes (figure 10)."""
-    panels = [_at_lattice(shown, rendering, size).pixels for size in LATTICES]
-    return _side_by_side("lattice-sizes", panels)
-
-
-def selection(shown: Subject, rendering: Rendering) -> Drawing:
-    """Draw the image domain and the control-point domain of four landmarks (figure 12)."""
-    return _of_four("selection", shown, rendering, ("image", 0.0), ("control-points", 0.0))
-
-
-def threshold(shown: Subject, rendering: Rendering) -> Drawing:
-    """Draw the control-point and threshold domains of four landmarks (figure 13)."""
-    least_px = max(rendering.recipe.threshold_px, _SEEN_PX)
-    masks: tuple[tuple[DomainName, float], ...] = (("control-points", 0.0), ("threshold", least_px))
-    return _of_four("threshold", shown, rendering, *masks)
-
-
-def _of_four(
-    name: str, shown: Subject, rendering: Rendering, *masks: tuple[DomainName, float]
-) -> Drawing:
-    """Draw domains, each with its threshold in px, of four landmarks."""
-    pairs, few = rendering.pairs[0], list(_FOUR)
-    four = Pairs(pairs.source_px[few], pairs.target_px[few], pairs.center_px)
-    field, image = _field_of(shown, rendering, four), Box.of(shown.pixels)
-    panels = [
-        _over(shown, mask_of(field, image, *one), field.lattices, four.target_px) for one in masks
-    ]
-    return _side_by_side(name, panels)
-
-
-def _field_of(shown: Subject, rendering: Rendering, pairs: Pairs) -> Field:
-    recipe = dataclasses.replace(rendering.recipe, fit="approximation")
-    return Field(fit([pairs], [shown.faces[0].anchor], [recipe]))
-
-
-def _warped(shown: Subject, field: Field) -> Image:
-    canvas = Canvas(shown.pixels)
-    canvas.warp(field, reduce(field, Box.of(shown.pixels), "threshold"), "bilinear")
-    return canvas.pixels
-
-
-def _at_lattice(shown: Subject, rendering: Rendering, size: float) -> Rendering:
-    recipe = dataclasses.replace(rendering.recipe, lattice=size, lattice_unit="spacing")
-    return render(shown.pixels, shown.faces, recipe)
-
-
-def _over(
-    shown: Subject, mask: Image, lattices: Sequence[Lattice], points: Array | None = None
-) -> Image:
-    """Return a domain in grey with lattices and points."""
-    marks: list[Mark] = [Strokes(_grid_lines(one), 1.0, LATTICE) for one in lattices]
-    if points is not None:
-        marks.append(Dots(points, 1.5 * _DOT * shown.size[0], _INK))
-    return Drawing("", _mask(mask), tuple(marks)).painted()
 
 
 def _side_by_side(name: str, panels: Sequence[Image]) -> Drawing:

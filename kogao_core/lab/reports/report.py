@@ -30,12 +30,7 @@ from kogao_core.batch.measures import table_text
 from kogao_core.lab.reports.charts import Chart, element, svg
 from kogao_core.recipe.recipe import SETTINGS, Recipe
 
-PACKAGES: Final = (
-    "kogao",
-    "numpy",
-    "opencv-contrib-python-headless",
-    "scipy",
-)
+PACKAGES: Final = ("kogao", "numpy", "opencv-contrib-python-headless")
 NONE: Final = "\N{EN DASH}"
 Item = TypeVar("Item")  # the item of a table row
 # Numbers may have a sign; a dash is a missing number.

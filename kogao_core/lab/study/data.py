@@ -6,7 +6,6 @@ missing values. pandas, R, jamovi and JASP read the files directly.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from importlib import resources
@@ -14,11 +13,8 @@ from typing import Any, Final, Generic, TypeVar
 
 from kogao_core.base.language import Text
 from kogao_core.batch.measures import table_text
-from kogao_core.faces.face import OUTLINE_POINTS
-from kogao_core.lab.study.design import GAP_PX
 from kogao_core.lab.study.results import Display
 from kogao_core.lab.study.tally import Answered, Quality, Tally
-from kogao_core.lab.subjects import PAPER_SIZE
 
 _Row = TypeVar("_Row")
 
@@ -44,21 +40,6 @@ def _asked(_: Tally, row: Answered) -> float:
     return row.variant.percent if asked is None else asked
 
 
-def _face_degrees(_: Tally, row: Answered) -> float | None:
-    display = row.record.display
-    points = row.key.subjects[row.meaning.subject].points
-    if display is None or display.degrees is None or not points:
-        return None
-    width, height = display.shown
-    # Photos are upright or landscape; a pair has a gap.
-    one = width if row.meaning.side is None else (width - GAP_PX) / 2.0
-    side_px = max(PAPER_SIZE) if one > height else min(PAPER_SIZE)
-    outline = [x for x, _ in points[:OUTLINE_POINTS]]
-    share = (max(outline) - min(outline)) / side_px
-    half = math.tan(math.radians(display.degrees) / 2.0)
-    return 2.0 * math.degrees(math.atan(share * half))
-
-
 _MEASURED: Final = "achieved move of the landmarks towards the centre, % of D"
 ANSWERS: Final[Sequence[Column[Answered]]] = (
     Column("study", "the study's name", lambda _, row: row.key.identity),
@@ -82,12 +63,10 @@ ANSWERS: Final[Sequence[Column[Answered]]] = (
            lambda _, row: row.meaning.measured.lattice_in_warps),
     Column("fit", "fit of the lattice: approximation, exact or multilevel",
            lambda _, row: row.variant.fit),
-    Column("side", "side of the warped picture in a pair", lambda _, row: row.meaning.side),
     # In lower case: R reads a column of F as FALSE.
     Column("natural_key", "the key for natural", lambda _, row: row.session.keys[0]),
-    Column("answer", "natural or unnatural; in pairs left or right, same or different",
-           lambda _, row: row.record.answer),
-    Column("unnatural", "1 for unnatural; in pairs 1 for less natural, or different",
+    Column("answer", "natural or unnatural", lambda _, row: row.record.answer),
+    Column("unnatural", "1 for unnatural",
            lambda _, row: None if row.is_unnatural is None else int(row.is_unnatural)),
     Column("grade", "0 to 100", lambda _, row: row.record.grade),
     Column("ms", "time from the painted picture to the answer, ms, without away_ms",
@@ -98,11 +77,6 @@ ANSWERS: Final[Sequence[Column[Answered]]] = (
     Column("window_width", "width of the viewport, CSS px", _display(lambda d: d.window[0])),
     Column("window_height", "height of the viewport, CSS px", _display(lambda d: d.window[1])),
     Column("pixel_ratio", "device px per CSS px", _display(lambda d: d.ratio)),
-    Column("degrees", "width of the photo, degrees of visual angle; empty if not measured",
-           _display(lambda d: d.degrees)),
-    Column("face_degrees", "width of the face's outline before the warp, degrees",
-           _face_degrees),
-    Column("distance_mm", "assumed viewing distance, mm", _display(lambda d: d.distance_mm)),
     Column("counts", "1 if the report counts the answer",
            lambda tally, row: int(not tally.reasons(row))),
     Column("why_not", "reasons for exclusion", lambda tally, row: _joined(tally.reasons(row))),

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import re
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Final, Literal, get_args
 
@@ -98,38 +97,25 @@ def practice(count: int, base: Recipe = PAPER) -> tuple[Variant, ...]:
     return tuple(Variant("practice", *end, base.lattice, base.fit) for end in ends[:count])
 
 
-Task = Literal["natural", "slider", "pair", "same"]
-Answer = Literal["natural", "unnatural", "left", "right", "same", "different"]
-# Answers to a picture; a slider gives grades.
-ANSWERS: Final[Mapping[Task, tuple[Answer, ...]]] = {
-    "natural": ("natural", "unnatural"),
-    "slider": (),
-    "pair": ("left", "right"),
-    "same": ("same", "different"),
-}
+Answer = Literal["natural", "unnatural"]
 # Grey around every picture: the surround changes the perceived colours of a face.
 SURROUND: Final = "#b8b8b8"
-GAP_PX: Final = 40  # grey gap between two pictures
 _LONGEST_TEXT: Final = 20_000
 _LONGEST_CODE: Final = 64
-_SIZE: Final = re.compile(r"(\d+(?:\.\d+)?)(px|deg)")
-_LARGEST: Final = {"px": 4000.0, "deg": 90.0}
+_SIZE: Final = re.compile(r"(\d+(?:\.\d+)?)px")
+_LARGEST_PX: Final = 4000.0
 
 
 @dataclass(frozen=True, slots=True)
 class Conduct:
     """Settings of all sessions of a study."""
 
-    # natural: natural or unnatural; slider: grade the naturalness; pair: choose the more natural
-    # picture, one of the two is the original; same: tell whether picture and original are the same.
-    task: Task = "natural"
     break_every: int = 0  # answers; 0 for no breaks
     faces_each: int = 0  # number of faces per rater; 0 for all
     swap_keys: bool = False  # swap F and J for half of the raters
-    # Long side of each photo, alone or in a pair: "640px" in CSS px, "12deg" in degrees of visual
-    # angle, or "fit", the largest of a few scales that fits the window at the start.
+    # Long side of each photo: "640px" in CSS px, or "fit", the largest of a few scales that fits
+    # the window at the start.
     size: str = "fit"
-    distance_mm: int = 600  # from the eyes to the screen, for degrees
     full_screen: bool = False
     consent: str = ""  # raters must agree to this text
     instructions: str = ""  # replaces the instructions of the page
@@ -139,29 +125,26 @@ class Conduct:
     def __post_init__(self) -> None:
         """Raise ValueError for an invalid size."""
         found = _SIZE.fullmatch(self.size)
-        fits = found is not None and 1.0 <= float(found[1]) <= _LARGEST[found[2]]
+        fits = found is not None and 1.0 <= float(found[1]) <= _LARGEST_PX
         if self.size != "fit" and not fits:
             raise ValueError(
-                Text("{size} is not a size such as fit, 640px or 12deg", size=repr(self.size))
+                Text("{size} is not a size such as fit or 640px", size=repr(self.size))
             )
-
-    @property
-    def pairs(self) -> bool:
-        """Whether each picture is shown next to the original photo."""
-        return self.task in ("pair", "same")
 
     @staticmethod
     def parse(node: Node) -> Conduct:
         """Read the settings of a study file. Raises BadFile."""
-        node.only([one.name for one in dataclasses.fields(Conduct)])
+        # Studies of 1.0.0 name their task, of which one is left, and a viewing distance.
+        former = ("task", "distance_mm")
+        node.only([*former, *(one.name for one in dataclasses.fields(Conduct))])
+        if node.field("task").value is not None:
+            node.field("task").text(20, ("natural",))
         try:
             return Conduct(
-                one_of(node.field("task"), Task),
                 node.field("break_every").whole(0, 10**6),
                 node.field("faces_each").whole(0, 10**6),
                 node.field("swap_keys").flag(),
                 node.field("size").text(20),
-                node.field("distance_mm").whole(100, 10**5),
                 node.field("full_screen").flag(),
                 _text(node.field("consent")),
                 _text(node.field("instructions")),

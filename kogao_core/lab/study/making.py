@@ -29,9 +29,7 @@ from kogao_core.faces.face import Face
 from kogao_core.lab.study import page, plan
 from kogao_core.lab.study.design import (
     CONDUCT,
-    GAP_PX,
     RULES,
-    SURROUND,
     Conduct,
     Rules,
     Variant,
@@ -44,7 +42,6 @@ from kogao_core.lab.study.plan import (
     Origin,
     PhotoRecord,
     PictureFigures,
-    Side,
     Study,
     digest,
 )
@@ -57,7 +54,6 @@ _QUALITY: Final = 95
 _FULL_COLOUR: Final = 0
 _LEAST_PADDING: Final = 16
 _STEPS: Final = 3
-_GREY: Final = int(SURROUND[1:3], 16)
 _MOST: Final = 15.0  # % of D
 # 1 January 1980, the first date of MS-DOS: every file system can store this date.
 _CHANGED_S: Final = 315_619_200.0
@@ -85,12 +81,11 @@ def _srgb(photo: Photo) -> Image:
 
 
 def drawn(
-    shown: Subject, variant: Variant, base: Recipe, *, match: bool = False, side: Side | None = None
+    shown: Subject, variant: Variant, base: Recipe, *, match: bool = False
 ) -> tuple[bytes, PictureFigures]:
     """Return a picture as JPEG without metadata, and the achieved distance.
 
-    With `match`, the achieved distance equals the percentage of the variant. With `side`, the
-    picture is on this side of the original photo.
+    With `match`, the achieved distance equals the percentage of the variant.
     """
     rendering, asked = render(shown.pixels, shown.faces, variant.recipe(base)), None
     if match and variant.percent:
@@ -103,10 +98,6 @@ def drawn(
     pixels = rendering.pixels
     if variant.kind == "catch":
         pixels = _cut(pixels, shown.faces[0])
-    if side is not None:
-        between = np.full_like(pixels[:, :GAP_PX], _GREY)
-        both = (pixels, between, shown.pixels)
-        pixels = np.hstack(both if side == "left" else both[::-1])
     figures = PictureFigures.of(rendering)
     if asked is not None:
         figures = dataclasses.replace(figures, asked=round(asked.percent, 4))
@@ -245,13 +236,11 @@ def _drawn(
         content = digest(subject, choices.recipe)
         for variant in kinds:
             name = plan.picture_name(seed, content, index, variant)
-            paired = choices.conduct.pairs and variant.kind != "satisfaction"
-            side = plan.side_of(seed, name) if paired else None
-            data, measured = drawn(subject, variant, choices.recipe, match=choices.match, side=side)
+            data, measured = drawn(subject, variant, choices.recipe, match=choices.match)
             (place / name).write_bytes(data)
             done += 1
             progress(done, total)
-            yield name, Meaning(index, variant, measured, side)
+            yield name, Meaning(index, variant, measured)
 
 
 def _study(meanings: Mapping[str, Meaning], conduct: Conduct) -> Study:

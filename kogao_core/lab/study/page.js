@@ -72,7 +72,7 @@ function fresh(rater, number) {
     for (let tries = 0; tries < 100 && !untwinned(order); tries++) order = apart(drawn(own, next));
     return order;
   };
-  const keys = study.conduct.swap_keys && study.conduct.task !== "pair" && Math.floor(number / blocks) % 2 ? "jf" : "fj";
+  const keys = study.conduct.swap_keys && Math.floor(number / blocks) % 2 ? "jf" : "fj";
   const order = [...drawn(study.practice, next), ...block(study.ratings), ...block(study.satisfaction)];
   return { rater, order, keys, records: [] };
 }
@@ -156,21 +156,11 @@ function begin() {
   const part = (id) => document.getElementById(id);
   const keeper = study.served ? program : browser;
   const { conduct } = study;
-  const slider = conduct.task === "slider";
-  // What the two keys say, and the words of each task.
-  const [first, second] = { pair: ["left", "right"], same: ["same", "different"] }[conduct.task] || ["natural", "unnatural"];
-  const asks = { natural: "ask_natural", slider: "ask_slider", pair: "ask_pair", same: "ask_same" };
-  const tasks = { natural: "task", slider: "task_slider", pair: "task_pair", same: "task_same" };
   // Few scales, CSS px a px, so that few conditions differ: a session has the largest that fits when it begins.
   const scales = [1, 3 / 4, 1 / 2, 3 / 8, 1 / 3];
-  // Of two photos side by side, sizes and angles are those of one.
-  const photo = (width, gap) => (study.gap ? (width - gap) / 2 : width);
   const fixed = conduct.size !== "fit";
-  const degrees = conduct.size.endsWith("deg") ? parseFloat(conduct.size) : null;
   let session = null;
   let scale = null;
-  // Device px a mm of this screen, by a card.
-  let density = null;
   // After how many answers the last pause was.
   let pausedAt = null;
   let shownAt = 0;
@@ -196,11 +186,11 @@ function begin() {
     const pictures = study.ratings.length;
     for (const told of document.querySelectorAll(study.served ? ".alone" : ".served")) told.remove();
     // Which key says what is known once a session has begun; its buttons tell.
-    if (slider || conduct.swap_keys) for (const told of document.querySelectorAll(".two")) told.remove();
-    document.body.classList.toggle("grades", slider || study.satisfaction.length > 0);
-    const task = conduct.task === "natural" && pictures === 1 ? "task_one" : tasks[conduct.task];
-    for (const told of document.querySelectorAll(".first")) told.textContent = word(first);
-    for (const told of document.querySelectorAll(".second")) told.textContent = word(second);
+    if (conduct.swap_keys) for (const told of document.querySelectorAll(".two")) told.remove();
+    document.body.classList.toggle("grades", study.satisfaction.length > 0);
+    const task = pictures === 1 ? "task_one" : "task";
+    for (const told of document.querySelectorAll(".first")) told.textContent = word("natural");
+    for (const told of document.querySelectorAll(".second")) told.textContent = word("unnatural");
     const each = conduct.faces_each ? fresh("any", 0).order.filter((name) => study.ratings.includes(name)).length : pictures;
     say("instructions", conduct.instructions || word(task, { n: each }));
     say("consent", conduct.consent);
@@ -252,14 +242,7 @@ function begin() {
     part("mine").textContent = word("code", { rater });
     const last = standing(session.records).pop();
     scale = !fixed && last && last.shown ? Math.max(...last.shown) / Math.max(...study.box) : null;
-    if (degrees === null) return show();
-    only("measure");
-    part("distance").textContent = word("distance", { cm: conduct.distance_mm / 10 });
-    size_card();
-  }
-
-  function size_card() {
-    part("card").style.width = part("width").value + "px";
+    show();
   }
 
   function full() {
@@ -296,11 +279,9 @@ function begin() {
     if (at >= total) return finish();
     if (pause(at)) return;
     only("judge");
-    const own = study.satisfaction.includes(session.order[at]);
-    const grading = own || slider;
-    part("question").textContent = word(own ? "ask_satisfied" : asks[conduct.task]);
-    part("scale").textContent = word(own ? "scale_satisfied" : "scale_natural");
-    part("skip").hidden = !own;
+    const grading = study.satisfaction.includes(session.order[at]);
+    part("question").textContent = word(grading ? "ask_satisfied" : "ask_natural");
+    part("scale").textContent = word("scale_satisfied");
     part("answers").hidden = grading;
     part("grades").hidden = !grading;
     touched = false;
@@ -332,15 +313,10 @@ function begin() {
     picture.src = name;
   }
 
-  // CSS px a mm, whatever the browser's zoom.
-  const css_density = () => density / devicePixelRatio;
-
   // The session's scale, CSS px a px of a picture; null where that is still to be found.
   function wanted() {
     if (!fixed) return scale || scales.find(fits) || scales[scales.length - 1];
-    const long = Math.max(photo(study.box[0], study.gap), study.box[1]);
-    if (degrees === null) return parseFloat(conduct.size) / long;
-    return 2 * conduct.distance_mm * Math.tan(degrees * Math.PI / 360) * css_density() / long;
+    return parseFloat(conduct.size) / Math.max(...study.box);
   }
 
   // Why the picture can't be shown now; an empty text where it can.
@@ -414,16 +390,13 @@ function begin() {
       shown: [Math.round(box.width), Math.round(box.height)],
       window: [innerWidth, innerHeight],
       ratio: devicePixelRatio,
-      degrees: density && 360 / Math.PI
-        * Math.atan(photo(box.width, scale * study.gap) / css_density() / 2 / conduct.distance_mm),
-      distance: density && conduct.distance_mm,
     }));
   }
 
   const grading = () => !part("grades").hidden;
   const judge = (said) => { if (!grading()) answer({ answer: said }); };
   const grade = () => { if (grading() && touched) answer({ grade: Number(part("grade").value) }); };
-  const skip = () => { if (!part("grades").hidden && !part("skip").hidden) answer({ grade: null }); };
+  const skip = () => { if (grading()) answer({ grade: null }); };
 
   function relay() {
     if (session && !part("judge").hidden && part("picture").complete) lay();
@@ -474,13 +447,6 @@ function begin() {
   });
   part("agree").addEventListener("invalid", () => part("agree").setCustomValidity(word("disagrees")));
   part("agree").addEventListener("change", () => part("agree").setCustomValidity(""));
-  part("width").addEventListener("input", size_card);
-  part("measured").addEventListener("submit", (event) => {
-    event.preventDefault();
-    density = part("card").getBoundingClientRect().width * devicePixelRatio / 85.6;
-    full();
-    show();
-  });
   part("resume").addEventListener("click", show);
   part("full").addEventListener("click", full);
   document.addEventListener("fullscreenchange", relay);
@@ -493,8 +459,8 @@ function begin() {
     part("shown").textContent = part("grade").value;
     part("enter").disabled = false;
   });
-  part("natural").addEventListener("click", () => judge(first));
-  part("unnatural").addEventListener("click", () => judge(second));
+  part("natural").addEventListener("click", () => judge("natural"));
+  part("unnatural").addEventListener("click", () => judge("unnatural"));
   part("skip").addEventListener("click", skip);
   part("back").addEventListener("click", back);
   part("again").addEventListener("click", back);
@@ -511,7 +477,7 @@ function begin() {
     if (!session || part("judge").hidden && part("end").hidden || event.repeat || event.ctrlKey || event.metaKey || event.altKey) return;
     const [natural, unnatural] = session.keys || "fj";
     const keys = {
-      [natural]: () => judge(first), [unnatural]: () => judge(second), s: skip, backspace: back,
+      [natural]: () => judge("natural"), [unnatural]: () => judge("unnatural"), s: skip, backspace: back,
     };
     const does = keys[event.key.toLowerCase()];
     if (does) {

@@ -14,7 +14,7 @@ from PIL import Image as Pillow
 
 from kogao_core.base.language import Text, language, translated
 from kogao_core.lab.study import results
-from kogao_core.lab.study.design import GAP_PX, LEAST_MS, SURROUND
+from kogao_core.lab.study.design import LEAST_MS, SURROUND
 from kogao_core.lab.study.plan import Study
 from kogao_core.lab.subjects import PAPER_SIZE
 
@@ -42,13 +42,6 @@ PAGE: Final = {
     "window": Text("Make this window as large as possible, and keep this size."),
     "again": Text("Keep the code: to continue later, type the same code."),
     "agree": Text("I have read this and agree to take part."),
-    "measure": Text("How large is this screen?"),
-    "card": Text(
-        "Hold a bank card, or any card of this size, against the screen. Move the slider "
-        "until the field below has exactly the width of the card."
-    ),
-    "card_width": Text("Width of the field"),
-    "fits": Text("The widths are equal"),
     "full": Text("Full screen"),
     "code": Text("Your code; change only if you were given another code"),
     "code_rule": Text("a to z, 0 to 9 and dashes"),
@@ -70,28 +63,8 @@ PAGE: Final = {
 SCRIPT: Final = {
     "natural": Text("Natural"),
     "unnatural": Text("Unnatural"),
-    "left": Text("The left one"),
-    "right": Text("The right one"),
-    "same": Text("The same"),
-    "different": Text("Different"),
-    "task_pair": Text(
-        "You will see {n} pairs of pictures. For each pair, choose quickly the picture with "
-        "the more natural face."
-    ),
-    "task_same": Text(
-        "You will see {n} pairs of pictures. For each pair, answer quickly: are the pictures "
-        "the same or different?"
-    ),
-    "ask_pair": Text("In which picture does the face look more natural?"),
-    "ask_same": Text("Are these pictures the same?"),
-    "task_slider": Text(
-        "You will see {n} pictures one after another. For each picture, grade quickly how "
-        "natural the face looks."
-    ),
     "scale_satisfied": Text("0 not at all satisfied, 100 completely satisfied"),
-    "scale_natural": Text("0 not at all natural, 100 completely natural"),
     "ask_slider": Text("How natural does this face look?"),
-    "distance": Text("Keep your eyes {cm} cm from the screen during the whole session."),
     "break": Text("A break"),
     "practised": Text("End of practice; now the study begins"),
     "practice": Text("Practice {done} of {total}"),
@@ -168,7 +141,6 @@ def _data(study: Study, folder: Path, served: bool) -> str:
         **study.to_dict(),
         "header": results.header(study, "", "page"),
         "box": _box(study, folder),
-        "gap": GAP_PX if study.conduct.pairs else 0,
         "least_ms": LEAST_MS,
         "served": served,
         "words": {name: translated(text) for name, text in SCRIPT.items()},

@@ -14,7 +14,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final, Literal
+from typing import Any, Final
 
 import numpy as np
 
@@ -42,7 +42,6 @@ _MOST_BYTES: Final = 32 * 2**20
 _MOST_PICTURES: Final = 100_000
 _HEX: Final = 16  # letters of a name: 64 bits
 LONGEST_SEED: Final = 64
-Side = Literal["left", "right"]
 _NAME: Final = re.compile(r"[0-9a-f]{16}\.jpg")
 _RATER: Final = re.compile(r"[a-z0-9][a-z0-9-]{0,31}")
 
@@ -175,7 +174,6 @@ class Meaning:
     subject: int
     variant: Variant
     measured: PictureFigures
-    side: Side | None = None  # side in a pair; None without a pair
 
 
 @dataclass(frozen=True, slots=True)
@@ -198,7 +196,6 @@ class Key:
                 "subject": meaning.subject,
                 **dataclasses.asdict(meaning.variant),
                 **dataclasses.asdict(meaning.measured),
-                "side": meaning.side,
             }
             for name, meaning in sorted(self.pictures.items())
         }
@@ -226,12 +223,6 @@ def picture_name(seed: str, content: str, subject: int, variant: Variant) -> str
     text = json.dumps([content, subject, *dataclasses.astuple(variant)])
     digest = hmac.new(seed.encode(), text.encode(), hashlib.sha256).hexdigest()
     return digest[:_HEX] + SUFFIX
-
-
-def side_of(seed: str, name: str) -> Side:
-    """Return the side of a picture in a pair: random, reproducible by the seed."""
-    odd = hmac.new(seed.encode(), b"side " + name.encode(), hashlib.sha256).digest()[0] % 2
-    return "right" if odd else "left"
 
 
 def is_rater(code: str) -> bool:
@@ -322,8 +313,8 @@ def _checked_name(node: Node) -> str:
 
 def _meaning(node: Node, subjects: int) -> Meaning:
     figures = ("achieved", "lattice_in_warps", "asked")
+    # Keys of 1.0.0 have a field "side" for pairs of pictures, a task that is gone.
     node.only(("subject", "kind", "percent", "center", "lattice", "fit", "side", *figures))
-    side = node.field("side")
     variant = Variant(
         one_of(node.field("kind"), Kind),
         node.field("percent").number(-15.0, 15.0),
@@ -335,5 +326,4 @@ def _meaning(node: Node, subjects: int) -> Meaning:
         node.field("subject").whole(0, max(0, subjects - 1)),
         variant,
         PictureFigures.parse(node),
-        None if side.value is None else one_of(side, Side, 5),
     )

@@ -3,65 +3,39 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import asdict
-from importlib.util import find_spec
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from kogao_core.base.language import Text
 from kogao_core.lab.reports.report import NONE, Heading, Part, Report, Row, Table, recipe_in_words
 from kogao_core.lab.study import tables
-from kogao_core.lab.study.design import Task, Variant
+from kogao_core.lab.study.design import Variant
 from kogao_core.lab.study.plan import PictureFigures
 from kogao_core.lab.study.tables import PUBLISHED_SATISFACTION, of_kind
-from kogao_core.lab.study.tally import Grades, Quality, Share, Tally
-
-if TYPE_CHECKING:
-    from kogao_core.lab.study.curve import Curves
+from kogao_core.lab.study.tally import Quality, Share, Tally
 
 _TITLE: Final = Text("How natural do the faces look?")
-_LEADS: Final[Mapping[Task, Text]] = {
-    "natural": Text("Raters called pictures natural or unnatural, without knowing the settings."),
-    "slider": Text("Raters graded pictures, without knowing the settings."),
-    "pair": Text(
-        "Raters chose the more natural of two pictures; one was the original photo. Below, "
-        "unnatural means that the original was chosen. Guessing gives 50 %."
-    ),
-    "same": Text(
-        "Raters told whether two pictures were the same; one was the original photo. Below, "
-        "unnatural means the answer different."
-    ),
-}
+_LEAD: Final = Text("Raters called pictures natural or unnatural, without knowing the settings.")
 _ORIGIN: Final = ("study", "seed", "recipe", "origin", "subjects")  # fields of a key
 _SHOWN: Final = 12  # letters of a digest
-_ALIKE: Final = 0.02  # relative difference below which sizes, as angles, are equal
 
 
 def report(tally: Tally) -> Report:
     """Return the report of a tally."""
     shares, everybody = tally.shares(), tally.shares(tally.answers)
-    found = _curves(tally) if _has_scipy() else None
     differs = shares != everybody
     who = Text("counted raters") if differs else Text("all raters")
-    graded = tally.naturalness()
-    parts: list[Part] = []
-    if any(grades.count for grades in graded.values()):
-        parts += [tables.grades_chart(graded), tables.naturalness(tally, graded)]
-    else:
-        charts = tables.distance_charts(shares)
-        parts.append(Row(charts if tally.task == "natural" else charts[:1], wide=True))
-        parts += [
-            Heading(Text("Warp distance and centre")),
-            tables.table_1(tally, shares, who, len(tally.careful)),
-        ]
-        if differs:
-            parts.append(tables.table_1(tally, everybody, Text("all raters"), len(tally.raters)))
-        if found is not None:
-            parts += [tables.curve_chart(tally, shares, found), tables.curves(found, shares)]
-        if of_kind(shares, "figure11") or of_kind(shares, "control"):
-            parts += [Heading(Text("Lattice size")), tables.figure_11(tally, shares)]
-        if of_kind(shares, "figure11"):
-            parts.append(tables.lattice_chart(shares))
+    parts: list[Part] = [
+        Row(tables.distance_charts(shares), wide=True),
+        Heading(Text("Warp distance and centre")),
+        tables.table_1(tally, shares, who, len(tally.careful)),
+    ]
+    if differs:
+        parts.append(tables.table_1(tally, everybody, Text("all raters"), len(tally.raters)))
+    if of_kind(shares, "figure11") or of_kind(shares, "control"):
+        parts += [Heading(Text("Lattice size")), tables.figure_11(tally, shares)]
+    if of_kind(shares, "figure11"):
+        parts.append(tables.lattice_chart(shares))
     if any(row.variant.kind == "satisfaction" for row in tally.answers):
         parts += [Heading(Text("Satisfaction")), tables.satisfaction(tally)]
     parts += [care(tally)] if tally.raters else []
@@ -69,20 +43,10 @@ def report(tally: Tally) -> Report:
     parts += [Text("Note: {sentence}.", sentence=sentence) for sentence in notes(tally)]
     measured = tally.measured()
     records = [
-        _row(variant, share, everybody[variant], measured[variant], graded[variant])
+        _row(variant, share, everybody[variant], measured[variant])
         for variant, share in shares.items()
     ]
-    return Report(_TITLE, _LEADS[tally.task], parts, records, _document(tally, records, found))
-
-
-def _has_scipy() -> bool:
-    return find_spec("scipy") is not None
-
-
-def _curves(tally: Tally) -> Curves | None:
-    from kogao_core.lab.study import curve  # needs an extra
-
-    return curve.fitted(tally.counted, floor=0.5 if tally.task == "pair" else 0.0)
+    return Report(_TITLE, _LEAD, parts, records, _document(tally, records))
 
 
 def care(tally: Tally) -> Table:
@@ -93,7 +57,7 @@ def care(tally: Tally) -> Table:
             Text("rater"), Text("answers"), Text("median, s"),
             Text("under {ms} ms", ms=tally.keys[0].rules.least_ms), Text("unnatural"),
             Text("longest run"), Text("twins alike"), Text("catches seen"),
-            Text("follows distance"), Text("away, s"), Text("picture, CSS px"), Text("in degrees"),
+            Text("follows distance"), Text("away, s"), Text("picture, CSS px"),
         ),
         [_rater_row(one) for one in tally.raters.values()],
         Text(
@@ -105,8 +69,6 @@ def care(tally: Tally) -> Table:
 
 def _rater_row(one: Quality) -> list[str]:
     sizes = ", ".join(f"{width} \N{MULTIPLICATION SIGN} {height}" for width, height in one.sizes)
-    low, high = one.degrees or (0.0, 0.0)
-    degrees = f"{low:.2f}" if high - low < 0.01 else f"{low:.2f} to {high:.2f}"
     return [
         one.rater,
         str(one.answers),
@@ -119,7 +81,6 @@ def _rater_row(one: Quality) -> list[str]:
         NONE if one.follows is None else f"{one.follows:.2f}",
         f"{one.away_ms / 1000.0:.1f}",
         sizes or NONE,
-        degrees if one.degrees else NONE,
     ]
 
 
@@ -160,18 +121,13 @@ def notes(tally: Tally) -> list[str]:
     early = sum(row.is_early for row in tally.answers if row.session.rater in tally.careful)
     if early:
         sentences.append(Text("excluded answers below the minimum time: {n}", n=early))
-    angles = [angle for one in tally.raters.values() for angle in one.degrees or (0.0,)]
     sizes = {one.sizes for one in tally.raters.values()}
-    if len(sizes) > 1 and max(angles) - min(angles) > _ALIKE * max(angles):
+    if len(sizes) > 1:
         sentences.append(
             Text(
                 "raters saw pictures at different sizes; the answers are pooled, see the table of "
                 "raters"
             )
-        )
-    if not _has_scipy():
-        sentences.append(
-            Text("the curve and its 50 % point need scipy: pip install 'kogao[experiments]'")
         )
     if tally.torn:
         sentences.append(Text("excluded incomplete lines of ratings: {torn}", torn=tally.torn))
@@ -193,9 +149,7 @@ def notes(tally: Tally) -> list[str]:
     return sentences
 
 
-def _document(
-    tally: Tally, records: list[dict[str, object]], found: Curves | None
-) -> dict[str, object]:
+def _document(tally: Tally, records: list[dict[str, object]]) -> dict[str, object]:
     own, others, skipped = tally.grades()
     graded = {
         "grades": own.count,
@@ -224,26 +178,12 @@ def _document(
             for key in tally.keys
         ],
         "variants": records,
-        "curves": _curves_document(found) if found else None,
         "satisfaction": graded,
     }
 
 
-def _curves_document(found: Curves) -> dict[str, object]:
-    groups = [
-        {
-            **dict(zip(("center", "fit"), group, strict=True)),
-            **asdict(one),
-            "later": asdict(found.later[group]) if group in found.later else None,
-        }
-        for group, one in found.groups.items()
-    ]
-    told = {"p": found.p, "raters_needed": found.raters_needed}
-    return {"whole": asdict(found.whole), "groups": groups, **told}
-
-
 def _row(
-    variant: Variant, share: Share, everybody: Share, found: PictureFigures, grades: Grades
+    variant: Variant, share: Share, everybody: Share, found: PictureFigures
 ) -> dict[str, object]:
     printed = tables.published(variant)
     low, high = share.interval
@@ -259,9 +199,6 @@ def _row(
         "published": None if printed is None else printed / 100.0,
         "unnatural_everybody": everybody.hits,
         "answers_everybody": everybody.answers,
-        "grades": grades.count,
-        "mean_grade": _or_none(grades.mean),
-        "standard_deviation": _or_none(grades.deviation),
     }
 
 

@@ -20,7 +20,7 @@ from kogao_core.base.atomic import check_target
 from kogao_core.base.json_reader import BadFile, Node, parse, read
 from kogao_core.base.language import Text
 from kogao_core.lab.study import plan
-from kogao_core.lab.study.design import ANSWERS, SURROUND, Answer, one_of
+from kogao_core.lab.study.design import SURROUND, Answer, one_of
 from kogao_core.lab.study.plan import Study
 
 # Keys for natural and unnatural.
@@ -35,7 +35,6 @@ _MOST_RECORDS: Final = 10_000_000
 _LONGEST_MS: Final = 10**9
 _LONGEST_SIDE: Final = 100_000
 _LARGEST_RATIO: Final = 100.0
-_LARGEST_DISTANCE_MM: Final = 1e5
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,10 +45,6 @@ class Display:
     shown: tuple[int, int]
     window: tuple[int, int]
     ratio: float  # device px per CSS px
-    # Width of the picture, degrees of visual angle, and the assumed viewing distance, mm. None if
-    # the screen was not measured.
-    degrees: float | None = None
-    distance_mm: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,7 +78,6 @@ class Record:
         if self.display is not None:
             seen = self.display
             line |= {"shown": list(seen.shown), "window": list(seen.window), "ratio": seen.ratio}
-            line |= {"degrees": seen.degrees, "distance": seen.distance_mm}
         return line
 
 
@@ -139,8 +133,7 @@ class Session:
     @property
     def grading(self) -> bool:
         """Whether the next picture needs a grade."""
-        slider = self.study.conduct.task == "slider"
-        return self.current in self.study.satisfaction or (slider and self.current is not None)
+        return self.current in self.study.satisfaction
 
     def check(self, record: Record) -> None:
         """Check that a record is a valid next line. Raises BadFile."""
@@ -162,8 +155,6 @@ class Session:
             raise BadFile(
                 Text("line {number} is about a picture that wasn't shown then", number=number)
             )
-        elif record.answer is not None and record.answer not in ANSWERS[self.study.conduct.task]:
-            raise BadFile(Text("line {number} has an answer of another task", number=number))
         elif record.skipped and record.picture not in self.study.satisfaction:
             raise BadFile(Text("line {number} has no answer", number=number))
 
@@ -298,6 +289,7 @@ def record(node: Node) -> Record:
     if node.field("back").value is not None:
         node.only(("n", "picture", "back")).field("back").flag()
         return Record(number, picture, back=True)
+    # Logs of 1.0.0 have degrees of visual angle and a viewing distance.
     viewed = ("ms", "away", "shown", "window", "ratio", "degrees", "distance")
     took, away = (node.field(name).whole(0, _LONGEST_MS) for name in viewed[:2])
     display = _display(node)
@@ -313,12 +305,8 @@ def record(node: Node) -> Record:
 
 def _display(node: Node) -> Display:
     ratio = node.field("ratio").number(1.0 / _LARGEST_RATIO, _LARGEST_RATIO)
-    degrees, distance = (
-        None if node.field(name).value is None else node.field(name).number(0.0, most)
-        for name, most in (("degrees", 180.0), ("distance", _LARGEST_DISTANCE_MM))
-    )
     shown, window = _size(node.field("shown")), _size(node.field("window"))
-    return Display(shown, window, ratio, degrees, distance)
+    return Display(shown, window, ratio)
 
 
 def _size(node: Node) -> tuple[int, int]:

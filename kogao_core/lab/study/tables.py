@@ -4,22 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict
 from statistics import fmean
-from typing import TYPE_CHECKING, Final
-
-import numpy as np
+from typing import Final
 
 from kogao_core.base.language import Text
 from kogao_core.faces.naturalness import DISTANCES, STUDENTS, SUBJECTS, UNNATURAL
 from kogao_core.lab.reports.charts import Chart, Series
 from kogao_core.lab.reports.report import NONE, Table
-from kogao_core.lab.study.design import Group, Kind, Task, Variant
-from kogao_core.lab.study.tally import Grades, Share, Tally
+from kogao_core.lab.study.design import Group, Kind, Variant
+from kogao_core.lab.study.tally import Share, Tally
 from kogao_core.recipe.recipe import SETTINGS
-
-if TYPE_CHECKING:
-    from kogao_core.lab.study.curve import Curve, Curves, Estimate
 
 PUBLISHED_SATISFACTION: Final = 92
 PUBLISHED_USERS: Final = 20
@@ -45,7 +39,7 @@ def table_1(tally: Tally, shares: Shares, who: str, people: int) -> Table:
         Text("Unnaturalness by centre candidate and warp distance (table 1), {who}", who=who),
         _asked_for(_distances(shares)),
         _by_group(tally, shares, lambda percent, group: _percent(_share(shares, percent, group))),
-        _note_1(_basis(tally, shares, people), tally.task),
+        _note_1(_basis(tally, shares, people)),
     )
 
 
@@ -63,15 +57,13 @@ def _by_group(
         rows.append([_named(group, found), *(cell(percent, group) for percent in distances)])
         rows.append([Text("achieved, % of D"), *(_achieved(tally, p, group) for p in distances)])
         printed = [_published(percent, group[0]) for percent in distances]
-        if tally.task == "natural" and any(value is not None for value in printed):
+        if any(value is not None for value in printed):
             cells = [NONE if value is None else f"{value:.3f} %" for value in printed]
             rows.append([Text("the paper"), *cells])
     return rows
 
 
-def _note_1(basis: str, task: Task) -> Text:
-    if task != "natural":
-        return Text("{basis} {independence}", basis=basis, independence=_INDEPENDENCE)
+def _note_1(basis: str) -> Text:
     return Text(
         "{basis} {achieved} The paper: {subjects} faces, {students} students. All printed "
         "figures but one are multiples of 1/160: about 160 answers each. {independence}",
@@ -140,95 +132,6 @@ def satisfaction(tally: Tally) -> Table:
     )
 
 
-def curves(found: Curves, shares: Shares) -> Table:
-    """Return the distances at which half of the answers are "unnatural"."""
-    rows: list[list[str]] = [[Text("all"), *_curve_cells(found.whole), NONE]]
-    for group, one in found.groups.items():
-        later = found.later.get(group)
-        cells = [*_curve_cells(one), _estimate(later) if later else NONE]
-        rows.append([_named(group, shares), *cells])
-    hint: str = ""
-    if found.p is not None:
-        first = _named(min(found.groups), shares)
-        hint = Text(
-            "Effect of the centre: p = {p:.3f} (Cochran's Q). {n} raters of these faces find a "
-            "difference of 0.5 % of D between two centres with a power of 80 %. Later: difference "
-            "from {first}, with an interval that holds for these faces.",
-            p=found.p, n=found.raters_needed, first=first,
-        )  # fmt: skip
-    return Table(
-        Text(
-            "Achieved distance with {share:g} % “unnatural” answers",
-            share=50.0 * (1.0 + found.whole.floor),
-        ),
-        (
-            Text("centre"), Text("at, % of D"), Text("scale, % of D"), Text("lapses"),
-            Text("answers"), Text("later by, % of D"),
-        ),
-        rows,
-        Text(
-            "Logistic curve with lapses, fitted to pictures of table 1 and original photos. "
-            "Intervals of 95 %: {n} draws of raters and faces ({raters} and {faces}). {hint}",
-            n=found.resamples, raters=found.raters, faces=found.faces, hint=hint,
-        ),
-    )  # fmt: skip
-
-
-def _curve_cells(one: Curve) -> list[str]:
-    lapses = f"{100.0 * one.lapse:.0f} %"
-    return [_estimate(one.middle), _estimate(one.scale), lapses, str(one.answers)]
-
-
-def _estimate(one: Estimate) -> str:
-    return Text("{value:.2f} ({low:.2f} to {high:.2f})", **asdict(one))
-
-
-def naturalness(tally: Tally, graded: Mapping[Variant, Grades]) -> Table:
-    """Return mean and deviation of grades by centre candidate and warp distance."""
-    distances = _distances(graded)
-    rows = _by_group(tally, graded, lambda percent, group: _mean(_grades(graded, percent, group)))
-    for kind, name in (("figure11", "R = {v.lattice:g}"), ("control", "0 %")):
-        for v, one in graded.items():
-            if v.kind == kind:
-                rows.append([name.format(v=v), _mean(one), *[NONE] * (len(distances) - 1)])
-    return Table(
-        Text("Naturalness, 0 to 100: mean and standard deviation of the grades"),
-        _asked_for(distances),
-        rows,
-        Text("{n} grades of {raters} raters. The paper's students had two answers instead.",
-             n=sum(one.count for one in graded.values()), raters=len(tally.careful)),
-    )  # fmt: skip
-
-
-def _grades(graded: Mapping[Variant, Grades], percent: float, group: Group) -> Grades:
-    """Return the grades of table 1's picture of a distance and a centre."""
-    for v, one in graded.items():
-        if (v.kind, v.percent, v.group) == ("table1", percent, group):
-            return one
-    return Grades.of([])
-
-
-def _mean(grades: Grades) -> str:
-    return f"{_number(grades.mean)} \N{PLUS-MINUS SIGN} {_number(grades.deviation)}"
-
-
-def grades_chart(graded: Mapping[Variant, Grades]) -> Chart:
-    """Return the mean grades by warp distance, one line per centre."""
-    return Chart(
-        Text("Naturalness by warp distance"), [f"{p:g}" for p in _distances(graded)],
-        Text("naturalness, 0 to 100"),
-        [
-            Series(
-                _named(group, graded),
-                [_grades(graded, percent, group).mean for percent in _distances(graded)],
-            )
-            for group in _groups(graded)
-        ],
-        along=Text("warp distance, % of D"), most=100.0,
-        caption=Text("Means of the grades."),
-    )  # fmt: skip
-
-
 def distance_charts(shares: Shares) -> list[Chart]:
     """Return charts of the study and the paper side by side, all centres."""
     distances = _distances(shares)
@@ -256,23 +159,6 @@ def distance_charts(shares: Shares) -> list[Chart]:
             ),
         )
     ]  # fmt: skip
-
-
-def curve_chart(tally: Tally, shares: Shares, found: Curves) -> Chart:
-    """Return a chart of the answers by achieved distance, with the fitted curve."""
-    distances = [percent for percent in _distances(shares) if percent >= 0.0]
-    pooled = []
-    for percent in distances:
-        own = [share for v, share in of_kind(shares, "table1") if v.percent == percent]
-        pooled.append(Share(sum(s.hits for s in own), sum(s.answers for s in own)))
-    places = [_achieved(tally, percent) for percent in distances]
-    fit = found.whole.at(np.array([float(place) for place in places]))
-    return Chart(
-        Text("Unnaturalness by achieved distance"), places, Text("unnatural, %"),
-        [_series(Text("answers"), pooled), Series(Text("curve"), [100.0 * y for y in fit])],
-        along=Text("achieved distance, % of D"), most=100.0,
-        caption=Text("All centres together, and the curve at these distances."),
-    )  # fmt: skip
 
 
 def lattice_chart(shares: Shares) -> Chart:
@@ -323,11 +209,11 @@ def _published(percent: float, center: int) -> float | None:
     return UNNATURAL[center - 1][DISTANCES.index(percent)] if percent in DISTANCES else None
 
 
-def _achieved(tally: Tally, percent: float, group: Group | None = None) -> str:
+def _achieved(tally: Tally, percent: float, group: Group) -> str:
     found = [
         one.achieved
         for v, one in tally.measured().items()
-        if (v.kind, v.percent) == ("table1", percent) and group in (None, v.group)
+        if (v.kind, v.percent, v.group) == ("table1", percent, group)
     ]
     return f"{fmean(found):.2f}" if found else NONE
 

@@ -17,7 +17,7 @@ import numpy as np
 from kogao_core.base.json_reader import BadFile
 from kogao_core.base.language import Text
 from kogao_core.lab.study import plan, results
-from kogao_core.lab.study.design import Rules, Task, Variant
+from kogao_core.lab.study.design import Rules, Variant
 from kogao_core.lab.study.plan import Key, Meaning, PictureFigures
 from kogao_core.lab.study.results import Record, Session
 
@@ -101,11 +101,9 @@ class Answered:
 
     @property
     def is_unnatural(self) -> bool | None:
-        """Whether the answer is unnatural; in pairs, less natural or different. None for grades."""
+        """Whether the answer is unnatural; None for grades."""
         answer = self.record.answer
-        if answer in ("left", "right"):
-            return answer != self.meaning.side
-        return None if answer is None else answer in ("unnatural", "different")
+        return None if answer is None else answer == "unnatural"
 
     @property
     def is_early(self) -> bool:
@@ -133,13 +131,12 @@ class Quality:
     caught: int
     # AUC of the answers over the warp distance: the probability that of two pictures with different
     # answers the "unnatural" one has the larger distance (0.5: guessing); and the standard error of
-    # guessing. None without both answers; for grades, None with fewer than two values.
+    # guessing. None without both answers.
     follows: float | None
     guess_error: float | None
     away_ms: int  # in another tab or window during trials
     taken_back: int  # answers
     sizes: tuple[tuple[int, int], ...]  # sizes of pictures, CSS px, most frequent first
-    degrees: tuple[float, float] | None  # smallest and largest width of a picture
     reasons: tuple[Text, ...] = ()  # reasons for exclusion
 
     def broken(self, rules: Rules) -> tuple[Text, ...]:
@@ -174,7 +171,6 @@ class Quality:
 class Tally:
     """Answers, raters and keys of one or more studies."""
 
-    task: Task = "natural"  # task of the raters
     keys: list[Key] = field(default_factory=list)  # the studies
     answers: list[Answered] = field(default_factory=list)  # all answers, in the order of the files
     raters: dict[str, Quality] = field(
@@ -226,14 +222,6 @@ class Tally:
         judged = sorted(one for one in kinds if one.is_judged)
         return {variant: Share(hits[variant], answers[variant]) for variant in judged}
 
-    def naturalness(self) -> dict[Variant, Grades]:
-        """Return count, mean and deviation of the naturalness grades of each variant."""
-        found: defaultdict[Variant, list[float]] = defaultdict(list)
-        for row in self.counted:
-            if row.record.grade is not None and row.variant.is_judged:
-                found[row.variant].append(row.record.grade)
-        return {variant: Grades.of(found[variant]) for variant in self.shares()}
-
     def grades(self) -> tuple[Grades, Grades, int]:
         """Return grades of the own face, grades of other faces, and the number of skipped pictures.
 
@@ -278,16 +266,12 @@ def tally(
 
     Unusable files are listed in the result.
     """
-    total, known, tasks = Tally(), {}, set()
+    total, known = Tally(), {}
     for folder, key_file in studies:
         study, key = plan.load_study(folder), plan.load_key(key_file)
         _check(study, key, key_file)
         total.keys.append(key)
-        total.task = study.conduct.task
-        tasks.add(total.task)
         known[study.identity] = study, key
-    if len(tasks) > 1:
-        raise BadFile(Text("these studies have different tasks; make separate reports"))
     files = [path for folder, _ in studies for path in _rating_files(folder)]
     by_session = defaultdict(list)
     for path in [*files, *others]:
@@ -362,7 +346,6 @@ def of_rater(rows: Sequence[Answered], rules: Rules) -> Quality:
     times = [row.record.took_ms for row in rows]
     runs = (len(list(same)) for _, same in itertools.groupby(said))
     shown = [row.record.display for row in rows if row.record.display is not None]
-    widths = [one.degrees for one in shown if one.degrees is not None]
     twins = _twins(others)
     sessions = {id(row.session): row.session for row in rows}.values()
     return Quality(
@@ -382,32 +365,21 @@ def of_rater(rows: Sequence[Answered], rules: Rules) -> Quality:
         sum(row.record.away_ms for row in rows),
         sum(record.back for session in sessions for record in session.records),
         tuple(sorted({one.shown for one in shown}, key=[one.shown for one in shown].count)[::-1]),
-        (min(widths), max(widths)) if widths else None,
     )
 
 
 def _follows(rows: Sequence[Answered]) -> tuple[float | None, float | None]:
-    """Return the AUC of "unnatural" (or low grades) over distance, and the error of guessing."""
-    told = [
-        (abs(row.meaning.measured.achieved), float(worse))
-        for row in rows
-        if row.variant.is_judged
-        for worse in [row.is_unnatural if row.record.grade is None else -row.record.grade]
-        if worse is not None
-    ]
-    if not told:
+    """Return the AUC of "unnatural" over distance, and the standard error of guessing."""
+    judged = [row for row in rows if row.variant.is_judged]
+    distance = np.array([abs(row.meaning.measured.achieved) for row in judged])
+    worse = np.array([bool(row.is_unnatural) for row in judged], bool)
+    few, many = np.count_nonzero(worse), np.count_nonzero(~worse)
+    if not few * many:
         return None, None
-    distance, worse = np.array(told).T
-    apart = np.subtract.outer(worse, worse)
-    pairs = np.sign(np.subtract.outer(distance, distance)) * np.sign(apart)
-    different = np.count_nonzero(apart)
-    if not different:
-        return None, None
-    # Variance of Mann and Whitney (1947) for two groups; grades are split into two halves.
-    few = np.count_nonzero(worse > np.median(worse)) or np.count_nonzero(worse == worse.max())
-    many = len(worse) - few
-    error = math.sqrt((len(worse) + 1) / (12.0 * few * many))
-    return float(0.5 + 0.5 * pairs.sum() / different), error
+    farther = np.sign(np.subtract.outer(distance[worse], distance[~worse]))
+    # Variance of Mann and Whitney (1947) for two groups.
+    error = math.sqrt((len(judged) + 1) / (12.0 * few * many))
+    return float(0.5 + 0.5 * farther.mean()), error
 
 
 def _twins(rows: Sequence[Answered]) -> list[tuple[bool | None, bool | None]]:

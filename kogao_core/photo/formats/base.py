@@ -147,7 +147,10 @@ class FileFormat:
             return "on request"
         if kind in self.companions:
             return "kept"
-        return "kept" if kind in self.kept else "moved" if kind in self.moved else "left out"
+        if kind in self.kept:
+            return "kept"
+        # A maker's note can move only within EXIF.
+        return "moved" if kind in self.moved and kinds.EXIF in self.kept else "left out"
 
     def turns(self, photo: Photo, *, is_export: bool = False) -> bool:
         """Return True if saving in this format rotates the stored pixels."""
