@@ -324,7 +324,7 @@ def encode(
         raise ValueError(f"{form.title} is read only")
     carried = photo.carried if form.name == photo.format else ()
     if photo.jpeg is None:  # the colours were converted
-        carried = tuple(one for one in carried if not jpeg_extras.is_profile(one))
+        carried = tuple(one for one in carried if not jpeg_extras.is_colour(one))
     along = {one.kind: len(one.data) for one in photo.companions}
     if kinds.GAIN_MAP not in along:
         carried = tuple(one for one in carried if not jpeg_extras.tells_gain_map(one))

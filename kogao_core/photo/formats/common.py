@@ -180,7 +180,7 @@ def _native(image: Pillow.Image, file: IO[bytes], channels: int) -> dict[str, An
             "exif": jpeg_extras.exif(file),
             "xmp": jpeg_extras.packet(file),
             "photoshop": segments.photoshop(file),
-            "carried": jpeg_extras.carried(file),
+            "carried": jpeg_extras.carried(file, is_grey=image.mode == "L"),
         }
     if image.format == "PNG":
         carried = png.carried(file, channels)

@@ -54,7 +54,8 @@ _ZLIB_HEADER: Final = b"\x78\x01"  # a window of 32 KiB, the fastest level
 def _encode(content: Content) -> Chunks:
     aspect = content.photo.aspect
     shape = () if aspect is None else (made(b"pHYs", struct.pack(">IIB", *aspect, 0)),)
-    kept = [one for one in content.carried if one[4:8] != b"iCCP"]
+    own = [b"iCCP", *((b"pHYs",) if aspect or content.blocks["dpi"] else ())]
+    kept = [one for one in content.carried if one[4:8] not in own]
     return [
         header(content.pixels),
         *shape,
@@ -121,7 +122,7 @@ def carried(file: IO[bytes], channels: int) -> tuple[bytes, ...]:
         chunk
         for name, chunk in found
         if (name != b"sRGB" or not profiled)
-        and (name in (b"sRGB", b"iCCP") or _kind(name, chunk, channels, depth) in _KEPT)
+        and (name in (b"sRGB", b"iCCP", b"pHYs") or _kind(name, chunk, channels, depth) in _KEPT)
     )
 
 

@@ -74,10 +74,7 @@ def _decode(source: Source) -> Photo:
             image.load()
             pixels, profile, notes = colour.to_array(image, tags.bits)
         notes = notes or tags.converted
-    # Unknown tags may describe the pixels as stored.
-    is_as_stored = tags.orientation == 1 and not any(
-        note.startswith(colour.CONVERTED) for note in notes
-    )
+    is_converted = any(note.startswith(colour.CONVERTED) for note in notes)
     if tags.is_inverted:
         notes = (*notes, Text("grey values are stored with 0 as black instead of white"))
     if tags.has_reversed_bits:
@@ -99,7 +96,7 @@ def _decode(source: Source) -> Photo:
         tiff_compression=tags.compression,
         photoshop=tags.photoshop,
         notes=notes,
-        carried=(tags.rare,) if tags.rare and is_as_stored else (),
+        carried=tuple(filter(None, [tags.kept(is_converted=is_converted)])),
     )
 
 

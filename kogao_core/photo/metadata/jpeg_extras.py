@@ -37,7 +37,7 @@ _KNOWN: Final[tuple[tuple[int, bytes, Kind], ...]] = (
     (0xED, segments.PHOTOSHOP_HEAD, kinds.IPTC),
     (0xEE, b"Adobe", kinds.ADOBE),
 )
-_YCC: Final = b"\1"  # Adobe's number for YCbCr; the encoder writes a new segment for RGB
+_RGB: Final = b"\0"  # Adobe's number for colours without a transform
 # Metadata that is written separately.
 _BLOCKS: Final = (kinds.EXIF, kinds.XMP, kinds.IPTC, kinds.RESOLUTION)
 # A maker's series of segments goes or stays as one.
@@ -54,17 +54,17 @@ _NAMES: Final = {
 }
 
 
-def carried(file: IO[bytes]) -> tuple[bytes, ...]:
+def carried(file: IO[bytes], *, is_grey: bool) -> tuple[bytes, ...]:
     """Return the segments that are copied into a changed photo.
 
     Copied: comments, the rest of a long XMP, further packets and profiles, data of cameras and
     programs, data of a gain map. Left out: segments with a picture, with their whole series,
-    because the picture would show the original.
+    because the picture would show the original. The encoder writes a new Adobe segment for RGB.
     """
     return tuple(
         segment
         for kind, segment in _judged(_found(file))
-        if kind in _CARRIED or (kind is kinds.ADOBE and segment[15:16] == _YCC)
+        if kind in _CARRIED or (kind is kinds.ADOBE and (is_grey or segment[15:16] != _RGB))
     )
 
 
@@ -88,9 +88,9 @@ def with_packet(segment: bytes, change: Callable[[bytes], bytes]) -> bytes:
     return segments.segment(segment[1], body) if len(body) <= segments.MOST_BYTES else b""
 
 
-def is_profile(segment: bytes) -> bool:
-    """Return True if a segment holds part of a colour profile."""
-    return _kind(segment[1], segment) is kinds.ICC
+def is_colour(segment: bytes) -> bool:
+    """Return True if a segment holds part of a colour profile, or tells how colours are coded."""
+    return _kind(segment[1], segment) in (kinds.ICC, kinds.ADOBE)
 
 
 def is_extension(segment: bytes) -> bool:
@@ -127,7 +127,7 @@ def _found(file: IO[bytes]) -> list[tuple[int, bytes]]:
     """
     whole, rest = segments.profiles(file)
     more = [(one[1], one) for one in (*chain(*whole[1:]), *rest)]
-    return [one for one in segments.segments(file) if not is_profile(one[1])] + more
+    return [one for one in segments.segments(file) if _kind(*one) is not kinds.ICC] + more
 
 
 def _judged(of: Iterable[tuple[int, bytes]]) -> Iterator[tuple[Kind, bytes]]:

@@ -58,22 +58,24 @@ PICTURE_TAGS: Final = (
 # Tags of the pixel storage, metadata blocks that are written separately, layers, credentials and
 # further directories.
 _KNOWN: Final = {
-    *(254, 255, 256, 257, 258, 259, 262, 263, 264, 265, 266, 273, 274, 277, 278, 279, 280, 281),
+    *(254, 255, 256, 257, 258, 259, 262, 263, 264, 265, 266, 273, 274, 277, 278, 279),
     *(282, 283, 284, 288, 289, 292, 293, 296, 317, 320, 322, 323, 324, 325, 330, 338, 339),
-    *(340, 341, 347, 512, 513, 514, 515, 517, 518, 519, 520, 521, 529, 530, 531, 532),
+    *(347, 512, 513, 514, 515, 517, 518, 519, 520, 521, 529, 530, 531, 532),
     *(700, 33723, 34377, 34675, 34853, 34665, 37724, 40965, 52545),
     *PICTURE_TAGS,
 }  # fmt: skip
 # Types of texts, short and signed numbers, fractions. Other types may hold file offsets.
 _WITHOUT_PLACES: Final = (2, 3, 5, 6, 8, 10, 11, 12)
-# Tags of inks, of the storage of Silicon Graphics and raw photos, and of geographic positions.
+# Tags of extreme values, of inks, of the storage of Silicon Graphics and raw photos, and of
+# geographic positions.
 _OF_PIXELS: Final = {
-    *range(332, 338), *range(32995, 32999), *range(50706, 52600), 33550, 33922, 34264,
+    *(280, 281, 340, 341), *range(332, 338), *range(32995, 32999), *range(50706, 52600), 33550, 33922, 34264,
 }  # fmt: skip
 
 
-# Tags with 1 as default, which stay where they are told.
-_DEFAULT_1: Final = (Tag.FillOrder, Tag.Orientation)
+# Tags of the file, which a changed TIFF keeps: subfile types, halftones, bit order, orientation,
+# resolution, number of the page.
+_OF_FILE: Final = (254, 255, 263, 264, 265, Tag.FillOrder, Tag.Orientation, *DENSITY, 297)
 
 
 def is_rare(tag: int) -> bool:
@@ -102,8 +104,8 @@ class TiffTags:
     """The first directory of a TIFF file, including files that Pillow cannot open."""
 
     tags: Pillow.Exif
+    directory: TiffImagePlugin.ImageFileDirectory_v2  # the same, with the types of the tags
     iptc: bytes | None = None
-    rare: bytes = b""  # a directory of tags unknown to Kogao
     is_big: bool = False  # whether places in the file take 8 bytes
 
     @staticmethod
@@ -123,7 +125,7 @@ class TiffTags:
         # Most programs use 32-bit numbers; Pillow would keep the first number only.
         there.tagtype[Tag.IPTCNAA] = TiffTypes.UNDEFINED
         iptc = _in_order(there.get(Tag.IPTCNAA, b"")) or None
-        return TiffTags(tags, iptc, _rare(there), is_big)
+        return TiffTags(tags, there, iptc, is_big)
 
     def first(self, tag: int, default: int) -> int:
         """Return the first number of a tag."""
@@ -310,20 +312,25 @@ class TiffTags:
         except (struct.error, TypeError, ValueError):  # damaged entries, not worth the photo
             return None
 
+    def kept(self, *, is_converted: bool) -> bytes:
+        """Return a directory of the tags that a changed TIFF keeps, or b"".
 
-def _rare(there: TiffImagePlugin.ImageFileDirectory_v2) -> bytes:
-    """Return a directory of the unknown tags with texts and numbers, or b""."""
-    kept = TiffImagePlugin.ImageFileDirectory_v2()
-    for tag in there:
-        is_true = is_rare(tag) or (tag in _DEFAULT_1 and there[tag] == 1)
-        if is_true and tag not in _OF_PIXELS and there.tagtype[tag] in _WITHOUT_PLACES:
-            kept.tagtype[tag], kept[tag] = there.tagtype[tag], as_read(there[tag])
-    with io.BytesIO() as out:
-        try:
-            kept.save(out)
-        except _DAMAGED:
-            return b""
-        return out.getvalue() if len(kept) else b""
+        Kept: tags of the file, and unknown texts and numbers of a picture that is neither turned
+        nor converted.
+        """
+        is_turned, kept = self.orientation != 1, TiffImagePlugin.ImageFileDirectory_v2()
+        of_file = set(_OF_FILE).difference((Tag.Orientation, *DENSITY) if is_turned else ())
+        of_file -= {Tag.FillOrder} if self.has_reversed_bits else set()
+        for tag, kind in self.directory.tagtype.items():
+            is_text = is_rare(tag) and tag not in _OF_PIXELS and kind in _WITHOUT_PLACES
+            if tag in of_file or (is_text and not (is_turned or is_converted)):
+                kept.tagtype[tag], kept[tag] = kind, as_read(self.directory[tag])
+        with io.BytesIO() as out:
+            try:
+                kept.save(out)
+            except _DAMAGED:
+                return b""
+            return out.getvalue() if len(kept) else b""
 
 
 def directory_of(rare: bytes) -> TiffImagePlugin.ImageFileDirectory_v2:
