@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import logging
+import mmap
 import os
 from collections.abc import Iterator
 from importlib.util import find_spec
@@ -53,7 +54,7 @@ _USUAL_STRIP: Final = 8192  # bytes, as TIFF advises
 def _decode(source: Source) -> Photo:
     file, path = source.file, source.path
     tags = tiff.TiffTags.read(file)
-    source.check(tags.width, tags.height, tags.pixel_bytes)
+    source.check(tags[Tag.ImageWidth], tags[Tag.ImageLength], tags.pixel_bytes)
     tags.check_whole(os.fstat(file.fileno()).st_size)
     notes: tuple[str, ...] = ()
     profile = tags.icc_profile
@@ -72,7 +73,7 @@ def _decode(source: Source) -> Photo:
         file.seek(0)
         with Pillow.open(file, formats=["TIFF"]) as image:
             image.load()
-            pixels, profile, notes = colour.to_array(image, tags.bits)
+            pixels, profile, notes = colour.to_array(image, tags[Tag.BitsPerSample])
         notes = notes or tags.converted
     is_converted = any(note.startswith(colour.CONVERTED) for note in notes)
     if tags.is_inverted:
@@ -93,7 +94,7 @@ def _decode(source: Source) -> Photo:
         dpi=common.dpi(dpi),
         aspect=common.aspect(shape),
         orientation=tags.orientation,
-        tiff_compression=tags.compression,
+        tiff_compression=tags[Tag.Compression],
         photoshop=tags.photoshop,
         notes=notes,
         carried=tuple(filter(None, [tags.kept(is_converted=is_converted)])),
@@ -119,7 +120,7 @@ def _rare(source: Source, tags: tiff.TiffTags) -> tuple[Image, bytes | None, tup
         stored = np.asarray(page.asarray(maxworkers=1))
         if page.axes == "SYX":  # planes, one behind the other
             stored = np.moveaxis(stored, 0, -1)
-    if stored.shape[:2] != (tags.height, tags.width) or stored.ndim > 3:
+    if stored.shape[:2] != (tags[Tag.ImageLength], tags[Tag.ImageWidth]) or stored.ndim > 3:
         raise ValueError(Text("a picture of another shape than it says"))
     stored = turn_upright(stored, tags.orientation)
     if tags.is_ink:
@@ -177,11 +178,9 @@ def _behind(file: IO[bytes]) -> Iterator[Extra]:
     file.seek(0)
     if file.read(4) == tiff.BIG_HEAD:
         return iter(())  # BigTIFF directories have another layout
-    end = tiff_extras.end(file)
-    if end == file.seek(0, os.SEEK_END):
-        return iter(())  # as nearly always, and pixels may be large
-    file.seek(0)
-    return trailers.found(file.read(), end)
+    with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:  # pixels may be large
+        end = tiff_extras.end(data)
+        return trailers.found(data[:], end) if end < len(data) else iter(())
 
 
 TIFF: Final = FileFormat(
@@ -208,18 +207,18 @@ def read_plain(file: IO[bytes], tags: tiff.TiffTags) -> Image | None:
     Result: uint16 or float32, (H, W) or (H, W, 3..4); None if a decoder is necessary.
     """
     bits, formats = (tiff.numbers(tags.tags, tag) for tag in (Tag.BitsPerSample, Tag.SampleFormat))
-    depth = _DEPTHS.get(tags.depth)
+    depth, samples = _DEPTHS.get(tags.depth), tags[Tag.SamplesPerPixel]
     is_array = (
-        tags.compression == _UNCOMPRESSED
+        tags[Tag.Compression] == _UNCOMPRESSED
         and not tags.has_reversed_bits
         and Tag.TileWidth not in tags.tags
-        and bits == bits[:1] * tags.samples
-        and formats in ((), formats[:1] * tags.samples)
+        and bits == bits[:1] * samples
+        and formats in ((), formats[:1] * samples)
     )
     if depth is None or not is_array:
         return None
-    shape = (tags.height, tags.width, tags.samples)[: 2 if tags.samples == 1 else 3]
-    start = _start(tags, prod(shape[1:]) * depth.itemsize)
+    shape = (tags[Tag.ImageLength], tags[Tag.ImageWidth], samples)[: 2 if samples == 1 else 3]
+    start = _start(tags, shape[0], prod(shape[1:]) * depth.itemsize)
     if start is None:
         return None
     file.seek(0)
@@ -229,15 +228,14 @@ def read_plain(file: IO[bytes], tags: tiff.TiffTags) -> Image | None:
     return turn_upright(pixels.reshape(shape), tags.orientation)
 
 
-def _start(tags: tiff.TiffTags, row_bytes: int) -> int | None:
+def _start(tags: tiff.TiffTags, height: int, row_bytes: int) -> int | None:
     """Return where the pixels start, if one strip follows the other."""
     starts, lengths = (
         np.array(tiff.numbers(tags.tags, tag), np.int64)
         for tag in (Tag.StripOffsets, Tag.StripByteCounts)
     )
-    rows = max(1, min(tags.first(Tag.RowsPerStrip, tags.height), tags.height))
-    tops = np.arange(0, tags.height, rows)
-    wanted = np.diff([*tops, tags.height]) * row_bytes
+    rows = min(tags[Tag.RowsPerStrip] or height, height)
+    wanted = np.diff([*range(0, height, rows), height]) * row_bytes
     is_whole = np.array_equal(lengths, wanted) and np.array_equal(np.diff(starts), lengths[:-1])
     return int(starts[0]) if is_whole and len(starts) == len(lengths) else None
 

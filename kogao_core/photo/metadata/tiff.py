@@ -29,6 +29,13 @@ _WHITE_IS_ZERO, _BLACK_IS_ZERO, _RGB, _SEPARATED, _YCBCR = 0, 1, 2, 5, 6
 _CHANNELS: Final = {_WHITE_IS_ZERO: (1,), _BLACK_IS_ZERO: (1,), _RGB: (3, 4)}
 _UNSIGNED, _FLOAT = 1, 3
 _UNSPECIFIED, _PREMULTIPLIED, _STRAIGHT = 0, 1, 2
+_MEANING: Final = Tag.PhotometricInterpretation
+# Values of missing tags; otherwise 0.
+_DEFAULTS: Final = {
+    **dict.fromkeys((Tag.BitsPerSample, Tag.Compression, Tag.FillOrder, Tag.Orientation), 1),
+    **dict.fromkeys((Tag.SamplesPerPixel, Tag.PlanarConfiguration, Tag.SampleFormat), 1),
+    **dict.fromkeys((_MEANING, Tag.ResolutionUnit, Tag.ExtraSamples), 2),  # RGB, inch, straight
+}
 _WITH_ALPHA: Final = 4
 _JPEGS: Final = (6, 7)
 _COMPRESSIONS: Final = {
@@ -69,7 +76,8 @@ _WITHOUT_PLACES: Final = (2, 3, 5, 6, 8, 10, 11, 12)
 # Tags of extreme values, of inks, of the storage of Silicon Graphics and raw photos, and of
 # geographic positions.
 _OF_PIXELS: Final = {
-    *(280, 281, 340, 341), *range(332, 338), *range(32995, 32999), *range(50706, 52600), 33550, 33922, 34264,
+    *(280, 281, 340, 341), *range(332, 338), *range(32995, 32999), *range(50706, 52600),
+    *(33550, 33922, 34264),
 }  # fmt: skip
 
 
@@ -127,9 +135,9 @@ class TiffTags:
         iptc = _in_order(there.get(Tag.IPTCNAA, b"")) or None
         return TiffTags(tags, there, iptc, is_big)
 
-    def first(self, tag: int, default: int) -> int:
-        """Return the first number of a tag."""
-        value = self.tags.get(tag, default)
+    def __getitem__(self, tag: int) -> int:
+        """Return the first number of a tag, or TIFF's default."""
+        value = self.tags.get(tag, _DEFAULTS.get(tag, 0))
         return int(value[0] if isinstance(value, tuple) else value)
 
     def check_whole(self, file_bytes: int) -> None:
@@ -145,74 +153,45 @@ class TiffTags:
     @property
     def orientation(self) -> int:
         """EXIF orientation, 1 to 8."""
-        value = self.first(Tag.Orientation, 1)
+        value = self[Tag.Orientation]
         return value if 1 <= value <= 8 else 1
-
-    @property
-    def width(self) -> int:
-        """Stored columns, px."""
-        return self.first(Tag.ImageWidth, 0)
-
-    @property
-    def height(self) -> int:
-        """Stored rows, px."""
-        return self.first(Tag.ImageLength, 0)
-
-    @property
-    def samples(self) -> int:
-        """Channels of a stored pixel."""
-        return self.first(Tag.SamplesPerPixel, 1)
-
-    @property
-    def bits(self) -> int:
-        """Bits per channel."""
-        return self.first(Tag.BitsPerSample, 1)
 
     @property
     def pixel_bytes(self) -> int:
         """Bytes of a decoded pixel."""
-        return max(1, self.bits // 8) * self.samples
+        return max(1, self[Tag.BitsPerSample] // 8) * self[Tag.SamplesPerPixel]
 
     @property
     def is_deep(self) -> bool:
         """Whether a channel has more than 8 bits."""
-        return self.bits > 8
+        return self[Tag.BitsPerSample] > 8
 
     @property
     def converted(self) -> tuple[str, ...]:
         """Note about conversions that Pillow does while decoding."""
-        if self.first(Tag.ExtraSamples, 0) == _PREMULTIPLIED:
+        if self[Tag.ExtraSamples] == _PREMULTIPLIED:
             return (Text("converted from premultiplied to straight alpha"),)
         # A JPEG's pixels are RGB for everybody.
-        if self._meaning == _YCBCR and self.compression not in _JPEGS:
+        if self[_MEANING] == _YCBCR and self[Tag.Compression] not in _JPEGS:
             return (Text("converted from {mode} to RGB", mode="YCbCr"),)
         return ()
 
     @property
     def is_inverted(self) -> bool:
         """Whether 0 is white (photometric interpretation WhiteIsZero)."""
-        return self._meaning == _WHITE_IS_ZERO
+        return self[_MEANING] == _WHITE_IS_ZERO
 
     @property
     def has_reversed_bits(self) -> bool:
         """Whether the first pixel is in the lowest bits of a byte (fill order 2)."""
-        return self.first(Tag.FillOrder, 1) == 2
-
-    @property
-    def _meaning(self) -> int:
-        return self.first(Tag.PhotometricInterpretation, _RGB)
-
-    @property
-    def compression(self) -> int:
-        """Number of the TIFF compression."""
-        return self.first(Tag.Compression, 1)
+        return self[Tag.FillOrder] == 2
 
     def check(self) -> None:
         """Check that the first picture is not a thumbnail and that its compression is supported.
 
         Raises UnreadablePhoto.
         """
-        is_copy = self.first(Tag.NewSubfileType, 0) & 1
+        is_copy = self[Tag.NewSubfileType] & 1
         if is_copy and (Tag.SubIFDs in self.tags or self.tags.get_ifd(ExifTags.IFD.IFD1)):
             raise UnreadablePhoto(
                 Text(
@@ -220,7 +199,7 @@ class TiffTags:
                     "ordinary TIFF first, or give a raw photo its own ending again"
                 )
             )
-        number = self.compression
+        number = self[Tag.Compression]
         if number not in (_OPENCV_READS if self.is_deep else _PILLOW_READS):
             raise UnreadablePhoto(
                 Text(
@@ -233,7 +212,7 @@ class TiffTags:
     @property
     def depth(self) -> tuple[int, int]:
         """Bits per channel and sample format: 1 unsigned, 3 float."""
-        return self.bits, self.first(Tag.SampleFormat, _UNSIGNED)
+        return self[Tag.BitsPerSample], self[Tag.SampleFormat]
 
     @property
     def is_plain(self) -> bool:
@@ -242,23 +221,23 @@ class TiffTags:
             self.depth in ((16, _UNSIGNED), (32, _FLOAT))
             # OpenCV derives the number of channels from the photometric interpretation and fills
             # missing channels with uninitialised memory.
-            and self.samples in _CHANNELS.get(self._meaning, ())
-            and (self.samples == 1 or self.first(Tag.PlanarConfiguration, 1) == 1)
-            and self.first(Tag.ExtraSamples, 0) != _PREMULTIPLIED
+            and self[Tag.SamplesPerPixel] in _CHANNELS.get(self[_MEANING], ())
+            and (self[Tag.SamplesPerPixel] == 1 or self[Tag.PlanarConfiguration] == 1)
+            and self[Tag.ExtraSamples] != _PREMULTIPLIED
         )
 
     @property
     def is_ink(self) -> bool:
         """Whether the channels are cyan, magenta, yellow and black."""
-        return (self._meaning, self.samples) == (_SEPARATED, 4)
+        return (self[_MEANING], self[Tag.SamplesPerPixel]) == (_SEPARATED, 4)
 
     def check_rare(self) -> None:
         """Refuse deep layouts with unknown colours. Raises UnreadablePhoto."""
-        known = self.samples in _CHANNELS.get(self._meaning, ()) and (
+        known = self[Tag.SamplesPerPixel] in _CHANNELS.get(self[_MEANING], ()) and (
             self.depth in ((16, _UNSIGNED), (16, _FLOAT), (32, _FLOAT))
         )
         is_deep_ink = self.is_ink and self.depth == (16, _UNSIGNED)
-        if not (known or is_deep_ink) or self.first(Tag.ExtraSamples, 0) == _PREMULTIPLIED:
+        if not (known or is_deep_ink) or self[Tag.ExtraSamples] == _PREMULTIPLIED:
             raise UnreadablePhoto(
                 Text(
                     "is a TIFF of a kind that Kogao doesn't read; save it as RGB with 8 or "
@@ -270,7 +249,7 @@ class TiffTags:
         """Return decoded channels as grey, RGB or RGBA."""
         if self.is_inverted and pixels.dtype == np.uint16:
             np.invert(pixels, out=pixels)
-        if pixels.ndim == 3 and self.first(Tag.ExtraSamples, _STRAIGHT) == _UNSPECIFIED:
+        if pixels.ndim == 3 and self[Tag.ExtraSamples] == _UNSPECIFIED:
             return pixels[..., :3]  # a fourth channel is a selection, or anything
         return pixels
 
@@ -295,7 +274,7 @@ class TiffTags:
     def density(self) -> tuple[tuple[Any, Any] | None, tuple[Any, Any] | None]:
         """Return the resolution (x, y) in dots per inch, or the pixel ratio if no unit is given."""
         x, y = (self.tags.get(tag) for tag in (Tag.XResolution, Tag.YResolution))
-        unit = self.first(Tag.ResolutionUnit, 2)
+        unit = self[Tag.ResolutionUnit]
         if unit == 1 or x is None or y is None:
             return None, (x, y) if unit == 1 else None
         per_inch = {2: 1.0, 3: 2.54}.get(unit)
