@@ -24,7 +24,6 @@ _CONFLICTING: Final = ("opencv-python", "opencv-contrib-python", "opencv-python-
 _EXTRAS: Final = {
     "heic": "pi-heif",
     "raw": "rawpy",
-    "tiff": "tifffile",
     "experiments": "scipy",
 }
 _IMPORTED: Final = {"numpy": "numpy", "opencv-contrib-python-headless": "cv2", "Pillow": "PIL"}

@@ -299,7 +299,7 @@ def test_deep_layouts_that_opencv_gets_wrong_are_refused(tmp_path, deep_picture)
     data = cv2.imencode(".tiff", deep_picture)[1].tobytes()
     separate = struct.pack("<HHIHH", 284, 3, 1, 2, 0)
     path.write_bytes(data.replace(struct.pack("<HHIHH", 284, 3, 1, 1, 0), separate))
-    assert_refused(path, "damaged|an extra reads")
+    assert_refused(path, "TIFF of a kind")
 
 
 def test_numbers_without_a_profile_are_said_to_be_seen_as_srgb(tmp_path, deep_picture):

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import io
-import logging
 import mmap
 import os
 from collections.abc import Iterator
-from importlib.util import find_spec
 from math import prod
 from typing import IO, Any, Final
 
@@ -19,9 +17,7 @@ from PIL.ExifTags import Base as Tag
 
 from kogao_core.base.atomic import Chunks
 from kogao_core.base.geometry import Image
-from kogao_core.base.installed import adding
 from kogao_core.base.language import Text
-from kogao_core.photo.errors import UnreadablePhoto
 from kogao_core.photo.formats import colour, common
 from kogao_core.photo.formats.base import OF_PRINTS, Content, FileFormat, Source
 from kogao_core.photo.metadata import kinds, photoshop, tiff, tiff_extras, trailers
@@ -62,11 +58,8 @@ def _decode(source: Source) -> Photo:
     # 8 bits.
     tags.check()
     if tags.is_deep:
-        if tags.is_plain:
-            plain = read_plain(file, tags)
-            pixels = tags.meant(colour.decoded_deep(source.data()) if plain is None else plain)
-        else:
-            pixels, profile, notes = _rare(source, tags)
+        plain = read_plain(file, tags)
+        pixels = tags.meant(colour.decoded_deep(source.data()) if plain is None else plain)
         if pixels.dtype == np.float32 and profile is None:
             notes = (*notes, _SEEN)
     else:
@@ -99,39 +92,6 @@ def _decode(source: Source) -> Photo:
         notes=notes,
         carried=tuple(filter(None, [tags.kept(is_converted=is_converted)])),
     )
-
-
-def _rare(source: Source, tags: tiff.TiffTags) -> tuple[Image, bytes | None, tuple[str, ...]]:
-    """Decode deep pixels with tifffile. Return upright pixels, their profile, and notes."""
-    tags.check_rare()
-    if not all(map(find_spec, ("tifffile", "imagecodecs"))):
-        raise UnreadablePhoto(
-            Text("is a TIFF of a rare kind, which an extra reads: {how}", how=adding("tiff"))
-        )
-    import tifffile  # an extra
-
-    logging.getLogger("tifffile").setLevel(logging.CRITICAL)  # no warnings on stderr
-    source.file.seek(0)
-    with tifffile.TiffFile(source.file) as opened:
-        page = opened.pages.first
-        # tifffile would fill missing parts with zeros.
-        if len(page.dataoffsets) != prod(page.chunked) or 0 in page.databytecounts:
-            raise ValueError(Text("parts of the picture are missing"))
-        stored = np.asarray(page.asarray(maxworkers=1))
-        if page.axes == "SYX":  # planes, one behind the other
-            stored = np.moveaxis(stored, 0, -1)
-    if stored.shape[:2] != (tags[Tag.ImageLength], tags[Tag.ImageWidth]) or stored.ndim > 3:
-        raise ValueError(Text("a picture of another shape than it says"))
-    stored = turn_upright(stored, tags.orientation)
-    if tags.is_ink:
-        inks = Pillow.fromarray((stored >> 8).astype(np.uint8), "CMYK")
-        inks.info["icc_profile"] = tags.icc_profile
-        pixels, profile, notes = colour.to_array(inks)
-        return pixels, profile, (colour.narrowed(16), *notes)
-    if stored.dtype == np.float16:
-        half = Text("converted from 16-bit to 32-bit floating-point numbers")
-        return tags.meant(stored.astype(np.float32)), tags.icc_profile, (half,)
-    return tags.meant(np.ascontiguousarray(stored)), tags.icc_profile, ()
 
 
 def _encode(content: Content) -> Chunks:

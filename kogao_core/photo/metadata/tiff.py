@@ -25,7 +25,7 @@ HEADS: Final = (b"II*\0", b"MM\0*")
 BIG_HEAD: Final = b"II+\0"
 _UNREAD_HEAD: Final = b"MM\0+"  # by Pillow
 DENSITY: Final = (Tag.XResolution, Tag.YResolution, Tag.ResolutionUnit)
-_WHITE_IS_ZERO, _BLACK_IS_ZERO, _RGB, _SEPARATED, _YCBCR = 0, 1, 2, 5, 6
+_WHITE_IS_ZERO, _BLACK_IS_ZERO, _RGB, _YCBCR = 0, 1, 2, 6
 _CHANNELS: Final = {_WHITE_IS_ZERO: (1,), _BLACK_IS_ZERO: (1,), _RGB: (3, 4)}
 _UNSIGNED, _FLOAT = 1, 3
 _UNSPECIFIED, _PREMULTIPLIED, _STRAIGHT = 0, 1, 2
@@ -187,7 +187,7 @@ class TiffTags:
         return self[Tag.FillOrder] == 2
 
     def check(self) -> None:
-        """Check that the first picture is not a thumbnail and that its compression is supported.
+        """Check that the first picture is no thumbnail, and that compression and layout are known.
 
         Raises UnreadablePhoto.
         """
@@ -208,42 +208,26 @@ class TiffTags:
                     compression=compression_name(number),
                 )
             )
+        samples = self[Tag.SamplesPerPixel]
+        # OpenCV derives the number of channels from the photometric interpretation and fills
+        # missing channels with uninitialised memory.
+        if self.is_deep and not (
+            self.depth in ((16, _UNSIGNED), (32, _FLOAT))
+            and samples in _CHANNELS.get(self[_MEANING], ())
+            and (samples == 1 or self[Tag.PlanarConfiguration] == 1)
+            and self[Tag.ExtraSamples] != _PREMULTIPLIED
+        ):
+            raise UnreadablePhoto(
+                Text(
+                    "is a TIFF of a kind that Kogao doesn't read; save it as interleaved RGB with "
+                    "8 or 16 bits, or 32-bit float, with straight alpha"
+                )
+            )
 
     @property
     def depth(self) -> tuple[int, int]:
         """Bits per channel and sample format: 1 unsigned, 3 float."""
         return self[Tag.BitsPerSample], self[Tag.SampleFormat]
-
-    @property
-    def is_plain(self) -> bool:
-        """Whether OpenCV decodes these deep pixels correctly."""
-        return (
-            self.depth in ((16, _UNSIGNED), (32, _FLOAT))
-            # OpenCV derives the number of channels from the photometric interpretation and fills
-            # missing channels with uninitialised memory.
-            and self[Tag.SamplesPerPixel] in _CHANNELS.get(self[_MEANING], ())
-            and (self[Tag.SamplesPerPixel] == 1 or self[Tag.PlanarConfiguration] == 1)
-            and self[Tag.ExtraSamples] != _PREMULTIPLIED
-        )
-
-    @property
-    def is_ink(self) -> bool:
-        """Whether the channels are cyan, magenta, yellow and black."""
-        return (self[_MEANING], self[Tag.SamplesPerPixel]) == (_SEPARATED, 4)
-
-    def check_rare(self) -> None:
-        """Refuse deep layouts with unknown colours. Raises UnreadablePhoto."""
-        known = self[Tag.SamplesPerPixel] in _CHANNELS.get(self[_MEANING], ()) and (
-            self.depth in ((16, _UNSIGNED), (16, _FLOAT), (32, _FLOAT))
-        )
-        is_deep_ink = self.is_ink and self.depth == (16, _UNSIGNED)
-        if not (known or is_deep_ink) or self[Tag.ExtraSamples] == _PREMULTIPLIED:
-            raise UnreadablePhoto(
-                Text(
-                    "is a TIFF of a kind that Kogao doesn't read; save it as RGB with 8 or "
-                    "16 bits, or 32-bit float, with straight alpha"
-                )
-            )
 
     def meant(self, pixels: Image) -> Image:
         """Return decoded channels as grey, RGB or RGBA."""
