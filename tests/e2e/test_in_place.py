@@ -214,7 +214,7 @@ REFUSED = [
     (
         "preview.tif",
         lambda one: files.saved(one, "TIFF", compression="jpeg"),
-        "but compressed by LZW instead of JPEG",
+        "but compressed by LZW instead of jpeg",
     ),
     (
         "really.jpg",

@@ -74,8 +74,6 @@ def _decode(source: Source) -> Photo:
     if tags.has_reversed_bits:
         more = Text("the bits of each byte are stored in the usual order (FillOrder 1)")
         notes = (*notes, more)
-    if tags.is_big:
-        notes = (*notes, Text("a BigTIFF becomes an ordinary TIFF"))
     dpi, shape = tags.density()
     return Photo(
         np.ascontiguousarray(pixels),
@@ -135,9 +133,6 @@ def _inside(photo: Photo, file: IO[bytes]) -> Iterator[Extra]:
 
 
 def _behind(file: IO[bytes]) -> Iterator[Extra]:
-    file.seek(0)
-    if file.read(4) == tiff.BIG_HEAD:
-        return iter(())  # BigTIFF directories have another layout
     with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:  # pixels may be large
         end = tiff_extras.end(data)
         return trailers.found(data[:], end) if end < len(data) else iter(())

@@ -22,8 +22,7 @@ from kogao_core.photo.errors import UnreadablePhoto
 from kogao_core.photo.metadata import photoshop
 
 HEADS: Final = (b"II*\0", b"MM\0*")
-BIG_HEAD: Final = b"II+\0"
-_UNREAD_HEAD: Final = b"MM\0+"  # by Pillow
+_BIG_HEADS: Final = (b"II+\0", b"MM\0+")
 DENSITY: Final = (Tag.XResolution, Tag.YResolution, Tag.ResolutionUnit)
 _WHITE_IS_ZERO, _BLACK_IS_ZERO, _RGB, _YCBCR = 0, 1, 2, 6
 _CHANNELS: Final = {_WHITE_IS_ZERO: (1,), _BLACK_IS_ZERO: (1,), _RGB: (3, 4)}
@@ -38,19 +37,9 @@ _DEFAULTS: Final = {
 }
 _WITH_ALPHA: Final = 4
 _JPEGS: Final = (6, 7)
-_COMPRESSIONS: Final = {
-    **dict.fromkeys((2, 3, 4), "CCITT"),
-    **dict.fromkeys(_JPEGS, "JPEG"),
-    **dict.fromkeys((33003, 33005, 34712), "JPEG 2000"),
-    34887: "LERC",
-    34925: "LZMA",
-    50000: "Zstandard",
-    50001: "WebP",
-    **dict.fromkeys((50002, 52546), "JPEG XL"),
-}
 _OPENCV_READS: Final = {1, 5, 8, 32773, 32946}  # none, LZW, Deflate, PackBits
 _PILLOW_READS: Final = TiffImagePlugin.COMPRESSION_INFO.keys() - {50001}
-_HEADER_BYTES, _BIG_HEADER_BYTES = 8, 16
+_HEADER_BYTES = 8
 # Exceptions of different Pillow versions for damaged blocks.
 _DAMAGED: Final = (SyntaxError, struct.error, LookupError, AttributeError, TypeError, ValueError)
 _IPTC_START: Final = b"\x1c"
@@ -92,19 +81,17 @@ def is_rare(tag: int) -> bool:
 
 
 def compression_name(number: int) -> str:
-    """Return the usual name of a TIFF compression."""
-    return _COMPRESSIONS.get(number, Text("number {number}", number=number))
+    """Return Pillow's name of a TIFF compression, or the number."""
+    return TiffImagePlugin.COMPRESSION_INFO.get(number, str(number))
 
 
 def is_tiff(file: IO[bytes], _: Path) -> bool:
     """Detect a TIFF file and rewind the file. Raises UnreadablePhoto."""
     head = file.read(4)
     file.seek(0)
-    if head == _UNREAD_HEAD:
-        raise UnreadablePhoto(
-            Text("is a BigTIFF whose high bytes come first; save it as an ordinary TIFF")
-        )
-    return head in (*HEADS, BIG_HEAD)
+    if head in _BIG_HEADS:
+        raise UnreadablePhoto(Text("is a BigTIFF; save it as an ordinary TIFF"))
+    return head in HEADS
 
 
 @dataclass(frozen=True)
@@ -114,26 +101,20 @@ class TiffTags:
     tags: Pillow.Exif
     directory: TiffImagePlugin.ImageFileDirectory_v2  # the same, with the types of the tags
     iptc: bytes | None = None
-    is_big: bool = False  # whether places in the file take 8 bytes
 
     @staticmethod
     def read(file: IO[bytes]) -> TiffTags:
         """Read the directory of an open file."""
-        tags, head = Pillow.Exif(), file.read(_BIG_HEADER_BYTES)
+        tags, head = Pillow.Exif(), file.read(_HEADER_BYTES)
         file.seek(0)
-        if is_big := head.startswith(BIG_HEAD):
-            tags.bigtiff, tags.endian = True, "<"
-            tags.load_from_fp(file, *struct.unpack("<Q", head[8:]))
-        else:
-            tags.load_from_fp(file)
-            head = head[:_HEADER_BYTES]
+        tags.load_from_fp(file)
         if Tag.ImageWidth not in tags or Tag.ImageLength not in tags:
             raise ValueError(Text("a directory without a picture"))
         there = _directory(head, file)
         # Most programs use 32-bit numbers; Pillow would keep the first number only.
         there.tagtype[Tag.IPTCNAA] = TiffTypes.UNDEFINED
         iptc = _in_order(there.get(Tag.IPTCNAA, b"")) or None
-        return TiffTags(tags, there, iptc, is_big)
+        return TiffTags(tags, there, iptc)
 
     def __getitem__(self, tag: int) -> int:
         """Return the first number of a tag, or TIFF's default."""
