@@ -299,6 +299,8 @@ CASES = [
          kinds.SECOND_XMP),
     Case("XMP in Photoshop's resources", ".jpg", jpeg(files.segment(
         0xED, b"Photoshop 3.0\x008BIM\x04\x24\0\0\0\0\0\x14" + MARK)), kinds.PHOTOSHOP_XMP),
+    Case("XMP in a TIFF's resources", ".tif",
+         tiff({34377: (1, b"8BIM\x04\x24\0\0\0\0\0\x14" + MARK)}), kinds.PHOTOSHOP_XMP),
     Case("two EXIF blocks", ".jpg", jpeg(files.segment(0xE1, b"Exif\0\0II*\0\x08" + bytes(9)),
          files.segment(0xE1, b"Exif\0\0II*\0" + MARK)), kinds.SECOND_EXIF),
     Case("extended XMP", ".jpg", _extended(MARK), kinds.XMP_EXTENSION, (MARK, b"HasExtendedXMP")),
@@ -315,7 +317,7 @@ CASES = [
     Case("FlashPix", ".jpg",
          jpeg(*(files.segment(0xE2, b"FPXR\0\0" + one)
                 for one in (MARK, MARK + files.THUMBNAIL, b"rest"))),
-         kinds.PREVIEW, (MARK, b"FPXR"), "FlashPix data (APP2)"),
+         kinds.PREVIEW, (MARK, b"FPXR"), "a maker's segment with a preview (APP2)"),
     Case("preview", ".jpg", jpeg(files.segment(0xE4, b"view" + MARK + files.THUMBNAIL)),
          kinds.PREVIEW, name="a maker's segment with a preview (APP4)"),
     Case("maker's note", ".jpg", with_note(), kinds.MAKER_NOTE, (files.MAKER_NOTE,)),

@@ -64,6 +64,9 @@ def check_in_place(photo: Photo) -> None:
     if number is not None and number not in tiff.KEPT_COMPRESSIONS:
         name = compression_name(number)
         converted.append(Text("compressed by LZW instead of {compression}", compression=name))
+    more = dict.fromkeys(extra.name for extra in photo.extras if extra.kind in _PICTURES)
+    if more and photo.format != "JPEG":
+        converted.append(Text("without {names}", names=Text.joined(", ", more)))
     if converted:
         raise RefusedOutput(
             Text(
@@ -71,16 +74,6 @@ def check_in_place(photo: Photo) -> None:
                 "to another file with -o",
                 path=path,
                 other=converted[0],
-            )
-        )
-    more = [extra.name for extra in photo.extras if extra.kind in _PICTURES]
-    if more and photo.format != "JPEG":
-        raise RefusedOutput(
-            Text(
-                "{path} would lose what else it holds ({names}); write the result to "
-                "another file with -o",
-                path=path,
-                names=", ".join(dict.fromkeys(more)),
             )
         )
 

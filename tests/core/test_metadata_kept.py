@@ -282,6 +282,14 @@ def test_records_stay_at_the_end_of_a_jpeg_and_are_named_where_they_cannot(tmp_p
     assert both in photo.write(tiff, tiff.pixels // 2, tmp_path / "tif.jpg")
 
 
+def test_a_copy_of_the_packet_among_photoshops_resources_is_no_loss(tmp_path):
+    packet = metadata_cases.packet()
+    resource = b"8BIM\x04\x24\0\0" + struct.pack(">I", len(packet)) + packet
+    segment = files.segment(0xED, b"Photoshop 3.0\0" + resource)
+    data = metadata_cases.jpeg(segment, xmp=packet)
+    assert "not kept" not in changed(tmp_path, "in.jpg", data, "out.jpg")[0]
+
+
 def test_tags_keep_their_types_and_numbers(tmp_path):
     told = {40000: (2, b"caf\xe9\0"), 40001: (3, (1, 2, 65535)), 40002: (5, (1, 3, 7, 2)),
             40003: (12, (0.1, -2.5)), 40004: (8, (-5, 5)), 40005: (11, (0.5,))}  # fmt: skip

@@ -143,3 +143,27 @@ def test_a_command_has_no_blas_threads_that_wait_at_full_speed():
     program = [sys.executable, "-c", textwrap.dedent(COMMAND)]
     done = subprocess.run(program, capture_output=True, text=True, check=True)
     assert done.stdout.endswith("\n1\n")
+
+
+FREEING = """
+    import resource, sys
+    from kogao_core.base.threads import reuse_freed_memory
+    if not reuse_freed_memory():
+        sys.exit("this C library can't be told")
+    faults = lambda: resource.getrusage(resource.RUSAGE_SELF).ru_minflt
+    for _ in range(2):
+        before = faults()
+        block = b"1" * (40 << 20)
+        found = faults() - before
+        del block
+    print(found)
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only glibc can be told")
+def test_a_block_that_was_freed_costs_no_page_faults_the_second_time():
+    command = [sys.executable, "-c", textwrap.dedent(FREEING)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    if done.returncode:
+        pytest.skip(done.stderr)
+    assert int(done.stdout) < 100  # of 10,240 pages

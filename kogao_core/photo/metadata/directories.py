@@ -57,7 +57,7 @@ class Directories:
     def entries(self, start: int) -> Iterator[tuple[int, Numbers]]:
         """Yield tag and numbers of each entry of a directory."""
         for at in range(start + 2, self.link(start).at, 12):
-            (tag, kind), (count,) = self.read(Numbers(at, 3, 2)), self.read(Numbers(at + 4))
+            tag, kind = self.read(Numbers(at, 3, 2))
+            count, place = self.read(Numbers(at + 4, count=2))
             inline = Numbers(at + 8, kind, count)
-            is_inline = inline.end <= at + 12
-            yield tag, inline if is_inline else Numbers(*self.read(Numbers(at + 8)), kind, count)
+            yield tag, inline if inline.end <= at + 12 else Numbers(place, kind, count)

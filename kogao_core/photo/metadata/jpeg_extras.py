@@ -46,12 +46,6 @@ _CARRIED: Final = (
     *(kinds.SECOND_XMP, kinds.SECOND_PROFILE),
 )
 _TEXTS: Final = (b"json", b"xml ", b"cbor")  # JUMBF's kinds of content
-_NAMES: Final = {
-    _JUMBF: kinds.JUMBF.name,
-    b"FPXR": Text("FlashPix data"),
-    b"II\x1a\0": Text("CIFF data"),
-    b"MM\0\x1a": Text("CIFF data"),
-}
 
 
 def carried(file: IO[bytes], *, is_grey: bool) -> tuple[bytes, ...]:
@@ -107,7 +101,8 @@ def found(file: IO[bytes], *, is_turned: bool) -> Iterator[Extra]:
     """Yield the extras before the first scan, in file order."""
     for kind, segment in _judged(_found(file)):
         if kind in (kinds.PREVIEW, kinds.UNKNOWN):
-            yield Extra(kind, _exact_name(kind, segment))
+            name = kinds.JUMBF.name if _kind(segment[1], segment) is kinds.JUMBF else kind.name
+            yield Extra(kind, Text("{known} (APP{n})", known=name, n=segment[1] & 15))
         elif kind is kinds.SECOND_XMP:
             yield Extra(kind)
             yield from map(Extra, references.found(segment[_PACKET_AT:], is_turned=is_turned))
@@ -179,9 +174,3 @@ def _is_text(segment: bytes) -> bool:
     size, box, _, described, content = struct.unpack_from(">I4sI4s4s", segment.ljust(32), 12)
     is_whole = size == len(segment) - 12 and (box, described) == (b"jumb", b"jumd")
     return is_whole and content in _TEXTS and not segments.holds_picture(segment)
-
-
-def _exact_name(kind: Kind, segment: bytes) -> str:
-    place = f"APP{segment[1] & 15}"
-    known = next((name for start, name in _NAMES.items() if segment[4:].startswith(start)), "")
-    return Text("{known} ({place})", known=known or kind.name, place=place)

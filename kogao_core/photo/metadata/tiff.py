@@ -30,7 +30,7 @@ _UNSIGNED, _FLOAT = 1, 3
 _UNSPECIFIED, _PREMULTIPLIED, _STRAIGHT = 0, 1, 2
 _MEANING: Final = Tag.PhotometricInterpretation
 # Values of missing tags; otherwise 0.
-_DEFAULTS: Final = {
+_DEFAULTS: Final[dict[int, int]] = {
     **dict.fromkeys((Tag.BitsPerSample, Tag.Compression, Tag.FillOrder, Tag.Orientation), 1),
     **dict.fromkeys((Tag.SamplesPerPixel, Tag.PlanarConfiguration, Tag.SampleFormat), 1),
     **dict.fromkeys((_MEANING, Tag.ResolutionUnit, Tag.ExtraSamples), 2),  # RGB, inch, straight

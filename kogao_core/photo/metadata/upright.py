@@ -201,10 +201,7 @@ def turned_xmp(packet: bytes, turn: Turn) -> bytes:
     if turn.orientation == 1:
         return packet
     packet = _ORIENTATION.sub(rb"\g<1>1", packet)
-    try:
-        return xmp.replaced(packet, _new(packet, turn))
-    except xmp.BadXmp:
-        return packet
+    return xmp.replaced(packet, _new(packet, turn))
 
 
 def _without(text: bytes, start: bytes, end: bytes) -> bytes:
@@ -220,7 +217,7 @@ def _new(packet: bytes, turn: Turn) -> dict[xmp.Span, bytes]:
     # Spans of simple values by name: for each structure (by position), and for lists.
     by_place: dict[int, _Structure] = {}
     lists: dict[str, list[xmp.Span]] = {}
-    for part in xmp.parts(packet):
+    for part in xmp.known_parts(packet):
         if len(part.path) <= len(xmp.DESCRIPTION) or (value := part.value(packet)) is None:
             continue
         if part.path[-1] == _RDF_ITEM:

@@ -98,6 +98,14 @@ def parts(packet: bytes) -> list[XmpPart]:
     return found
 
 
+def known_parts(packet: bytes) -> list[XmpPart]:
+    """Return the parts of a packet; none if the packet is damaged."""
+    try:
+        return parts(packet)
+    except BadXmp:
+        return []
+
+
 def _refuse_types(*_: object) -> None:
     raise BadXmp(Text("it declares a document type"))
 
