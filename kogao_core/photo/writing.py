@@ -317,8 +317,8 @@ def encode(
         carried = tuple(one for one in carried if not jpeg_extras.is_colour(one))
     along = {one.kind: len(one.data) for one in photo.companions}
     if kinds.GAIN_MAP not in along:
-        carried = tuple(one for one in carried if not jpeg_extras.tells_gain_map(one))
-    is_extended = any(map(jpeg_extras.is_extension, carried))
+        carried = tuple(one for one in carried if jpeg_extras.kind_of(one) is not kinds.GAIN_MAP)
+    is_extended = any(jpeg_extras.kind_of(one) is kinds.XMP_EXTENSION for one in carried)
     turns = form.turns(photo, is_export=quality is not None)
     small = partial(_small, pixels, 1 if turns else photo.orientation)
     if photo.orientation != 1 and not turns:

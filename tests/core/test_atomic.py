@@ -57,12 +57,6 @@ def test_a_link_to_nothing_leads_to_the_new_file(tmp_path):
     assert (tmp_path / "file").read_bytes() == b"data"
 
 
-def test_a_name_may_be_as_long_as_the_file_system_takes(tmp_path):
-    path = tmp_path / ("x" * 251 + ".jpg")
-    atomic_write(b"data", path)
-    assert list(tmp_path.iterdir()) == [path]
-
-
 def test_a_file_keeps_its_owner_attributes_and_permissions(tmp_path):
     path, copy = tmp_path / "file", tmp_path / "copy"
     path.write_bytes(b"old")

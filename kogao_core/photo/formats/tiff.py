@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import mmap
 import os
 from collections.abc import Iterator
 from math import prod
@@ -133,9 +132,11 @@ def _inside(photo: Photo, file: IO[bytes]) -> Iterator[Extra]:
 
 
 def _behind(file: IO[bytes]) -> Iterator[Extra]:
-    with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:  # pixels may be large
-        end = tiff_extras.end(data)
-        return trailers.found(data[:], end) if end < len(data) else iter(())
+    end = tiff_extras.end(file)
+    if end == file.seek(0, os.SEEK_END):
+        return iter(())  # as nearly always, and pixels may be large
+    file.seek(0)
+    return trailers.found(file.read(), end)
 
 
 TIFF: Final = FileFormat(

@@ -1,12 +1,11 @@
-"""Walk TIFF directories in a buffer: positions and numbers of their entries, to read or patch."""
+"""Walk TIFF directories: positions and numbers of their entries, to read or patch."""
 
 from __future__ import annotations
 
-import mmap
 import struct
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Final
+from typing import IO, Final
 
 # Letters of `struct` by TIFF type. A rational is one number of 8 bytes; 13 is a directory.
 _LETTERS: Final = dict(enumerate("BBHIQBBHIQIQI", start=1))
@@ -36,19 +35,23 @@ FIRST: Final = Numbers(4)
 
 
 class Directories:
-    """A TIFF structure. Damaged structures raise KeyError or struct.error."""
+    """TIFF structure in an open file. Damaged structures raise KeyError or struct.error."""
 
-    def __init__(self, data: bytearray | mmap.mmap) -> None:
-        self.data = data
-        self._order = {b"II": "<", b"MM": ">"}[bytes(data[:2])]
+    def __init__(self, file: IO[bytes]) -> None:
+        file.seek(0)
+        self.file, self._order = file, {b"II": "<", b"MM": ">"}[file.read(2)]
 
     def read(self, numbers: Numbers) -> tuple[int, ...]:
         """Return the numbers."""
-        return struct.unpack_from(self._order + numbers.code, self.data, numbers.at)
+        self.file.seek(numbers.at)
+        return struct.unpack(self._order + numbers.code, self.file.read(numbers.end - numbers.at))
 
     def write(self, numbers: Numbers, *values: int) -> None:
-        """Replace the numbers."""
-        struct.pack_into(self._order + numbers.code, self.data, numbers.at, *values)
+        """Replace the numbers. Raises struct.error outside the file."""
+        new = struct.pack(self._order + numbers.code, *values)
+        self.read(numbers)
+        self.file.seek(numbers.at)
+        self.file.write(new)
 
     def link(self, start: int) -> Numbers:
         """Return the link from a directory to the next one."""
@@ -57,7 +60,8 @@ class Directories:
     def entries(self, start: int) -> Iterator[tuple[int, Numbers]]:
         """Yield tag and numbers of each entry of a directory."""
         for at in range(start + 2, self.link(start).at, 12):
-            tag, kind = self.read(Numbers(at, 3, 2))
-            count, place = self.read(Numbers(at + 4, count=2))
-            inline = Numbers(at + 8, kind, count)
-            yield tag, inline if inline.end <= at + 12 else Numbers(place, kind, count)
+            (tag, kind), (count,) = self.read(Numbers(at, 3, 2)), self.read(Numbers(at + 4))
+            numbers = Numbers(at + 8, kind, count)
+            if numbers.end > at + 12:
+                numbers = Numbers(self.read(Numbers(at + 8))[0], kind, count)
+            yield tag, numbers

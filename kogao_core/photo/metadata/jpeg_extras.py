@@ -84,24 +84,14 @@ def with_packet(segment: bytes, change: Callable[[bytes], bytes]) -> bytes:
 
 def is_colour(segment: bytes) -> bool:
     """Return True if a segment holds part of a colour profile, or tells how colours are coded."""
-    return _kind(segment[1], segment) in (kinds.ICC, kinds.ADOBE)
-
-
-def is_extension(segment: bytes) -> bool:
-    """Return True if a segment holds part of the extended XMP."""
-    return segment[4:].startswith(_EXTENSION)
-
-
-def tells_gain_map(segment: bytes) -> bool:
-    """Return True if a segment announces a gain map (ISO 21496-1)."""
-    return segment[4:].startswith(_ISO_GAIN_MAP)
+    return kind_of(segment) in (kinds.ICC, kinds.ADOBE)
 
 
 def found(file: IO[bytes], *, is_turned: bool) -> Iterator[Extra]:
     """Yield the extras before the first scan, in file order."""
     for kind, segment in _judged(_found(file)):
         if kind in (kinds.PREVIEW, kinds.UNKNOWN):
-            name = kinds.JUMBF.name if _kind(segment[1], segment) is kinds.JUMBF else kind.name
+            name = kinds.JUMBF.name if kind_of(segment) is kinds.JUMBF else kind.name
             yield Extra(kind, Text("{known} (APP{n})", known=name, n=segment[1] & 15))
         elif kind is kinds.SECOND_XMP:
             yield Extra(kind)
@@ -122,11 +112,11 @@ def _found(file: IO[bytes]) -> list[tuple[int, bytes]]:
     """
     whole, rest = segments.profiles(file)
     more = [(one[1], one) for one in (*chain(*whole[1:]), *rest)]
-    return [one for one in segments.segments(file) if _kind(*one) is not kinds.ICC] + more
+    return [one for one in segments.segments(file) if kind_of(one[1]) is not kinds.ICC] + more
 
 
 def _judged(of: Iterable[tuple[int, bytes]]) -> Iterator[tuple[Kind, bytes]]:
-    found = [(_kind(code, segment), segment) for code, segment in of if code in APP_OR_COMMENT]
+    found = [(kind_of(segment), segment) for code, segment in of if code in APP_OR_COMMENT]
     shown = {
         _series(one)
         for kind, one in found
@@ -157,9 +147,10 @@ def _judged(of: Iterable[tuple[int, bytes]]) -> Iterator[tuple[Kind, bytes]]:
             yield kind, segment
 
 
-def _kind(code: int, segment: bytes) -> Kind:
+def kind_of(segment: bytes) -> Kind:
+    """Return the kind of a segment by its first bytes."""
     for known, start, kind in _KNOWN:
-        if code == known and segment[4:].startswith(start):
+        if segment[1] == known and segment[4:].startswith(start):
             return kind
     return kinds.SEGMENTS
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import mmap
+import os
 import struct
 from collections.abc import Container, Iterator
 from contextlib import suppress
-from typing import Final
+from typing import IO, Final
 
 from PIL import ExifTags
 from PIL import Image as Pillow
@@ -53,19 +53,20 @@ def has_maker_note(tags: Pillow.Exif) -> bool:
     return Tag.MakerNote in tags.get_ifd(Tag.ExifOffset)
 
 
-def end(data: bytearray | mmap.mmap) -> int:
+def end(file: IO[bytes]) -> int:
     """Return the end offset of the last part that a directory of a file refers to."""
-    directories, ends, seen = Directories(data), [8], set[int]()
+    whole = file.seek(0, os.SEEK_END)
+    directories, ends, seen = Directories(file), [8], set[int]()
     waiting = [*directories.read(FIRST)]
     while waiting and len(seen) < _MOST_DIRECTORIES:
         start = waiting.pop()
-        if start in seen or not 0 < start < len(data) - 2:
+        if start in seen or not 0 < start < whole - 2:
             continue
         seen.add(start)
         found = dict[int, Numbers]()
         with suppress(struct.error):  # a directory that the file cuts off
             entries = directories.entries(start)
-            found.update(one for one in entries if one[1].end <= len(data))
+            found.update(one for one in entries if one[1].end <= whole)
             waiting += directories.read(directories.link(start))
         ends += [directories.link(start).end, *(one.end for one in found.values())]
         links = (one for tag, one in found.items() if tag in _POINTERS or one.kind == _DIRECTORY)
@@ -74,4 +75,4 @@ def end(data: bytearray | mmap.mmap) -> int:
             if found.keys() >= set(tags):
                 parts = (directories.read(found[tag]) for tag in tags)
                 ends += map(sum, zip(*parts, strict=False))
-    return min(max(ends), len(data))
+    return min(max(ends), whole)

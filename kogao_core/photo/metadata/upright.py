@@ -6,6 +6,8 @@ decimals. Unsupported positions are removed (`references`).
 
 from __future__ import annotations
 
+import io
+import os
 import re
 import struct
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -97,7 +99,7 @@ class Turn:
 
 
 def _directories(block: bytes) -> Directories:
-    return Directories(bytearray(block.removeprefix(PREFIX)))
+    return Directories(io.BytesIO(block.removeprefix(PREFIX)))
 
 
 def _numbers(tiff: Directories, start: int) -> dict[int, Numbers]:
@@ -141,7 +143,8 @@ def turned_exif(exif: bytes, turn: Turn, small: Callable[[bytes], bytes]) -> byt
             start, *_ = tiff.read(numbers[further])
     with suppress(*_DAMAGED):
         _replace_thumbnail(tiff, main, turn, small)
-    return PREFIX + bytes(tiff.data)
+    tiff.file.seek(0)
+    return PREFIX + tiff.file.read()
 
 
 def _turn(tiff: Directories, numbers: dict[int, Numbers], turn: Turn) -> None:
@@ -177,15 +180,20 @@ def _replace_thumbnail(
     if Tag.JpegIFOffset not in numbers or Tag.JpegIFByteCount not in numbers:
         return
     start, length = (tiff.read(numbers[tag])[0] for tag in (Tag.JpegIFOffset, Tag.JpegIFByteCount))
-    end = min(start + length, len(tiff.data))
-    fresh = small(bytes(tiff.data[start:end]))
+    whole = tiff.file.seek(0, os.SEEK_END)
+    tiff.file.seek(start)
+    old = tiff.file.read(length)
+    fresh = small(old)
     if fresh:
         _turn(tiff, numbers, turn)
         tiff.write(numbers[Tag.JpegIFByteCount], len(fresh))
         tiff.write(link, second)
     # All other data of the block keep their offsets.
-    at_end = end == len(tiff.data)
-    tiff.data[start:end] = fresh if at_end else fresh.ljust(end - start, b"\0")
+    at_end = start + length >= whole
+    tiff.file.seek(start)
+    tiff.file.write(fresh if at_end else fresh.ljust(len(old), b"\0"))
+    if at_end:
+        tiff.file.truncate()
 
 
 def turned_xmp(packet: bytes, turn: Turn) -> bytes:
