@@ -25,9 +25,6 @@ from kogao_core.photo.metadata.upright import turn_upright
 from kogao_core.photo.model import Photo, channels_of
 
 _UNCOMPRESSED, _LZW = 1, 5
-# Lossless compressions that all readers support: none, LZW, Deflate, PackBits, old Deflate. Files
-# with another compression are written with LZW.
-KEPT_COMPRESSIONS: Final = {_UNCOMPRESSED, _LZW, 8, 32773, 32946}
 # Readers differ: darktable and libvips assume linear values, Java assumes sRGB. Values from a
 # division by 255 are sRGB.
 _SEEN: Final = Text(
@@ -97,7 +94,7 @@ def _encode(content: Content) -> Chunks:
     if number == _UNCOMPRESSED:
         directory, stored = laid_out(content.pixels)
     else:
-        how = (cv2.IMWRITE_TIFF_COMPRESSION, number if number in KEPT_COMPRESSIONS else _LZW)
+        how = (cv2.IMWRITE_TIFF_COMPRESSION, number if number in tiff.LOSSLESS else _LZW)
         directory, stored = _taken_apart(colour.encoded_deep(content.pixels, how))
     if channels_of(content.pixels) == _WITH_ALPHA:
         directory[Tag.ExtraSamples] = _STRAIGHT

@@ -27,7 +27,7 @@ DENSITY: Final = (Tag.XResolution, Tag.YResolution, Tag.ResolutionUnit)
 _WHITE_IS_ZERO, _BLACK_IS_ZERO, _RGB, _YCBCR = 0, 1, 2, 6
 _CHANNELS: Final = {_WHITE_IS_ZERO: (1,), _BLACK_IS_ZERO: (1,), _RGB: (3, 4)}
 _UNSIGNED, _FLOAT = 1, 3
-_UNSPECIFIED, _PREMULTIPLIED, _STRAIGHT = 0, 1, 2
+_UNSPECIFIED, _PREMULTIPLIED = 0, 1
 _MEANING: Final = Tag.PhotometricInterpretation
 # Values of missing tags; otherwise 0.
 _DEFAULTS: Final[dict[int, int]] = {
@@ -35,9 +35,9 @@ _DEFAULTS: Final[dict[int, int]] = {
     **dict.fromkeys((Tag.SamplesPerPixel, Tag.PlanarConfiguration, Tag.SampleFormat), 1),
     **dict.fromkeys((_MEANING, Tag.ResolutionUnit, Tag.ExtraSamples), 2),  # RGB, inch, straight
 }
-_WITH_ALPHA: Final = 4
 _JPEGS: Final = (6, 7)
-_OPENCV_READS: Final = {1, 5, 8, 32773, 32946}  # none, LZW, Deflate, PackBits
+LOSSLESS: Final = {1, 5, 8, 32773, 32946}
+"""Compressions that all readers support: none, LZW, Deflate, PackBits, old Deflate."""
 _PILLOW_READS: Final = TiffImagePlugin.COMPRESSION_INFO.keys() - {50001}
 _HEADER_BYTES = 8
 # Exceptions of different Pillow versions for damaged blocks.
@@ -181,7 +181,7 @@ class TiffTags:
                 )
             )
         number = self[Tag.Compression]
-        if number not in (_OPENCV_READS if self.is_deep else _PILLOW_READS):
+        if number not in (LOSSLESS if self.is_deep else _PILLOW_READS):
             raise UnreadablePhoto(
                 Text(
                     "is a TIFF of a compression that Kogao doesn't read "
