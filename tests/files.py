@@ -139,17 +139,9 @@ def saved(picture, form, **options):
 
 def jpeg(pixels, orientation=1, order="<", **options):
     """Return a JPEG file with everything that a JPEG file may hold."""
-    height, width = pixels.shape[:2]
-    data = saved(
-        pixels,
-        "JPEG",
-        icc_profile=profile_for(pixels),
-        dpi=(240, 240),
-        comment=b"a remark",
-        exif=exif_block(orientation, width, height, order),
-        xmp=XMP.format(orientation).encode(),
-        **({"quality": 97, "subsampling": 0} | options),
-    )
+    options = {"quality": 97, "subsampling": 0, "dpi": (240, 240)} | options
+    told = blocks(pixels, orientation, order)
+    data = saved(pixels, "JPEG", comment=b"a remark", **told, **options)
     more = segment(0xED, b"Photoshop 3.0\0" + resources())
     more += segment(0xE1, b"http://ns.adobe.com/xmp/extension/\0" + b"5" * 32 + b"the rest")
     more += segment(0xE7, b"something of the maker's")
@@ -194,30 +186,26 @@ def tiff(pixels, orientation=1, order="<"):
     return head + struct.pack(order + "I", start) + body + directory(tags, start, order)
 
 
+def blocks(pixels, orientation, order="<"):
+    """Return the metadata blocks that Pillow writes in JPEG, WebP and AVIF."""
+    height, width = pixels.shape[:2]
+    return {
+        "icc_profile": profile_for(pixels),
+        "exif": exif_block(orientation, width, height, order),
+        "xmp": XMP.format(orientation).encode(),
+    }
+
+
 def webp(pixels, orientation=1, **options):
     """Return a WebP file with everything that a WebP file may hold."""
-    height, width = pixels.shape[:2]
-    return saved(
-        pixels,
-        "WEBP",
-        icc_profile=profile_for(pixels),
-        exif=exif_block(orientation, width, height),
-        xmp=XMP.format(orientation).encode(),
-        **({"lossless": True, "exact": True} | options),
-    )
+    options = {"lossless": True, "exact": True} | options
+    return saved(pixels, "WEBP", **blocks(pixels, orientation), **options)
 
 
-def avif(pixels, orientation=1, **options):
+def avif(pixels, orientation=1):
     """Return an AVIF file with everything that an AVIF file may hold, nearly lossless."""
-    height, width = pixels.shape[:2]
-    return saved(
-        pixels,
-        "AVIF",
-        icc_profile=profile_for(pixels),
-        exif=exif_block(orientation, width, height),
-        xmp=XMP.format(orientation).encode(),
-        **({"quality": 100, "subsampling": "4:4:4", "speed": 8} | options),
-    )
+    options = {"quality": 100, "subsampling": "4:4:4", "speed": 8}
+    return saved(pixels, "AVIF", **blocks(pixels, orientation), **options)
 
 
 def heic(pixels, **options):

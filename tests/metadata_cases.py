@@ -132,13 +132,6 @@ def samsung(kind, name, content):
     return block + head + struct.pack("<I", len(head)) + b"SEFT"
 
 
-def afcp(at):
-    """Return an AXS record whose one entry is an IPTC record; it knows its place in the file."""
-    head = b"AXS!" + struct.pack(">HHI", 0x0100, 1, 0)
-    entry = b"IPTC" + struct.pack(">II", len(CAPTION), at + len(head) + 12)
-    return head + entry + CAPTION + b"AXS!" + struct.pack(">II", at, 0)
-
-
 def photo_mechanic():
     """Return its record of soft edits: the picture is to be shown turned."""
     record = struct.pack(">BBBHI", 0x1C, 2, 216, 4, 90) + CAPTION
@@ -234,11 +227,6 @@ def _extended(content):
     return jpeg(more, xmp=packet(f'xmpNote:HasExtendedXMP="{"5" * 32}"'))
 
 
-def _several():
-    ends = MP4 + MARK + fotostation(4, files.THUMBNAIL)
-    return ends + afcp(len(jpeg() + ends))
-
-
 def kept():
     """Return a JPEG with one of each of what a changed one keeps, and with a true thumbnail."""
     small = jpeg(profile=None)
@@ -270,8 +258,6 @@ CASES = [
     Case("Samsung's pictures", ".jpg",
          jpeg(end=samsung(0x0AB1, b"DualShot_DepthMap_1", b"\1" + MARK)), kinds.UNKNOWN,
          (MARK, b"SEFT"), "Samsung's data at the end"),
-    Case("AFCP", ".jpg", jpeg(end=afcp(len(jpeg()))), kinds.AFCP),
-    Case("AFCP in a TIFF", ".tif", tiff(end=afcp(len(tiff()))), kinds.AFCP),
     Case("Photo Mechanic", ".jpg", jpeg(end=photo_mechanic()), kinds.PHOTO_MECHANIC),
     Case("FotoStation", ".jpg", jpeg(end=fotostation()), kinds.FOTOSTATION),
     Case("FotoStation's preview", ".jpg", jpeg(end=fotostation(4, MARK + files.THUMBNAIL)),
@@ -280,9 +266,9 @@ CASES = [
            name="20 bytes of unknown data at the end")
       for suffix, make in ((".jpg", jpeg), (".png", png), (".tif", tiff), (".webp", webp))),
     Case("several ends", ".jpg",
-         jpeg(end=_several()),
+         jpeg(end=MP4 + MARK + fotostation(4, files.THUMBNAIL)),
          kinds.VIDEO, name="the motion photo's video, 20 bytes of unknown data at the end, "
-         "FotoStation's data at the end, AFCP data at the end"),
+         "FotoStation's data at the end"),
     Case("second picture", ".jpg", jpeg(multi_picture(9), end=gain_map(packet())), kinds.FURTHER),
     Case("pages", ".tif", tiff(follow=files.directory({256: (4, 1), 257: (4, 1)}, 0)),
          kinds.FURTHER, ()),
@@ -313,6 +299,8 @@ CASES = [
          kinds.SECOND_XMP),
     Case("XMP in Photoshop's resources", ".jpg", jpeg(files.segment(
         0xED, b"Photoshop 3.0\x008BIM\x04\x24\0\0\0\0\0\x14" + MARK)), kinds.PHOTOSHOP_XMP),
+    Case("XMP in a TIFF's resources", ".tif",
+         tiff({34377: (1, b"8BIM\x04\x24\0\0\0\0\0\x14" + MARK)}), kinds.PHOTOSHOP_XMP),
     Case("two EXIF blocks", ".jpg", jpeg(files.segment(0xE1, b"Exif\0\0II*\0\x08" + bytes(9)),
          files.segment(0xE1, b"Exif\0\0II*\0" + MARK)), kinds.SECOND_EXIF),
     Case("extended XMP", ".jpg", _extended(MARK), kinds.XMP_EXTENSION, (MARK, b"HasExtendedXMP")),
@@ -329,7 +317,7 @@ CASES = [
     Case("FlashPix", ".jpg",
          jpeg(*(files.segment(0xE2, b"FPXR\0\0" + one)
                 for one in (MARK, MARK + files.THUMBNAIL, b"rest"))),
-         kinds.PREVIEW, (MARK, b"FPXR"), "FlashPix data (APP2)"),
+         kinds.PREVIEW, (MARK, b"FPXR"), "a maker's segment with a preview (APP2)"),
     Case("preview", ".jpg", jpeg(files.segment(0xE4, b"view" + MARK + files.THUMBNAIL)),
          kinds.PREVIEW, name="a maker's segment with a preview (APP4)"),
     Case("maker's note", ".jpg", with_note(), kinds.MAKER_NOTE, (files.MAKER_NOTE,)),

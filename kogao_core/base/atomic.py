@@ -22,13 +22,6 @@ if sys.platform != "win32":
 _PREFIX, _SUFFIX = ".kogao-", ".partial"
 _NAMES: Final = f"{_PREFIX}*{_SUFFIX}"
 _DAY_S: Final = 86400.0
-_KINDS: Final = (
-    (stat.S_ISDIR, Text("a folder")),
-    (stat.S_ISCHR, Text("a device")),
-    (stat.S_ISBLK, Text("a device")),
-    (stat.S_ISFIFO, Text("a pipe")),
-    (stat.S_ISSOCK, Text("a socket")),
-)
 _swept: Final[set[Path]] = set()
 _mine: Final[set[Path]] = set()  # temporary folders of this process, from `temporary_folder`
 _TRIES: Final = 100
@@ -54,9 +47,8 @@ def check_target(path: str | os.PathLike[str]) -> None:
                 errno.ELOOP, Text("it is a link that leads in a circle"), str(path)
             ) from None
         return  # writing the file will report the error, if any
-    for is_kind, name in _KINDS:
-        if is_kind(mode):
-            raise NotAFile(errno.EEXIST, Text("it is {name}, not a file", name=name), str(path))
+    if not stat.S_ISREG(mode):
+        raise NotAFile(errno.EEXIST, Text("it is a folder, pipe or device"), str(path))
 
 
 def atomic_write(

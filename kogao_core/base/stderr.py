@@ -61,15 +61,9 @@ def hushed() -> Iterator[list[str]]:
     messages are not captured.
     """
     complaints: list[str] = []
-    with no_warnings(), _LOCK:
-        caught = _memory()
-        if caught is None:
-            yield complaints
-            return
-        with caught:
-            with _led_into(caught):
-                yield complaints
-            complaints += _complaints_in(caught.read())
+    with no_warnings(), _captured() as said:
+        yield complaints
+    complaints += _complaints_in(b"".join(said or ()))
 
 
 def if_unsaid(work: Callable[[], _Result]) -> _Result | None:
@@ -77,29 +71,34 @@ def if_unsaid(work: Callable[[], _Result]) -> _Result | None:
 
     Decoder messages are discarded. None, without calling `work`: stderr can't be captured.
     """
-    with _LOCK:
-        caught = _memory()
-        if caught is None:
-            return None
-        with caught:
-            with _led_into(caught):
-                result = work()
-            said = caught.read()
-            _complaints_in(said)
-    return None if said else result
+    with _captured() as said:
+        result = None if said is None else work()
+    text = b"".join(said or ())
+    _complaints_in(text)
+    return None if text else result
 
 
 @contextmanager
-def _led_into(caught: IO[bytes]) -> Iterator[None]:
-    """Redirect stderr to a temporary file; rewind the file on exit."""
-    aside = os.dup(_FD)
-    os.dup2(caught.fileno(), _FD)
-    try:
-        yield
-    finally:
-        os.dup2(aside, _FD)
-        os.close(aside)
-        caught.seek(0)
+def _captured() -> Iterator[list[bytes] | None]:
+    """Redirect stderr, one thread at a time; yield a list that holds the text after exit, or None.
+
+    None: stderr can't be captured.
+    """
+    with _LOCK:
+        caught = _memory()
+        if caught is None:
+            yield None
+            return
+        said, aside = list[bytes](), os.dup(_FD)
+        os.dup2(caught.fileno(), _FD)
+        try:
+            yield said
+        finally:
+            os.dup2(aside, _FD)
+            os.close(aside)
+            with caught:
+                caught.seek(0)
+                said.append(caught.read())
 
 
 def _memory() -> IO[bytes] | None:

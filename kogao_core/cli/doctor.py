@@ -24,7 +24,6 @@ _CONFLICTING: Final = ("opencv-python", "opencv-contrib-python", "opencv-python-
 _EXTRAS: Final = {
     "heic": "pi-heif",
     "raw": "rawpy",
-    "tiff": "tifffile",
 }
 _IMPORTED: Final = {"numpy": "numpy", "opencv-contrib-python-headless": "cv2", "Pillow": "PIL"}
 _FOUND: Final = {"PySide6-Essentials": "PySide6", "pyqtgraph": "pyqtgraph"}

@@ -151,6 +151,6 @@ def _in_srgb(photo: Photo, pixels: Image) -> tuple[Photo, Image]:
         return photo, pixels  # grey without a profile is the same in sRGB
     made = srgb.tobytes()
     undated = made[: _DATE.start] + bytes(12) + made[_DATE.stop :]
-    of_colours = png.is_colour if photo.format == "PNG" else jpeg_extras.is_profile
+    of_colours = png.is_colour if photo.format == "PNG" else jpeg_extras.is_colour
     carried = tuple(one for one in photo.carried if not of_colours(one))
     return dataclasses.replace(photo, icc_profile=undated, carried=carried), pixels

@@ -15,10 +15,10 @@ from kogao_core.base.language import Text
 from kogao_core.base.wording import system_reason
 from kogao_core.photo import formats
 from kogao_core.photo.errors import CannotWrite, RefusedOutput, UnreadablePhoto
-from kogao_core.photo.formats import FORMATS, tiff
+from kogao_core.photo.formats import FORMATS
 from kogao_core.photo.formats.colour import CONVERTED
 from kogao_core.photo.metadata import kinds
-from kogao_core.photo.metadata.tiff import compression_name
+from kogao_core.photo.metadata.tiff import LOSSLESS, compression_name
 from kogao_core.photo.model import Photo, Stamp, is_same
 from kogao_core.photo.originals import Originals, StoreFull
 from kogao_core.photo.reading import read
@@ -61,9 +61,12 @@ def check_in_place(photo: Photo) -> None:
         )
     converted = [note for note in photo.notes if note.startswith(CONVERTED)]
     number = photo.tiff_compression
-    if number is not None and number not in tiff.KEPT_COMPRESSIONS:
+    if number is not None and number not in LOSSLESS:
         name = compression_name(number)
         converted.append(Text("compressed by LZW instead of {compression}", compression=name))
+    more = dict.fromkeys(extra.name for extra in photo.extras if extra.kind in _PICTURES)
+    if more and photo.format != "JPEG":
+        converted.append(Text("without {names}", names=Text.joined(", ", more)))
     if converted:
         raise RefusedOutput(
             Text(
@@ -71,16 +74,6 @@ def check_in_place(photo: Photo) -> None:
                 "to another file with -o",
                 path=path,
                 other=converted[0],
-            )
-        )
-    more = [extra.name for extra in photo.extras if extra.kind in _PICTURES]
-    if more and photo.format != "JPEG":
-        raise RefusedOutput(
-            Text(
-                "{path} would lose what else it holds ({names}); write the result to "
-                "another file with -o",
-                path=path,
-                names=", ".join(dict.fromkeys(more)),
             )
         )
 

@@ -108,9 +108,7 @@ class Originals:
         place = _real(path)
         present, new = _hash_of(place), _sha256(result)
         own = (one for one in self.all() if (one.photo, one.original) == (place, present))
-        known = self._found(place, present) or next(
-            (one for one in own if one.file.is_file()), None
-        )
+        known = self.find(path) or next((one for one in own if one.file.is_file()), None)
         if known and known.photo == place:
             results = (*known.results, new)[-_MAX_RESULTS:]
             _write_record(replace(known, version=version, results=results))
@@ -141,10 +139,7 @@ class Originals:
     def find(self, path: Path) -> StoredOriginal | None:
         """Return the original of the result at `path`. None: no original or several match."""
         place = _real(path)
-        return self._found(place, _hash_of(place))
-
-    def _found(self, place: Path, present: str) -> StoredOriginal | None:
-        fits = sorted(self._certain(place, present), key=lambda one: one.photo != place)
+        fits = sorted(self._certain(place, _hash_of(place)), key=lambda one: one.photo != place)
         return next((one for one in fits if one.file.is_file()), None)
 
     def all(self) -> list[StoredOriginal]:
@@ -163,10 +158,7 @@ class Originals:
         Match by path, by file identity or by the hash of a result.
         """
         place = _real(path)
-        return self._possible(place, _hash_of(place))
-
-    def _possible(self, place: Path, present: str) -> list[StoredOriginal]:
-        every, identity = self.all(), _identity(place)
+        present, every, identity = _hash_of(place), self.all(), _identity(place)
         own = [
             one
             for one in every
@@ -185,7 +177,7 @@ class Originals:
         """
         place = _real(path)
         present = _hash_of(place)
-        listed = self._possible(place, present)
+        listed = self.of(path)
         if number is not None and number > len(listed):
             raise NoOriginal(
                 Text("there is no original {number} of {path}; kogao-cli originals lists {count}",

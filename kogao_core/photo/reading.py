@@ -74,26 +74,19 @@ def read(
     no-such.jpg doesn't exist; check the name and the folder
     """
     path = Path(path)
-    try:
-        return _read(path, max_megapixels, bits)
-    except UnreadablePhoto as error:
-        raise UnreadablePhoto(Text.joined(" ", [str(path), str(error)])) from error.__cause__
-
-
-def _read(path: Path, max_megapixels: float, bits: int) -> Photo:
-    """Read a photo. Messages of refusals lack their subject, the path."""
-    try:
+    try:  # refusals lack their subject, the path
         if (problem := _why_absent(path)) is not None:
             raise UnreadablePhoto(problem)
         with path.open("rb") as file:
             return _read_open(file, path, max_megapixels, bits)
+    except UnreadablePhoto as error:
+        why, cause = str(error), error.__cause__
     except PermissionError:
-        raise UnreadablePhoto(Text("may not be read; check its permissions")) from None
+        why, cause = Text("may not be read; check its permissions"), None
     except OSError as error:
-        reason = system_reason(error)
-        raise UnreadablePhoto(
-            Text("can't be read ({reason}); try again or copy it", reason=reason)
-        ) from error
+        reason, cause = system_reason(error), error
+        why = Text("can't be read ({reason}); try again or copy it", reason=reason)
+    raise UnreadablePhoto(Text.joined(" ", [str(path), why])) from cause
 
 
 def _why_absent(path: Path) -> Text | None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import errno
 import io
 import os
 import shutil
@@ -155,19 +154,12 @@ def write(
         atomic_write(pieces, path, lambda: check_output(path, force=force))
         return note
     except OSError as error:
-        reason = system_reason(error)
-        too_long = error.errno == errno.ENAMETOOLONG
-        remedy = (
-            Text("choose a shorter name")
-            if too_long
-            else Text("choose another folder or make room")
-        )
         raise CannotWrite(
             Text(
-                "{path} can't be written ({reason}); {remedy}",
+                "{path} can't be written ({reason}); make room, or choose another folder or a "
+                "shorter name",
                 path=path,
-                reason=reason,
-                remedy=remedy,
+                reason=system_reason(error),
             )
         ) from error
 
@@ -274,21 +266,19 @@ def _worth_knowing(
     }
     extras = [*photo.extras, *(Extra(kind) for kind, block in blocks.items() if block)]
     along = {one.kind for one in photo.companions}
-    grey = ""
-    if photo.icc_profile and form.becomes_colour(pixels):
-        grey = Text("grey became RGB, without its colour profile")
-    spread = _spread(photo, pixels)
-    lost, lacks = form.not_kept(photo, extras, along, is_export=is_export), ""
-    if photo.exif and not form.holds_exif(photo.exif):
-        lacks = Text(
-            "the EXIF block is damaged, and {format} can't hold it as it is: it is left out",
-            format=form.title,
-        )
-    film = ""
+    notes = [*photo.notes, form.not_kept(photo, extras, along, is_export=is_export)]
     if kinds.VIDEO in along:
-        film = Text("the motion photo's video still shows the face as it was")
-    notes = [*photo.notes, lost, film, lacks, grey, spread, kept]
-    return Text.joined("; ", notes)
+        notes.append(Text("the motion photo's video still shows the face as it was"))
+    if photo.exif and not form.holds_exif(photo.exif):
+        notes.append(
+            Text(
+                "the EXIF block is damaged, and {format} can't hold it as it is: it is left out",
+                format=form.title,
+            )
+        )
+    if photo.icc_profile and form.becomes_colour(pixels):
+        notes.append(Text("grey became RGB, without its colour profile"))
+    return Text.joined("; ", [*notes, _spread(photo, pixels), kept])
 
 
 def _spread(photo: Photo, pixels: Image) -> str:
@@ -324,11 +314,11 @@ def encode(
         raise ValueError(f"{form.title} is read only")
     carried = photo.carried if form.name == photo.format else ()
     if photo.jpeg is None:  # the colours were converted
-        carried = tuple(one for one in carried if not jpeg_extras.is_profile(one))
+        carried = tuple(one for one in carried if not jpeg_extras.is_colour(one))
     along = {one.kind: len(one.data) for one in photo.companions}
     if kinds.GAIN_MAP not in along:
-        carried = tuple(one for one in carried if not jpeg_extras.tells_gain_map(one))
-    is_extended = any(map(jpeg_extras.is_extension, carried))
+        carried = tuple(one for one in carried if jpeg_extras.kind_of(one) is not kinds.GAIN_MAP)
+    is_extended = any(jpeg_extras.kind_of(one) is kinds.XMP_EXTENSION for one in carried)
     turns = form.turns(photo, is_export=quality is not None)
     small = partial(_small, pixels, 1 if turns else photo.orientation)
     if photo.orientation != 1 and not turns:

@@ -44,37 +44,6 @@ def test_what_is_no_value_is_forgotten_once_one_is_typed(opened, panel, value):
     assert opened.say() == ""
 
 
-def test_modes_that_could_not_be_compared_are_said_where_they_lie_side_by_side(opened, monkeypatch):
-    def fail(*_, **__):
-        raise MemoryError
-
-    with monkeypatch.context() as broken:
-        broken.setattr("kogao_app.features.both.faces_compared", fail)
-        opened.window.actions_by_name["workspace-compare"].trigger()
-        opened.settle()
-    assert "can't be compared" in opened.say()
-    opened.window.actions_by_name["workspace-retouch"].trigger()
-    assert opened.say() == ""
-    opened.window.actions_by_name["workspace-compare"].trigger()
-    opened.settle()
-    assert opened.say() == ""
-
-
-def test_a_background_that_could_not_be_measured_is_said_while_it_is_wanted(opened, monkeypatch):
-    def fail(*_, **__):
-        raise MemoryError
-
-    monkeypatch.setattr("kogao_app.features.overlays.look", fail)
-    opened.key(KEYS.Key_S)
-    opened.settle()
-    assert "can't be measured" in opened.say()
-    opened.change_something()
-    opened.settle()
-    assert "can't be measured" in opened.say(), "it has been tried again"
-    opened.key(KEYS.Key_S)
-    assert opened.say() == ""
-
-
 @pytest.mark.parametrize("folder", ["no such folder", "empty"])
 def test_every_message_about_a_photo_ends_with_the_next_photo(opened, tmp_path, folder):
     """No message of one photo stays over another photo."""

@@ -107,7 +107,7 @@ def test_a_picture_replaces_only_files(source, photo, tmp_path, device, capsys):
     link = tmp_path / "window.png"
     link.symlink_to(device)
     assert run(source, photo, "--screenshot", link) == 3
-    assert "it is a device, not a file" in capsys.readouterr().err
+    assert "it is a folder, pipe or device" in capsys.readouterr().err
     assert device.is_char_device()
 
 

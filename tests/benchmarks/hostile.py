@@ -64,11 +64,10 @@ def seeds() -> dict[str, bytes]:
     found["16-bit png"] = cv2.imencode(".png", deep)[1].tobytes()
     for suffix, make in files.MAKERS.items():
         found[f"{suffix[1:]} with all metadata"] = make(picture, 6)
-    rare = {"photometric": "rgb", "planarconfig": "separate", "compression": "zlib"}
-    for name, big in (("planes", False), ("big planes", True)):
-        with io.BytesIO() as out:
-            tifffile.imwrite(out, np.moveaxis(deep, 2, 0), bigtiff=big, **rare)
-            found[f"{name} tiff"] = out.getvalue()
+    rare = {"photometric": "rgb", "tile": (16, 16), "compression": "zlib"}
+    with io.BytesIO() as out:
+        tifffile.imwrite(out, deep, **rare)
+        found["tiled tiff"] = out.getvalue()
     narrow = [cv2.IMWRITE_JPEG_SAMPLING_FACTOR, cv2.IMWRITE_JPEG_SAMPLING_FACTOR_411]
     found["4:1:1"] = cv2.imencode(".jpg", picture, narrow)[1].tobytes()
     found["hdr"], found["motion"] = metadata_cases.ultra_hdr(), metadata_cases.motion_photo()

@@ -45,7 +45,7 @@ def test_only_files_are_replaced(tmp_path, device):
 
 
 def test_what_comes_in_the_way_at_the_last_moment_stays(tmp_path):
-    with pytest.raises(NotAFile, match="a pipe"):
+    with pytest.raises(NotAFile, match="pipe or device"):
         atomic_write(b"data", tmp_path / "file", lambda: os.mkfifo(tmp_path / "file"))
     assert [path.is_fifo() for path in tmp_path.iterdir()] == [True]
 
@@ -55,12 +55,6 @@ def test_a_link_to_nothing_leads_to_the_new_file(tmp_path):
     atomic_write(b"data", tmp_path / "link")
     assert (tmp_path / "link").is_symlink()
     assert (tmp_path / "file").read_bytes() == b"data"
-
-
-def test_a_name_may_be_as_long_as_the_file_system_takes(tmp_path):
-    path = tmp_path / ("x" * 251 + ".jpg")
-    atomic_write(b"data", path)
-    assert list(tmp_path.iterdir()) == [path]
 
 
 def test_a_file_keeps_its_owner_attributes_and_permissions(tmp_path):

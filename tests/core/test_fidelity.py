@@ -106,7 +106,8 @@ def assert_metadata(path, source_suffix, profile=files.SRGB, orientation=1):
 def test_round_trip(tmp_path, suffix, bits, channels, orientation):
     pixels = upright(bits, channels)
     path = tmp_path / f"in{suffix}"
-    path.write_bytes(files.MAKERS[suffix](stored_for(pixels, orientation), orientation))
+    order = {"order": "<>"[orientation % 2]} if suffix in (".jpg", ".tif") else {}
+    path.write_bytes(files.MAKERS[suffix](stored_for(pixels, orientation), orientation, **order))
     before = path.read_bytes()
     source = photo.read(path)
     assert (source.bits, source.orientation) == (bits, orientation)
@@ -139,41 +140,11 @@ def test_round_trip(tmp_path, suffix, bits, channels, orientation):
     assert path.read_bytes() == before
 
 
-@pytest.mark.parametrize("suffix", WITH_EXIF)
-def test_metadata_of_a_jpeg_with_the_high_byte_first(tmp_path, suffix):
-    (tmp_path / "in.jpg").write_bytes(files.jpeg(upright(8, 3), order=">"))
-    source = photo.read(tmp_path / "in.jpg")
-    photo.write(source, source.pixels // 2, tmp_path / f"out{suffix}")
-    assert_metadata(tmp_path / f"out{suffix}", ".jpg")
-
-
-def test_metadata_of_a_tiff_with_the_high_byte_first(tmp_path):
-    pixels = upright(16, 3)
-    (tmp_path / "in.tif").write_bytes(files.tiff(pixels, 1, ">"))
-    source = photo.read(tmp_path / "in.tif")
-    np.testing.assert_array_equal(source.pixels, pixels)
-    photo.write(source, pixels // 2, tmp_path / "out.tif")
-    np.testing.assert_array_equal(assert_metadata(tmp_path / "out.tif", ".tif").pixels, pixels // 2)
-
-
 def rewritten(tmp_path, name, data):
     (tmp_path / f"in{name}").write_bytes(data)
     source = photo.read(tmp_path / f"in{name}")
     said = photo.write(source, source.pixels // 2, tmp_path / f"out{name}")
     return said, (tmp_path / f"out{name}").read_bytes()
-
-
-def test_a_jpeg_keeps_comments_and_foreign_segments_but_no_pictures(tmp_path):
-    said, written = rewritten(tmp_path, ".jpg", files.jpeg(upright(8, 3)))
-    assert said.startswith("not kept: a maker's segment with a preview (APP4); 0.0 %")
-    for kept in (b"a remark", b"something of the maker's", b"5" * 32 + b"the rest"):
-        assert written.count(kept) == 1
-    assert b"preview" not in written
-    assert written.count(b"Photoshop 3.0\0") == 1
-    with Image.open(io.BytesIO(written)) as seen:
-        seen.load()
-        assert seen.info["photoshop"][0x0404] == files.IPTC
-        assert seen.info["comment"] == b"a remark"
 
 
 def test_photoshop_resources_longer_than_a_segment_are_kept(tmp_path):
@@ -264,11 +235,7 @@ def test_other_colour_models_are_converted_with_a_word(tmp_path, mode):
 
 def test_deep_grey_with_alpha_keeps_its_depth(tmp_path):
     deep = upright(16, 4)
-    rows = b"".join(b"\0" + row.astype(">u2").tobytes() for row in deep[..., [0, 3]])
-    data = files.png(np.zeros((1, 1), np.uint8))
-    header = files.chunk(b"IHDR", struct.pack(">IIBBBBB", WIDTH, HEIGHT, 16, 4, 0, 0, 0))
-    body = files.chunk(b"IDAT", zlib.compress(rows)) + files.chunk(b"IEND", b"")
-    (tmp_path / "in.png").write_bytes(data[:8] + header + body)
+    (tmp_path / "in.png").write_bytes(grey_png(deep[..., 0], 16, alpha=deep[..., 3]))
     source = photo.read(tmp_path / "in.png")
     assert source.bits == 16
     photo.write(source, source.pixels // 2, tmp_path / "out.png")
@@ -341,14 +308,6 @@ def test_premultiplied_alpha_becomes_straight_with_a_word(tmp_path):
     assert source.notes == ("converted from premultiplied to straight alpha",)
     with pytest.raises(photo.RefusedOutput, match="wouldn't come back as it is"):
         photo.check_in_place(source)
-
-
-def test_compressed_ycbcr_is_converted_with_a_word(tmp_path):
-    picture = Image.fromarray(upright(8, 3))
-    picture.convert("YCbCr").save(tmp_path / "in.tif", compression="tiff_deflate")
-    source = photo.read(tmp_path / "in.tif")
-    np.testing.assert_allclose(source.pixels, np.asarray(picture), atol=4)
-    assert source.notes == ("converted from YCbCr to RGB",)
 
 
 @pytest.mark.parametrize("kind", [0, 1])

@@ -91,6 +91,7 @@ def read(names, *options):
     command = [sys.executable, *options, "-c", textwrap.dedent(READING)]
     given = json.dumps(names)
     done = subprocess.run(command, input=given, capture_output=True, text=True, check=True)
+    assert options or done.stderr == "", "decoders are not heard"
     return json.loads(done.stdout)
 
 

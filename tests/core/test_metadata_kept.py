@@ -1,5 +1,6 @@
 """Nothing beside the picture is dropped in silence: kept, or named, and no word of it left."""
 
+import dataclasses
 import io
 import struct
 import zlib
@@ -281,6 +282,14 @@ def test_records_stay_at_the_end_of_a_jpeg_and_are_named_where_they_cannot(tmp_p
     assert both in photo.write(tiff, tiff.pixels // 2, tmp_path / "tif.jpg")
 
 
+def test_a_copy_of_the_packet_among_photoshops_resources_is_no_loss(tmp_path):
+    packet = metadata_cases.packet()
+    resource = b"8BIM\x04\x24\0\0" + struct.pack(">I", len(packet)) + packet
+    segment = files.segment(0xED, b"Photoshop 3.0\0" + resource)
+    data = metadata_cases.jpeg(segment, xmp=packet)
+    assert "not kept" not in changed(tmp_path, "in.jpg", data, "out.jpg")[0]
+
+
 def test_tags_keep_their_types_and_numbers(tmp_path):
     told = {40000: (2, b"caf\xe9\0"), 40001: (3, (1, 2, 65535)), 40002: (5, (1, 3, 7, 2)),
             40003: (12, (0.1, -2.5)), 40004: (8, (-5, 5)), 40005: (11, (0.5,))}  # fmt: skip
@@ -291,30 +300,62 @@ def test_tags_keep_their_types_and_numbers(tmp_path):
     }
 
 
-def test_page_number_fill_order_and_orientation_stay_in_a_tiff(tmp_path):
-    told = {266: (3, 1), 274: (3, 1), 297: (3, (0, 2))}
-    said, _, _ = changed(tmp_path, "in.tif", metadata_cases.tiff(told), "out.tif")
+# A page, halftones, bit order, orientation, resolution (of squares, in cm), number of the page.
+OF_FILE = {254: (4, 2), 263: (3, 1), 266: (3, 1), 274: (3, 1), 282: (5, (118, 3)),
+           283: (5, (118, 3)), 296: (3, 3), 297: (3, (0, 2))}  # fmt: skip
+
+
+@pytest.mark.parametrize("unit", [1, 3])
+@pytest.mark.parametrize("photometric", ["RGB", "palette"])
+def test_tags_of_the_file_stay_in_a_tiff(tmp_path, photometric, unit):
+    told = OF_FILE | {296: (3, unit)}
+    data = metadata_cases.tiff(told)
+    if photometric == "palette":
+        palette = Image.fromarray(metadata_cases.pixels()).quantize(16)
+        info = {tag: value for tag, (_, value) in told.items()} | {282: 118 / 3, 283: 118 / 3}
+        data = files.saved(palette, "TIFF", tiffinfo=info)
+    said, _, _ = changed(tmp_path, "in.tif", data, "out.tif")
+    with Image.open(tmp_path / "in.tif") as before, Image.open(tmp_path / "out.tif") as after:
+        assert [after.tag_v2[tag] for tag in told] == [before.tag_v2[tag] for tag in told]
+    assert "not kept" not in said
+    said, _, _ = changed(tmp_path, "in.tif", data, "out.jpg")
+    assert "not kept: TIFF tags 297" in said
+
+
+@pytest.mark.parametrize(("told", "said"), [
+    ({266: (3, 2)}, "the bits of each byte are stored in the usual order (FillOrder 1)"),
+    ({280: (3, 0), 281: (3, 255)}, "not kept: TIFF tags 280 281"),
+])  # fmt: skip
+def test_tags_of_the_old_pixels_are_named(tmp_path, told, said):
+    assert changed(tmp_path, "in.tif", metadata_cases.tiff(told), "out.tif")[0] == said
     with Image.open(tmp_path / "out.tif") as seen:
-        assert [seen.tag_v2[tag] for tag in told] == [1, 1, (0, 2)]
+        assert not told.keys() & seen.tag_v2.keys()
+
+
+@pytest.mark.parametrize("told", [(1, 1, 0), (3, 3, 0), (0, 0, 1)])
+def test_square_pixels_without_a_unit_stay_in_a_png(tmp_path, told):
+    body = struct.pack(">IIB", *told)
+    _, png, _ = changed(tmp_path, "in.png", metadata_cases.png((b"pHYs", body)), "out.png")
+    assert (png.count(b"pHYs"), chunk_of_png(png, b"pHYs")) == (1, body)
+
+
+@pytest.mark.parametrize(("mode", "transform"), [("RGB", 1), ("RGB", 2), ("L", 0), ("L", 1)])
+def test_adobes_colour_coding_stays(tmp_path, mode, transform):
+    adobe = files.segment(0xEE, b"Adobe\0\x64\x40\0\0\0" + bytes([transform]))
+    data = files.saved(Image.fromarray(metadata_cases.pixels()).convert(mode), "JPEG")
+    data = data[:20] + adobe + data[20:]
+    said, written, source = changed(tmp_path, "in.jpg", data, "out.jpg")
+    assert (written.count(adobe), "not kept" in said) == (1, False)
+    said, written, _ = changed(tmp_path, "in.jpg", data, "out.png")
     assert said == ""
-    said, _, _ = changed(tmp_path, "in.tif", metadata_cases.tiff(told), "out.jpg")
-    assert said == "not kept: TIFF tags 297"
+    if mode == "RGB":
+        source = dataclasses.replace(source, icc_profile=files.SRGB)
+        in_srgb, pixels = Export(srgb=True).applied(source, source.pixels)
+        photo.write(in_srgb, pixels, tmp_path / "srgb.jpg", quality=90)
+        assert adobe not in (tmp_path / "srgb.jpg").read_bytes(), "the colours are coded anew"
 
 
-def test_another_order_of_bits_is_named(tmp_path):
-    told = {266: (3, 2)}
-    said, _, _ = changed(tmp_path, "in.tif", metadata_cases.tiff(told), "out.tif")
-    assert said == "the bits of each byte are stored in the usual order (FillOrder 1)"
-    with Image.open(tmp_path / "out.tif") as seen:
-        assert 266 not in seen.tag_v2
-
-
-def test_adobes_colour_coding_stays_or_is_named(tmp_path):
-    ycc = files.segment(0xEE, b"Adobe\0\x64\x40\0\0\0\1")
-    said, written, _ = changed(tmp_path, "in.jpg", metadata_cases.jpeg(ycc), "out.jpg")
-    assert (written.count(ycc), "not kept" in said) == (1, False)
-    said, written, _ = changed(tmp_path, "in.jpg", metadata_cases.jpeg(ycc), "out.png")
-    assert said == ""
+def test_adobes_colour_coding_of_inks_is_named(tmp_path):
     inks = files.saved(Image.fromarray(metadata_cases.pixels()).convert("CMYK"), "JPEG")
     assert b"Adobe\0" in inks
     for suffix in (".jpg", ".png"):

@@ -64,7 +64,7 @@ def test_every_other_byte_of_a_sidecar_stays(photo):
     sidecar = photo.with_name("portrait.jpg.xmp")
     sidecar.write_bytes(ATTRIBUTES)
     rate(photo, stars=5)
-    assert sidecar.read_bytes() == ATTRIBUTES.replace(b"'2'", b'"5"')
+    assert sidecar.read_bytes() == ATTRIBUTES.replace(b"'2'", b"'5'")
 
 
 @pytest.mark.parametrize("there", [None, EMPTY, b"<rdf:RDF " + RDF + b"/>"])

@@ -44,12 +44,9 @@ def change(data: bytes, rng: np.random.Generator) -> bytes:
 
 
 def _encoded(text: str, rng: np.random.Generator) -> bytes:
-    coding = ("utf-8-sig", "utf-16", "utf-32", "cp1252", "nl", "cr")[rng.integers(6)]
-    if coding == "nl":
-        return text.replace("\n", "\r\n").encode()
-    if coding == "cr":
-        return text.replace("\n", "\r").encode()
-    return text.encode(coding, "replace")
+    ends = ("\n", "\r\n", "\r")[rng.integers(3)]
+    coding = ("utf-8", "utf-8-sig", "utf-16", "utf-32", "cp1252")[rng.integers(5)]
+    return text.replace("\n", ends).encode(coding, "replace")
 
 
 def _changed_lines(text: str, rng: np.random.Generator) -> str | None:

@@ -1,4 +1,4 @@
-"""Cases through a program in watched processes, and counts of what they came to."""
+"""Cases through kogao-cli, each in a process of its own, and counts of what they came to."""
 
 from __future__ import annotations
 
@@ -9,25 +9,27 @@ import fnmatch
 import json
 import os
 import re
-import select
 import shutil
-import signal
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from damaging import child
-
 LONGEST_SECONDS = 20.0
 MOST_BYTES = 2 << 30
 LONGEST_SENTENCE = 700  # letters
 _PATIENCE = 1.5  # of the longest time, before a process is ended
+SAID, COMPLAINTS, WORK, TEMPORARY = "said", "complaints", "work", "tmp"
+# More memory is a MemoryError, not a dead machine.
+_RUN = "import resource; resource.setrlimit(resource.RLIMIT_AS, (3 << 30, 3 << 30)); "
+_RUN += "from kogao_core.cli import main; main()"
 _PROGRAM = "kogao-cli: "
 _DIGITS = re.compile(r"\d+")
 _WORDS = {0: "done", 2: "refused (2)", 3: "unreadable (3)", 4: "no face (4)", 5: "in part (5)"}
@@ -67,6 +69,15 @@ class Trial:
     lines: tuple[str, ...] = (_PROGRAM,)
 
 
+@dataclass(frozen=True)
+class Reply:
+    """What a process took, and how it ended: a negative code is a signal."""
+
+    code: int
+    seconds: float
+    peak_bytes: int
+
+
 @dataclass
 class Counts:
     """How often each kind of case came to what, and what went wrong."""
@@ -76,14 +87,14 @@ class Counts:
     slowest_seconds: float = 0.0
     most_bytes: int = 0
 
-    def add(self, kind: str, verdict: str, reply: dict[str, Any]) -> None:
+    def add(self, kind: str, verdict: str, reply: Reply) -> None:
         """Count one."""
         fine = verdict in _WORDS.values()
         self.kinds[kind, verdict if fine else "wrong"] += 1
         if not fine:
             self.wrong[f"{kind}: {verdict}"] += 1
-        self.slowest_seconds = max(self.slowest_seconds, reply["seconds"])
-        self.most_bytes = max(self.most_bytes, reply["peak_bytes"])
+        self.slowest_seconds = max(self.slowest_seconds, reply.seconds)
+        self.most_bytes = max(self.most_bytes, reply.peak_bytes)
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain JSON values."""
@@ -99,74 +110,45 @@ class Counts:
         }
 
 
-class Child:
-    """A process that runs a program's `main`; a new one takes the place of one that has died."""
-
-    def __init__(self) -> None:
-        self._process: subprocess.Popen[str] | None = None
-
-    def ask(self, arguments: list[str], folder: Path) -> dict[str, Any]:
-        """Run a command; return what came of it."""
-        if self._process is None:
-            self._process = subprocess.Popen(
-                [sys.executable, child.__file__],
-                stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
-                env={**os.environ, "PYTHONPATH": str(Path(__file__).parents[1])},
-            )  # fmt: skip
-        process = self._process
-        asked = {"arguments": arguments, "folder": str(folder)}
-        process.stdin.write(json.dumps(asked) + "\n")
-        process.stdin.flush()
-        patience = _PATIENCE * LONGEST_SECONDS
-        if not select.select([process.stdout], [], [], patience)[0]:
-            self.end()
-            return {"seconds": patience, "peak_bytes": 0, "died": ""}
-        line = process.stdout.readline()
-        if line:
-            return json.loads(line)
-        self._process = None
-        name = signal.Signals(-process.wait()).name if process.wait() < 0 else process.wait()
-        return {"seconds": 0.0, "peak_bytes": 0, "died": f"died of {name}"}
-
-    def end(self) -> None:
-        """End the process."""
-        if self._process is not None:
-            self._process.kill()
-            self._process.communicate()
-            self._process = None
-
-
-def tried(trial: Trial, runner: Child, folder: Path) -> tuple[str, dict[str, Any]]:
-    """Run a case in a new folder; return the verdict and what the process said of itself."""
-    for name in (child.WORK, child.TEMPORARY):
+def tried(trial: Trial, folder: Path) -> tuple[str, Reply]:
+    """Run a case in a new folder and process; return the verdict and what the process took."""
+    for name in (WORK, TEMPORARY):
         (folder / name).mkdir(parents=True)
     for name, data in trial.files.items():
-        place = folder / child.WORK / name
+        place = folder / WORK / name
         place.parent.mkdir(parents=True, exist_ok=True)
         place.write_bytes(data)
-    reply = runner.ask(trial.arguments, folder)
+    places = {"TMPDIR": str(folder / TEMPORARY), "XDG_DATA_HOME": str(folder / "data")}
+    start = time.perf_counter()
+    with (folder / SAID).open("wb") as said, (folder / COMPLAINTS).open("wb") as complaints:
+        process = subprocess.Popen(
+            [sys.executable, "-c", _RUN, *trial.arguments], cwd=folder / WORK,
+            stdin=subprocess.DEVNULL, stdout=said, stderr=complaints,
+            env={**os.environ, **places},
+        )  # fmt: skip
+        clock = threading.Timer(_PATIENCE * LONGEST_SECONDS, process.kill)
+        clock.start()
+        _, status, usage = os.wait4(process.pid, 0)
+        clock.cancel()
+    process.returncode = os.waitstatus_to_exitcode(status)
+    seconds = time.perf_counter() - start
+    reply = Reply(process.returncode, seconds, 1024 * usage.ru_maxrss)
     return _verdict(trial, reply, folder), reply
 
 
-def _verdict(trial: Trial, reply: dict[str, Any], folder: Path) -> str:
-    if reply["seconds"] > LONGEST_SECONDS:
+def _verdict(trial: Trial, reply: Reply, folder: Path) -> str:
+    if reply.seconds > LONGEST_SECONDS:
         return f"more than {LONGEST_SECONDS:g} s"
-    if "died" in reply:
-        return reply["died"]
-    if reply["raised"]:
-        return f"raised {reply['raised']}"
-    if reply["peak_bytes"] > MOST_BYTES:
+    if reply.peak_bytes > MOST_BYTES:
         return f"more than {MOST_BYTES >> 30} GiB"
-    if reply["code"] not in trial.codes:
-        return f"undocumented exit code {reply['code']}"
+    if reply.code not in trial.codes:
+        return f"undocumented exit code {reply.code}"
     said, complaints = (
         (folder / name).read_text(encoding="utf-8", errors="backslashreplace")
-        for name in (child.SAID, child.COMPLAINTS)
+        for name in (SAID, COMPLAINTS)
     )
-    ill = _ill_said(trial, reply["code"], said, complaints) or _ill_left(
-        trial, reply["code"], folder
-    )
-    return ill or _WORDS[reply["code"]]
+    ill = _ill_said(trial, reply.code, said, complaints) or _ill_left(trial, reply.code, folder)
+    return ill or _WORDS[reply.code]
 
 
 def _ill_said(trial: Trial, code: int, said: str, complaints: str) -> str:
@@ -190,11 +172,11 @@ def _ill_said(trial: Trial, code: int, said: str, complaints: str) -> str:
 
 
 def _ill_left(trial: Trial, code: int, folder: Path) -> str:
-    place = folder / child.WORK
+    place = folder / WORK
     left = {path.relative_to(place).as_posix() for path in place.rglob("*") if path.is_file()}
     fine = (*trial.own, *(trial.outputs if code in (0, 5) else ()))
     more = sorted(name for name in left - set(trial.files) if not _among(name, fine))
-    if more or any((folder / child.TEMPORARY).iterdir()):
+    if more or any((folder / TEMPORARY).iterdir()):
         return f"left behind: {Path(more[0]).suffix if more else 'in the temporary folder'}"
     for name, data in trial.files.items():
         if _among(name, (*trial.own, *trial.outputs)):
@@ -215,42 +197,23 @@ def run(make: Callable[[np.random.Generator], Trial], options: argparse.Namespac
     keep: Path = options.keep or Path(tempfile.mkdtemp(prefix="hostile-"))
     keep.mkdir(parents=True, exist_ok=True)
 
-    def work(numbers: Iterable[int]) -> None:
-        runner = Child()
-        for number in numbers:
-            trial = make(np.random.default_rng([options.seed, number]))
-            folder = keep / f"{number} {trial.kind}"
-            verdict, reply = tried(trial, runner, folder)
-            if verdict not in _WORDS.values():
-                verdict, reply = _again(trial, runner, folder, verdict)
-            counts.add(trial.kind, verdict, reply)
-            if verdict in _WORDS.values():
-                shutil.rmtree(folder)
-            else:
-                note = {"verdict": verdict, "arguments": trial.arguments, **reply}
-                (folder / "verdict.json").write_text(json.dumps(note, indent=1), encoding="utf-8")
-        runner.end()
+    def work(number: int) -> None:
+        trial = make(np.random.default_rng([options.seed, number]))
+        folder = keep / f"{number} {trial.kind}"
+        verdict, reply = tried(trial, folder)
+        counts.add(trial.kind, verdict, reply)
+        if verdict in _WORDS.values():
+            shutil.rmtree(folder)
+        else:
+            note = {"verdict": verdict, "arguments": trial.arguments, **asdict(reply)}
+            (folder / "verdict.json").write_text(json.dumps(note, indent=1), encoding="utf-8")
 
+    make(np.random.default_rng(options.seed))  # encoders of the sound files dislike threads
     with concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:
-        shares = [range(job, options.inputs, options.jobs) for job in range(options.jobs)]
-        list(pool.map(work, shares))
+        list(pool.map(work, range(options.inputs)))
     if not any(keep.iterdir()):
         keep.rmdir()
     return counts
-
-
-def _again(trial: Trial, runner: Child, folder: Path, first: str) -> tuple[str, dict[str, Any]]:
-    """Try a case that went wrong once more in a process of its own: the last ones may be at fault.
-
-    Time is another matter: where the machine was busy, the second verdict counts.
-    """
-    shutil.rmtree(folder)
-    runner.end()
-    verdict, reply = tried(trial, runner, folder)
-    runner.end()
-    if verdict in _WORDS.values() and not first.startswith("more than"):
-        verdict = f"not alone: {first}"
-    return verdict, reply
 
 
 def options(about: str, inputs: int) -> argparse.ArgumentParser:

@@ -530,8 +530,8 @@ def test_only_files_are_replaced(fails, small_portrait, tmp_path):
         ("report.html", "experiment", "domains", photo, "--html", tmp_path / "report.html"),
     ):
         os.mkfifo(tmp_path / name)
-        fails(2, "can't be replaced: it is a pipe", *command)
-        fails(2, "can't be replaced: it is a pipe", *command, "--force")
+        fails(2, "can't be replaced: it is a folder, pipe or device", *command)
+        fails(2, "can't be replaced: it is a folder, pipe or device", *command, "--force")
         (tmp_path / name).unlink()
     os.mkfifo(tmp_path / "batch.jsonl")
     words = "report .*can't be written .it is a"

@@ -193,8 +193,8 @@ def two_pages(picture):
 
 
 REFUSED = [
-    ("pages.tif", two_pages, r"would lose what else it holds \(further pictures\)"),
-    ("moving.png", lambda _: metadata_cases.animated("PNG"), "would lose what else"),
+    ("pages.tif", two_pages, "wouldn't come back as it is, but without further pictures"),
+    ("moving.png", lambda _: metadata_cases.animated("PNG"), "but without further pictures"),
     (
         "cmyk.jpg",
         lambda one: files.saved(one.convert("CMYK"), "JPEG"),
@@ -214,7 +214,7 @@ REFUSED = [
     (
         "preview.tif",
         lambda one: files.saved(one, "TIFF", compression="jpeg"),
-        "but compressed by LZW instead of JPEG",
+        "but compressed by LZW instead of jpeg",
     ),
     (
         "really.jpg",

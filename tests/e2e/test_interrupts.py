@@ -86,15 +86,6 @@ def test_a_figure_that_cant_be_measured_is_a_warning(warns, small_portrait, tmp_
     photo.read(tmp_path / "out.jpg")
 
 
-def test_pixels_are_counted_for_figures_alone(cli, small_portrait, tmp_path, monkeypatch):
-    monkeypatch.setattr("kogao_core.pipeline.pixel_counts", Mock(side_effect=MemoryError))
-    codes = [
-        cli("warp", small_portrait, "-o", tmp_path / f"{len(more)}.jpg", *more)[0]
-        for more in ([], ["-v"], ["--json", "-"])
-    ]
-    assert codes == [0, 70, 70]
-
-
 def test_numbers_that_stand_for_no_data_leave_lines_measured(cli, small_portrait, tmp_path):
     """As in masks and maps: the lowest float, infinity, none."""
     pixels = cv2.imread(str(small_portrait)).astype(np.float32) / 255.0

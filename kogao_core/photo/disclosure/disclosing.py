@@ -116,8 +116,7 @@ def _added(packet: bytes, what: str, when: datetime) -> bytes:
         edits[span] = _CAPTURE.sub(_EDITED.encode(), packet[slice(*span)])
     event = _event(what, when)
     if (span := spans.get(_HISTORY_LIST)) is not None:
-        start, end, content = xmp.appended(packet, span, event)
-        edits[start, end] = content
+        edits |= xmp.appended(packet, span, event)
     elif _HISTORY in spans:
         raise xmp.BadXmp(Text("its history is of an unknown form"))
     else:
@@ -127,9 +126,7 @@ def _added(packet: bytes, what: str, when: datetime) -> bytes:
         abouts = (packet[slice(*value)] for value in values if value and value[0] < value[1])
         about = _quoted(html.unescape(next(abouts, b"").decode()))
         attributes = f'xmlns:xmpMM="{_MEDIA}" xmlns:Iptc4xmpExt="{_IPTC}" rdf:about={about}'
-        rest = f"{attributes}>{new}</rdf:Description>"
-        start, end, content = xmp.described(packet, parts, rest)
-        edits[start, end] = content
+        edits |= xmp.described(packet, parts, f"{attributes}>{new}</rdf:Description>")
     return xmp.replaced(packet, edits)
 
 

@@ -19,7 +19,6 @@ from kogao_core.photo.formats.png import PNG
 from kogao_core.photo.formats.raw import RAW
 from kogao_core.photo.formats.tiff import TIFF
 from kogao_core.photo.formats.webp import WEBP
-from kogao_core.photo.model import channels_of
 
 # In the order of sentences and documents.
 ALL: Final = (JPEG, PNG, TIFF, WEBP, AVIF, HEIF, RAW)
@@ -47,15 +46,5 @@ def either(words: list[str]) -> Text:
 
 def exact_endings(pixels: Image, without: FileFormat) -> str:
     """Return the extensions of other lossless formats for these pixels, as a choice."""
-    depth, has_alpha = pixels.dtype.name, channels_of(pixels) in (2, 4)
-    return either(
-        [
-            form.suffixes[0]
-            for form in WRITTEN
-            if form is not without
-            and form.is_lossless
-            and depth in form.layouts
-            and (form.holds_alpha(depth) or not has_alpha)
-            and max(pixels.shape[:2]) <= (form.longest_side_px or max(pixels.shape[:2]))
-        ]
-    )
+    lossless = (form for form in WRITTEN if form.is_lossless and form is not without)
+    return either([one.suffixes[0] for one in lossless if pixels.dtype.name in one.layouts])

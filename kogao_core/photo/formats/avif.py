@@ -13,7 +13,7 @@ from PIL import features
 from kogao_core.base.atomic import Chunks
 from kogao_core.base.language import Text
 from kogao_core.photo.errors import UnreadablePhoto
-from kogao_core.photo.formats import colour, common, heif
+from kogao_core.photo.formats import common, heif
 from kogao_core.photo.formats.base import BLOCKS, Content, FileFormat, Source
 from kogao_core.photo.metadata import upright
 from kogao_core.photo.metadata.kinds import Extra
@@ -49,7 +49,8 @@ def _decode(source: Source) -> Photo:
     notes = list(photo.notes)
     deep = max((one[1][0] & (_HIGH | _TWELVE) for one in _DEEP.finditer(data)), default=0)
     if deep:
-        notes.append(colour.narrowed(12 if deep & _TWELVE else 10))
+        bits = 12 if deep & _TWELVE else 10
+        notes.append(Text("converted from {bits} bits to 8", bits=bits))
     named = [tuple(one[k][0] for k in (1, 2)) for one in _NAMED_COLOURS.finditer(data)]
     is_srgb = all(one in known for pair in named for one, known in zip(pair, _SRGB, strict=True))
     if photo.icc_profile is None and not is_srgb:

@@ -60,11 +60,6 @@ def to_array(image: Pillow.Image, bits: int = _BITS) -> tuple[Image, bytes | Non
     )
 
 
-def narrowed(bits: int) -> Text:
-    """Return the note on a photo of so many bits, of which 8 are read."""
-    return Text("converted from {bits} bits to 8", bits=bits)
-
-
 def _scale_transparency(image: Pillow.Image, bits: int) -> None:
     """Scale the transparent grey value as Pillow scales the pixels."""
     grey = image.info.get("transparency")

@@ -160,32 +160,23 @@ def _is_rare_jpeg(file: IO[bytes]) -> bool:
 
 def _blocks(image: Pillow.Image, file: IO[bytes], channels: int) -> dict[str, Any]:
     """Return the metadata blocks of an open file, by their names in `Photo`."""
-    exif = image.info.get("exif") or _raw_profile(image, "exif")
-    if exif is not None and not exif.startswith(upright.PREFIX):
-        exif = upright.PREFIX + exif
-    xmp = image.info.get("xmp")
-    xmp = xmp.encode() if isinstance(xmp, str) else xmp
-    return {
-        "icc_profile": image.info.get("icc_profile") or None,
-        "exif": exif,
-        "xmp": xmp or None,
-        **_native(image, file, channels),
-    }
-
-
-def _native(image: Pillow.Image, file: IO[bytes], channels: int) -> dict[str, Any]:
-    """Return the format-specific metadata blocks, by their names in `Photo`."""
+    found: dict[str, Any] = {"icc_profile": image.info.get("icc_profile") or None}
     if isinstance(image, JpegImagePlugin.JpegImageFile):
-        return {
+        return found | {
             "exif": jpeg_extras.exif(file),
             "xmp": jpeg_extras.packet(file),
             "photoshop": segments.photoshop(file),
-            "carried": jpeg_extras.carried(file),
+            "carried": jpeg_extras.carried(file, is_grey=image.mode == "L"),
         }
+    exif, xmp = image.info.get("exif") or _raw_profile(image, "exif"), image.info.get("xmp")
+    found["exif"] = exif and upright.PREFIX + exif.removeprefix(upright.PREFIX)
+    found["xmp"] = (xmp.encode() if isinstance(xmp, str) else xmp) or None
     if image.format == "PNG":
-        carried = png.carried(file, channels)
-        return {"photoshop": _raw_profile(image, "iptc"), "carried": carried}
-    return {"carried": webp.carried(file)} if image.format == "WEBP" else {}
+        found["photoshop"] = _raw_profile(image, "iptc")
+        found["carried"] = png.carried(file, channels)
+    elif image.format == "WEBP":
+        found["carried"] = webp.carried(file)
+    return found
 
 
 def _raw_profile(image: Pillow.Image, name: str) -> bytes | None:

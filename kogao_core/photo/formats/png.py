@@ -14,7 +14,6 @@ from PIL import PngImagePlugin
 
 from kogao_core.base.atomic import Chunks
 from kogao_core.base.geometry import Image
-from kogao_core.base.language import Text
 from kogao_core.base.threads import default_threads, parallel_in_order
 from kogao_core.photo.formats.base import BLOCKS, OF_PRINTS, Content, FileFormat
 from kogao_core.photo.metadata import kinds, trailers
@@ -54,7 +53,8 @@ _ZLIB_HEADER: Final = b"\x78\x01"  # a window of 32 KiB, the fastest level
 def _encode(content: Content) -> Chunks:
     aspect = content.photo.aspect
     shape = () if aspect is None else (made(b"pHYs", struct.pack(">IIB", *aspect, 0)),)
-    kept = [one for one in content.carried if one[4:8] != b"iCCP"]
+    own = [b"iCCP", *((b"pHYs",) if aspect or content.blocks["dpi"] else ())]
+    kept = [one for one in content.carried if one[4:8] not in own]
     return [
         header(content.pixels),
         *shape,
@@ -121,7 +121,7 @@ def carried(file: IO[bytes], channels: int) -> tuple[bytes, ...]:
         chunk
         for name, chunk in found
         if (name != b"sRGB" or not profiled)
-        and (name in (b"sRGB", b"iCCP") or _kind(name, chunk, channels, depth) in _KEPT)
+        and (name in (b"sRGB", b"iCCP", b"pHYs") or _kind(name, chunk, channels, depth) in _KEPT)
     )
 
 
@@ -134,17 +134,13 @@ def _inside(photo: Photo, file: IO[bytes]) -> Iterator[Extra]:
     depth = _file_depth(file)
     all_of_it = list(chunks(file))
     is_srgb = any(name in (b"sRGB", b"iCCP") for name, _ in all_of_it)
-    names: dict[Kind, dict[str, None]] = {}
+    found = []
     for name, chunk in all_of_it:
         kind = _kind(name, chunk, photo.channels, depth)
         is_overruled = is_srgb and name != b"cICP"  # only cICP overrules a colour profile
-        if kind is kinds.COLOURS and (is_overruled or _says_srgb(name, chunk)):
-            continue
-        if kind is not None:
-            names.setdefault(kind, {})[name.decode("latin-1")] = None
-    for kind, members in names.items():
-        listed = Text("PNG chunks {names}", names=" ".join(members))
-        yield Extra(kind, listed if kind in (kinds.CHUNKS, kinds.UNSAFE_CHUNKS) else "")
+        if kind is not kinds.COLOURS or not (is_overruled or _says_srgb(name, chunk)):
+            found.append((kind, name.decode("latin-1")))
+    return kinds.grouped("PNG", found)
 
 
 def _end(data: bytes) -> int:

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import io
-import logging
 import os
 from collections.abc import Iterator
-from importlib.util import find_spec
 from math import prod
 from typing import IO, Any, Final
 
@@ -18,9 +16,7 @@ from PIL.ExifTags import Base as Tag
 
 from kogao_core.base.atomic import Chunks
 from kogao_core.base.geometry import Image
-from kogao_core.base.installed import adding
 from kogao_core.base.language import Text
-from kogao_core.photo.errors import UnreadablePhoto
 from kogao_core.photo.formats import colour, common
 from kogao_core.photo.formats.base import OF_PRINTS, Content, FileFormat, Source
 from kogao_core.photo.metadata import kinds, photoshop, tiff, tiff_extras, trailers
@@ -29,9 +25,6 @@ from kogao_core.photo.metadata.upright import turn_upright
 from kogao_core.photo.model import Photo, channels_of
 
 _UNCOMPRESSED, _LZW = 1, 5
-# Lossless compressions that all readers support: none, LZW, Deflate, PackBits, old Deflate. Files
-# with another compression are written with LZW.
-KEPT_COMPRESSIONS: Final = {_UNCOMPRESSED, _LZW, 8, 32773, 32946}
 # Readers differ: darktable and libvips assume linear values, Java assumes sRGB. Values from a
 # division by 255 are sRGB.
 _SEEN: Final = Text(
@@ -53,7 +46,7 @@ _USUAL_STRIP: Final = 8192  # bytes, as TIFF advises
 def _decode(source: Source) -> Photo:
     file, path = source.file, source.path
     tags = tiff.TiffTags.read(file)
-    source.check(tags.width, tags.height, tags.pixel_bytes)
+    source.check(tags[Tag.ImageWidth], tags[Tag.ImageLength], tags.pixel_bytes)
     tags.check_whole(os.fstat(file.fileno()).st_size)
     notes: tuple[str, ...] = ()
     profile = tags.icc_profile
@@ -61,30 +54,22 @@ def _decode(source: Source) -> Photo:
     # 8 bits.
     tags.check()
     if tags.is_deep:
-        if tags.is_plain:
-            plain = read_plain(file, tags)
-            pixels = tags.meant(colour.decoded_deep(source.data()) if plain is None else plain)
-        else:
-            pixels, profile, notes = _rare(source, tags)
+        plain = read_plain(file, tags)
+        pixels = tags.meant(colour.decoded_deep(source.data()) if plain is None else plain)
         if pixels.dtype == np.float32 and profile is None:
             notes = (*notes, _SEEN)
     else:
         file.seek(0)
         with Pillow.open(file, formats=["TIFF"]) as image:
             image.load()
-            pixels, profile, notes = colour.to_array(image, tags.bits)
+            pixels, profile, notes = colour.to_array(image, tags[Tag.BitsPerSample])
         notes = notes or tags.converted
-    # Unknown tags may describe the pixels as stored.
-    is_as_stored = tags.orientation == 1 and not any(
-        note.startswith(colour.CONVERTED) for note in notes
-    )
+    is_converted = any(note.startswith(colour.CONVERTED) for note in notes)
     if tags.is_inverted:
         notes = (*notes, Text("grey values are stored with 0 as black instead of white"))
     if tags.has_reversed_bits:
         more = Text("the bits of each byte are stored in the usual order (FillOrder 1)")
         notes = (*notes, more)
-    if tags.is_big:
-        notes = (*notes, Text("a BigTIFF becomes an ordinary TIFF"))
     dpi, shape = tags.density()
     return Photo(
         np.ascontiguousarray(pixels),
@@ -96,44 +81,11 @@ def _decode(source: Source) -> Photo:
         dpi=common.dpi(dpi),
         aspect=common.aspect(shape),
         orientation=tags.orientation,
-        tiff_compression=tags.compression,
+        tiff_compression=tags[Tag.Compression],
         photoshop=tags.photoshop,
         notes=notes,
-        carried=(tags.rare,) if tags.rare and is_as_stored else (),
+        carried=tuple(filter(None, [tags.kept(is_converted=is_converted)])),
     )
-
-
-def _rare(source: Source, tags: tiff.TiffTags) -> tuple[Image, bytes | None, tuple[str, ...]]:
-    """Decode deep pixels with tifffile. Return upright pixels, their profile, and notes."""
-    tags.check_rare()
-    if not all(map(find_spec, ("tifffile", "imagecodecs"))):
-        raise UnreadablePhoto(
-            Text("is a TIFF of a rare kind, which an extra reads: {how}", how=adding("tiff"))
-        )
-    import tifffile  # an extra
-
-    logging.getLogger("tifffile").setLevel(logging.CRITICAL)  # no warnings on stderr
-    source.file.seek(0)
-    with tifffile.TiffFile(source.file) as opened:
-        page = opened.pages.first
-        # tifffile would fill missing parts with zeros.
-        if len(page.dataoffsets) != prod(page.chunked) or 0 in page.databytecounts:
-            raise ValueError(Text("parts of the picture are missing"))
-        stored = np.asarray(page.asarray(maxworkers=1))
-        if page.axes == "SYX":  # planes, one behind the other
-            stored = np.moveaxis(stored, 0, -1)
-    if stored.shape[:2] != (tags.height, tags.width) or stored.ndim > 3:
-        raise ValueError(Text("a picture of another shape than it says"))
-    stored = turn_upright(stored, tags.orientation)
-    if tags.is_ink:
-        inks = Pillow.fromarray((stored >> 8).astype(np.uint8), "CMYK")
-        inks.info["icc_profile"] = tags.icc_profile
-        pixels, profile, notes = colour.to_array(inks)
-        return pixels, profile, (colour.narrowed(16), *notes)
-    if stored.dtype == np.float16:
-        half = Text("converted from 16-bit to 32-bit floating-point numbers")
-        return tags.meant(stored.astype(np.float32)), tags.icc_profile, (half,)
-    return tags.meant(np.ascontiguousarray(stored)), tags.icc_profile, ()
 
 
 def _encode(content: Content) -> Chunks:
@@ -142,7 +94,7 @@ def _encode(content: Content) -> Chunks:
     if number == _UNCOMPRESSED:
         directory, stored = laid_out(content.pixels)
     else:
-        how = (cv2.IMWRITE_TIFF_COMPRESSION, number if number in KEPT_COMPRESSIONS else _LZW)
+        how = (cv2.IMWRITE_TIFF_COMPRESSION, number if number in tiff.LOSSLESS else _LZW)
         directory, stored = _taken_apart(colour.encoded_deep(content.pixels, how))
     if channels_of(content.pixels) == _WITH_ALPHA:
         directory[Tag.ExtraSamples] = _STRAIGHT
@@ -177,9 +129,6 @@ def _inside(photo: Photo, file: IO[bytes]) -> Iterator[Extra]:
 
 
 def _behind(file: IO[bytes]) -> Iterator[Extra]:
-    file.seek(0)
-    if file.read(4) == tiff.BIG_HEAD:
-        return iter(())  # BigTIFF directories have another layout
     end = tiff_extras.end(file)
     if end == file.seek(0, os.SEEK_END):
         return iter(())  # as nearly always, and pixels may be large
@@ -211,18 +160,18 @@ def read_plain(file: IO[bytes], tags: tiff.TiffTags) -> Image | None:
     Result: uint16 or float32, (H, W) or (H, W, 3..4); None if a decoder is necessary.
     """
     bits, formats = (tiff.numbers(tags.tags, tag) for tag in (Tag.BitsPerSample, Tag.SampleFormat))
-    depth = _DEPTHS.get(tags.depth)
+    depth, samples = _DEPTHS.get(tags.depth), tags[Tag.SamplesPerPixel]
     is_array = (
-        tags.compression == _UNCOMPRESSED
+        tags[Tag.Compression] == _UNCOMPRESSED
         and not tags.has_reversed_bits
         and Tag.TileWidth not in tags.tags
-        and bits == bits[:1] * tags.samples
-        and formats in ((), formats[:1] * tags.samples)
+        and bits == bits[:1] * samples
+        and formats in ((), formats[:1] * samples)
     )
     if depth is None or not is_array:
         return None
-    shape = (tags.height, tags.width, tags.samples)[: 2 if tags.samples == 1 else 3]
-    start = _start(tags, prod(shape[1:]) * depth.itemsize)
+    shape = (tags[Tag.ImageLength], tags[Tag.ImageWidth], samples)[: 2 if samples == 1 else 3]
+    start = _start(tags, shape[0], prod(shape[1:]) * depth.itemsize)
     if start is None:
         return None
     file.seek(0)
@@ -232,15 +181,14 @@ def read_plain(file: IO[bytes], tags: tiff.TiffTags) -> Image | None:
     return turn_upright(pixels.reshape(shape), tags.orientation)
 
 
-def _start(tags: tiff.TiffTags, row_bytes: int) -> int | None:
+def _start(tags: tiff.TiffTags, height: int, row_bytes: int) -> int | None:
     """Return where the pixels start, if one strip follows the other."""
     starts, lengths = (
         np.array(tiff.numbers(tags.tags, tag), np.int64)
         for tag in (Tag.StripOffsets, Tag.StripByteCounts)
     )
-    rows = max(1, min(tags.first(Tag.RowsPerStrip, tags.height), tags.height))
-    tops = np.arange(0, tags.height, rows)
-    wanted = np.diff([*tops, tags.height]) * row_bytes
+    rows = min(tags[Tag.RowsPerStrip] or height, height)
+    wanted = np.diff([*range(0, height, rows), height]) * row_bytes
     is_whole = np.array_equal(lengths, wanted) and np.array_equal(np.diff(starts), lengths[:-1])
     return int(starts[0]) if is_whole and len(starts) == len(lengths) else None
 

@@ -9,7 +9,6 @@ from typing import IO, Final
 
 from kogao_core.base.atomic import Chunks
 from kogao_core.base.geometry import Image
-from kogao_core.base.language import Text
 from kogao_core.photo.formats.base import BLOCKS, Content, FileFormat
 from kogao_core.photo.jpeg import segments
 from kogao_core.photo.metadata import kinds, trailers
@@ -93,14 +92,8 @@ def _with_chunks(webp: bytes, pixels: Image, more: tuple[bytes, ...]) -> bytes:
 
 
 def _inside(_: Photo, file: IO[bytes]) -> Iterator[Extra]:
-    names: dict[Kind, list[str]] = {}
-    for name, chunk in _chunks(file):
-        kind = _kind(name, chunk)
-        if kind is not None:
-            names.setdefault(kind, []).append(name.decode("latin-1").strip())
-    for kind, members in names.items():
-        listed = Text("WebP chunks {names}", names=" ".join(dict.fromkeys(members)))
-        yield Extra(kind, listed if kind in (kinds.RIFF_CHUNKS, kinds.UNKNOWN) else "")
+    found = ((_kind(*one), one[0].decode("latin-1").strip()) for one in _chunks(file))
+    return kinds.grouped("WebP", found)
 
 
 def _behind(file: IO[bytes]) -> Iterator[Extra]:

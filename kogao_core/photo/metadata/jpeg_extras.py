@@ -37,7 +37,7 @@ _KNOWN: Final[tuple[tuple[int, bytes, Kind], ...]] = (
     (0xED, segments.PHOTOSHOP_HEAD, kinds.IPTC),
     (0xEE, b"Adobe", kinds.ADOBE),
 )
-_YCC: Final = b"\1"  # Adobe's number for YCbCr; the encoder writes a new segment for RGB
+_RGB: Final = b"\0"  # Adobe's number for colours without a transform
 # Metadata that is written separately.
 _BLOCKS: Final = (kinds.EXIF, kinds.XMP, kinds.IPTC, kinds.RESOLUTION)
 # A maker's series of segments goes or stays as one.
@@ -46,25 +46,19 @@ _CARRIED: Final = (
     *(kinds.SECOND_XMP, kinds.SECOND_PROFILE),
 )
 _TEXTS: Final = (b"json", b"xml ", b"cbor")  # JUMBF's kinds of content
-_NAMES: Final = {
-    _JUMBF: kinds.JUMBF.name,
-    b"FPXR": Text("FlashPix data"),
-    b"II\x1a\0": Text("CIFF data"),
-    b"MM\0\x1a": Text("CIFF data"),
-}
 
 
-def carried(file: IO[bytes]) -> tuple[bytes, ...]:
+def carried(file: IO[bytes], *, is_grey: bool) -> tuple[bytes, ...]:
     """Return the segments that are copied into a changed photo.
 
     Copied: comments, the rest of a long XMP, further packets and profiles, data of cameras and
     programs, data of a gain map. Left out: segments with a picture, with their whole series,
-    because the picture would show the original.
+    because the picture would show the original. The encoder writes a new Adobe segment for RGB.
     """
     return tuple(
         segment
         for kind, segment in _judged(_found(file))
-        if kind in _CARRIED or (kind is kinds.ADOBE and segment[15:16] == _YCC)
+        if kind in _CARRIED or (kind is kinds.ADOBE and (is_grey or segment[15:16] != _RGB))
     )
 
 
@@ -88,26 +82,17 @@ def with_packet(segment: bytes, change: Callable[[bytes], bytes]) -> bytes:
     return segments.segment(segment[1], body) if len(body) <= segments.MOST_BYTES else b""
 
 
-def is_profile(segment: bytes) -> bool:
-    """Return True if a segment holds part of a colour profile."""
-    return _kind(segment[1], segment) is kinds.ICC
-
-
-def is_extension(segment: bytes) -> bool:
-    """Return True if a segment holds part of the extended XMP."""
-    return segment[4:].startswith(_EXTENSION)
-
-
-def tells_gain_map(segment: bytes) -> bool:
-    """Return True if a segment announces a gain map (ISO 21496-1)."""
-    return segment[4:].startswith(_ISO_GAIN_MAP)
+def is_colour(segment: bytes) -> bool:
+    """Return True if a segment holds part of a colour profile, or tells how colours are coded."""
+    return kind_of(segment) in (kinds.ICC, kinds.ADOBE)
 
 
 def found(file: IO[bytes], *, is_turned: bool) -> Iterator[Extra]:
     """Yield the extras before the first scan, in file order."""
     for kind, segment in _judged(_found(file)):
         if kind in (kinds.PREVIEW, kinds.UNKNOWN):
-            yield Extra(kind, _exact_name(kind, segment))
+            name = kinds.JUMBF.name if kind_of(segment) is kinds.JUMBF else kind.name
+            yield Extra(kind, Text("{known} (APP{n})", known=name, n=segment[1] & 15))
         elif kind is kinds.SECOND_XMP:
             yield Extra(kind)
             yield from map(Extra, references.found(segment[_PACKET_AT:], is_turned=is_turned))
@@ -127,11 +112,11 @@ def _found(file: IO[bytes]) -> list[tuple[int, bytes]]:
     """
     whole, rest = segments.profiles(file)
     more = [(one[1], one) for one in (*chain(*whole[1:]), *rest)]
-    return [one for one in segments.segments(file) if not is_profile(one[1])] + more
+    return [one for one in segments.segments(file) if kind_of(one[1]) is not kinds.ICC] + more
 
 
 def _judged(of: Iterable[tuple[int, bytes]]) -> Iterator[tuple[Kind, bytes]]:
-    found = [(_kind(code, segment), segment) for code, segment in of if code in APP_OR_COMMENT]
+    found = [(kind_of(segment), segment) for code, segment in of if code in APP_OR_COMMENT]
     shown = {
         _series(one)
         for kind, one in found
@@ -162,9 +147,10 @@ def _judged(of: Iterable[tuple[int, bytes]]) -> Iterator[tuple[Kind, bytes]]:
             yield kind, segment
 
 
-def _kind(code: int, segment: bytes) -> Kind:
+def kind_of(segment: bytes) -> Kind:
+    """Return the kind of a segment by its first bytes."""
     for known, start, kind in _KNOWN:
-        if code == known and segment[4:].startswith(start):
+        if segment[1] == known and segment[4:].startswith(start):
             return kind
     return kinds.SEGMENTS
 
@@ -179,9 +165,3 @@ def _is_text(segment: bytes) -> bool:
     size, box, _, described, content = struct.unpack_from(">I4sI4s4s", segment.ljust(32), 12)
     is_whole = size == len(segment) - 12 and (box, described) == (b"jumb", b"jumd")
     return is_whole and content in _TEXTS and not segments.holds_picture(segment)
-
-
-def _exact_name(kind: Kind, segment: bytes) -> str:
-    place = f"APP{segment[1] & 15}"
-    known = next((name for start, name in _NAMES.items() if segment[4:].startswith(start)), "")
-    return Text("{known} ({place})", known=known or kind.name, place=place)

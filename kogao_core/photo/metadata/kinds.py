@@ -7,6 +7,7 @@ lost kinds.
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Final
 
@@ -34,6 +35,17 @@ class Extra:
     def name(self) -> str:
         """Name for notes."""
         return self.more or self.kind.name
+
+
+def grouped(form: str, found: Iterable[tuple[Kind | None, str]]) -> Iterator[Extra]:
+    """Yield an extra for each kind of chunks, with the names of chunks that have no other name."""
+    names: dict[Kind, dict[str, None]] = {}
+    for kind, name in found:
+        if kind is not None:
+            names.setdefault(kind, {})[name] = None
+    for kind, members in names.items():
+        listed = Text("{format} chunks {names}", format=form, names=" ".join(members))
+        yield Extra(kind, listed if kind in _LISTED else "")
 
 
 EXIF: Final = Kind(Text("EXIF with GPS"))
@@ -75,11 +87,11 @@ FURTHER: Final = Kind(Text("further pictures"))
 CREDENTIALS: Final = Kind(Text("content credentials (C2PA)"))
 CREDENTIALS_LINK: Final = Kind(Text("a link to content credentials (C2PA)"))
 SAMSUNG: Final = Kind(Text("Samsung's data at the end"))
-AFCP: Final = Kind(Text("AFCP data at the end"))
 PHOTO_MECHANIC: Final = Kind(Text("Photo Mechanic's data at the end"))
 FOTOSTATION: Final = Kind(Text("FotoStation's data at the end"))
 UNKNOWN: Final = Kind(Text("unknown data"))
 INDEX: Final = Kind(Text("indexes of what isn't kept"), is_reported=False)
 
+_LISTED: Final = (CHUNKS, UNSAFE_CHUNKS, RIFF_CHUNKS, UNKNOWN)
 RECORDS: Final = (SAMSUNG, PHOTO_MECHANIC, FOTOSTATION)
 """What programs put behind a picture, which tells of itself alone."""

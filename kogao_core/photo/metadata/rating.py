@@ -29,7 +29,6 @@ _NAMESPACE: Final = "http://ns.adobe.com/xap/1.0/"
 _RATING, _LABEL = "Rating", "Label"
 _VALUE: Final = rb"""(?:xmp|xap):%s(?:\s*=\s*(?:"([^"<]*)"|'([^'<]*)')|\s*>([^<]*)<|\s*/>)"""
 _FOUND: Final = {name: re.compile(_VALUE % name.encode()) for name in (_RATING, _LABEL)}
-_QUOTED: Final = re.compile(rb"""=\s*(?:"[^"]*"|'[^']*')$""")
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,24 +111,18 @@ def _first(name: str, read: list[tuple[bytes, bytes]]) -> str | None:
 
 def _changed(packet: bytes, new: Mapping[str, str]) -> bytes:
     """Set properties of a packet. Return the packet. Raises BadXmp."""
-    there = xmp.parts(packet)
+    there, edits = xmp.parts(packet), dict[xmp.Span, bytes]()
+    texts = {name: html.escape(value) for name, value in new.items()}
     paths = {(*xmp.DESCRIPTION, f"{_NAMESPACE} {name}"): name for name in new}
-    known = {one.span: paths[one.path] for one in there if one.path in paths}
-    edits = {span: _written(packet, span, new[name]) for span, name in known.items()}
-    added = {name: value for name, value in new.items() if name not in known.values()}
-    if added:
-        values = " ".join(f'xmp:{name}="{html.escape(value)}"' for name, value in added.items())
+    known = {paths[one.path]: one for one in there if one.path in paths}
+    for name, one in known.items():
+        if (value := one.value(packet)) is not None:
+            edits[value] = texts[name].encode()
+        else:
+            tag = xmp.tag_name(packet, one.span[0])
+            edits[one.span] = b"<%b>%b</%b>" % (tag, texts[name].encode(), tag)
+    if len(known) < len(new):
+        values = " ".join(f'xmp:{name}="{texts[name]}"' for name in new if name not in known)
         attributes = f'rdf:about="" xmlns:xmp="{_NAMESPACE}" {values}/>'
-        start, end, content = xmp.described(packet, there, attributes)
-        edits[start, end] = content
+        edits |= xmp.described(packet, there, attributes)
     return xmp.replaced(packet, edits)
-
-
-def _written(packet: bytes, span: xmp.Span, value: str) -> bytes:
-    """Return the bytes of an attribute or element with a new value."""
-    start, end = span
-    old = packet[start:end]
-    if not old.startswith(b"<"):
-        return _QUOTED.sub(b"", old) + b'="' + html.escape(value).encode() + b'"'
-    name = xmp.tag_name(packet, start)
-    return b"<" + name + b">" + html.escape(value).encode() + b"</" + name + b">"

@@ -69,17 +69,14 @@ def _names(*, is_extended: bool, is_turned: bool, along: Collection[Kind] = ()) 
 
 def _spoken_of(packet: bytes, names: dict[str, Kind]) -> list[tuple[xmp.Span, Kind]]:
     """Return the spans of top-level properties and the kind of part that each describes."""
-    own = (one for one in xmp.parts(packet) if one.path[:-1] == xmp.DESCRIPTION)
+    own = (one for one in xmp.known_parts(packet) if one.path[:-1] == xmp.DESCRIPTION)
     known = ((one, name) for one in own for name in names if one.path[-1].startswith(name))
     return [(one.span, names[name]) for one, name in known]
 
 
 def found(packet: bytes, *, is_turned: bool = False) -> tuple[Kind, ...]:
     """Return the kinds described by an XMP packet; none if the packet is damaged."""
-    try:
-        spoken = _spoken_of(packet, _names(is_extended=True, is_turned=is_turned))
-    except xmp.BadXmp:
-        return ()
+    spoken = _spoken_of(packet, _names(is_extended=True, is_turned=is_turned))
     # "MotionPhoto" may be 0: the camera could have made one.
     real = (
         kind for span, kind in spoken if kind != kinds.VIDEO or not _ABSENT.search(packet, *span)
@@ -95,11 +92,7 @@ def without(
     `along`: kinds of companions. `adjusted` updates the directory of the companions.
     """
     names = _names(is_extended=is_extended, is_turned=is_turned, along=along)
-    try:
-        spans = [span for span, _ in _spoken_of(packet, names)]
-    except xmp.BadXmp:
-        return packet
-    return xmp.replaced(packet, dict.fromkeys(spans, b""))
+    return xmp.replaced(packet, {span: b"" for span, _ in _spoken_of(packet, names)})
 
 
 def is_picture_in(extension: bytes) -> bool:
@@ -112,7 +105,7 @@ def _items(packet: bytes) -> tuple[dict[xmp.Span, dict[str, xmp.Span]], xmp.Span
     items: dict[xmp.Span, dict[str, xmp.Span]] = {}
     values: dict[str, xmp.Span] = {}
     offset = None
-    for part in xmp.parts(packet):
+    for part in xmp.known_parts(packet):
         if part.path == _ITEM:
             items[part.span], values = values, {}
         elif (value := part.value(packet)) is not None:
@@ -128,10 +121,7 @@ def adjusted(packet: bytes, lengths: Mapping[Kind, int]) -> bytes:
 
     The companions follow each other; the video comes last.
     """
-    try:
-        items, offset = _items(packet)
-    except xmp.BadXmp:
-        return packet
+    items, offset = _items(packet)
     new: dict[xmp.Span, bytes] = {}
     for span, values in items.items():
         semantic = packet[slice(*values.get("Semantic", (0, 0)))].decode("latin-1")
@@ -149,9 +139,6 @@ def adjusted(packet: bytes, lengths: Mapping[Kind, int]) -> bytes:
 
 def locates_video(packet: bytes) -> bool:
     """Return True if a packet gives the position of a video."""
-    try:
-        items, offset = _items(packet)
-    except xmp.BadXmp:
-        return False
+    items, offset = _items(packet)
     semantics = (packet[slice(*one.get("Semantic", (0, 0)))] for one in items.values())
     return offset is not None or b"MotionPhoto" in semantics

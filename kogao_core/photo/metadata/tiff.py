@@ -22,28 +22,24 @@ from kogao_core.photo.errors import UnreadablePhoto
 from kogao_core.photo.metadata import photoshop
 
 HEADS: Final = (b"II*\0", b"MM\0*")
-BIG_HEAD: Final = b"II+\0"
-_UNREAD_HEAD: Final = b"MM\0+"  # by Pillow
+_BIG_HEADS: Final = (b"II+\0", b"MM\0+")
 DENSITY: Final = (Tag.XResolution, Tag.YResolution, Tag.ResolutionUnit)
-_WHITE_IS_ZERO, _BLACK_IS_ZERO, _RGB, _SEPARATED, _YCBCR = 0, 1, 2, 5, 6
+_WHITE_IS_ZERO, _BLACK_IS_ZERO, _RGB, _YCBCR = 0, 1, 2, 6
 _CHANNELS: Final = {_WHITE_IS_ZERO: (1,), _BLACK_IS_ZERO: (1,), _RGB: (3, 4)}
 _UNSIGNED, _FLOAT = 1, 3
-_UNSPECIFIED, _PREMULTIPLIED, _STRAIGHT = 0, 1, 2
-_WITH_ALPHA: Final = 4
-_JPEGS: Final = (6, 7)
-_COMPRESSIONS: Final = {
-    **dict.fromkeys((2, 3, 4), "CCITT"),
-    **dict.fromkeys(_JPEGS, "JPEG"),
-    **dict.fromkeys((33003, 33005, 34712), "JPEG 2000"),
-    34887: "LERC",
-    34925: "LZMA",
-    50000: "Zstandard",
-    50001: "WebP",
-    **dict.fromkeys((50002, 52546), "JPEG XL"),
+_UNSPECIFIED, _PREMULTIPLIED = 0, 1
+_MEANING: Final = Tag.PhotometricInterpretation
+# Values of missing tags; otherwise 0.
+_DEFAULTS: Final[dict[int, int]] = {
+    **dict.fromkeys((Tag.BitsPerSample, Tag.Compression, Tag.FillOrder, Tag.Orientation), 1),
+    **dict.fromkeys((Tag.SamplesPerPixel, Tag.PlanarConfiguration, Tag.SampleFormat), 1),
+    **dict.fromkeys((_MEANING, Tag.ResolutionUnit, Tag.ExtraSamples), 2),  # RGB, inch, straight
 }
-_OPENCV_READS: Final = {1, 5, 8, 32773, 32946}  # none, LZW, Deflate, PackBits
+_JPEGS: Final = (6, 7)
+LOSSLESS: Final = {1, 5, 8, 32773, 32946}
+"""Compressions that all readers support: none, LZW, Deflate, PackBits, old Deflate."""
 _PILLOW_READS: Final = TiffImagePlugin.COMPRESSION_INFO.keys() - {50001}
-_HEADER_BYTES, _BIG_HEADER_BYTES = 8, 16
+_HEADER_BYTES = 8
 # Exceptions of different Pillow versions for damaged blocks.
 _DAMAGED: Final = (SyntaxError, struct.error, LookupError, AttributeError, TypeError, ValueError)
 _IPTC_START: Final = b"\x1c"
@@ -58,22 +54,25 @@ PICTURE_TAGS: Final = (
 # Tags of the pixel storage, metadata blocks that are written separately, layers, credentials and
 # further directories.
 _KNOWN: Final = {
-    *(254, 255, 256, 257, 258, 259, 262, 263, 264, 265, 266, 273, 274, 277, 278, 279, 280, 281),
+    *(254, 255, 256, 257, 258, 259, 262, 263, 264, 265, 266, 273, 274, 277, 278, 279),
     *(282, 283, 284, 288, 289, 292, 293, 296, 317, 320, 322, 323, 324, 325, 330, 338, 339),
-    *(340, 341, 347, 512, 513, 514, 515, 517, 518, 519, 520, 521, 529, 530, 531, 532),
+    *(347, 512, 513, 514, 515, 517, 518, 519, 520, 521, 529, 530, 531, 532),
     *(700, 33723, 34377, 34675, 34853, 34665, 37724, 40965, 52545),
     *PICTURE_TAGS,
 }  # fmt: skip
 # Types of texts, short and signed numbers, fractions. Other types may hold file offsets.
 _WITHOUT_PLACES: Final = (2, 3, 5, 6, 8, 10, 11, 12)
-# Tags of inks, of the storage of Silicon Graphics and raw photos, and of geographic positions.
+# Tags of extreme values, of inks, of the storage of Silicon Graphics and raw photos, and of
+# geographic positions.
 _OF_PIXELS: Final = {
-    *range(332, 338), *range(32995, 32999), *range(50706, 52600), 33550, 33922, 34264,
+    *(280, 281, 340, 341), *range(332, 338), *range(32995, 32999), *range(50706, 52600),
+    *(33550, 33922, 34264),
 }  # fmt: skip
 
 
-# Tags with 1 as default, which stay where they are told.
-_DEFAULT_1: Final = (Tag.FillOrder, Tag.Orientation)
+# Tags of the file, which a changed TIFF keeps: subfile types, halftones, bit order, orientation,
+# resolution, number of the page.
+_OF_FILE: Final = (254, 255, 263, 264, 265, Tag.FillOrder, Tag.Orientation, *DENSITY, 297)
 
 
 def is_rare(tag: int) -> bool:
@@ -82,19 +81,17 @@ def is_rare(tag: int) -> bool:
 
 
 def compression_name(number: int) -> str:
-    """Return the usual name of a TIFF compression."""
-    return _COMPRESSIONS.get(number, Text("number {number}", number=number))
+    """Return Pillow's name of a TIFF compression, or the number."""
+    return TiffImagePlugin.COMPRESSION_INFO.get(number, str(number))
 
 
 def is_tiff(file: IO[bytes], _: Path) -> bool:
     """Detect a TIFF file and rewind the file. Raises UnreadablePhoto."""
     head = file.read(4)
     file.seek(0)
-    if head == _UNREAD_HEAD:
-        raise UnreadablePhoto(
-            Text("is a BigTIFF whose high bytes come first; save it as an ordinary TIFF")
-        )
-    return head in (*HEADS, BIG_HEAD)
+    if head in _BIG_HEADS:
+        raise UnreadablePhoto(Text("is a BigTIFF; save it as an ordinary TIFF"))
+    return head in HEADS
 
 
 @dataclass(frozen=True)
@@ -102,32 +99,26 @@ class TiffTags:
     """The first directory of a TIFF file, including files that Pillow cannot open."""
 
     tags: Pillow.Exif
+    directory: TiffImagePlugin.ImageFileDirectory_v2  # the same, with the types of the tags
     iptc: bytes | None = None
-    rare: bytes = b""  # a directory of tags unknown to Kogao
-    is_big: bool = False  # whether places in the file take 8 bytes
 
     @staticmethod
     def read(file: IO[bytes]) -> TiffTags:
         """Read the directory of an open file."""
-        tags, head = Pillow.Exif(), file.read(_BIG_HEADER_BYTES)
+        tags, head = Pillow.Exif(), file.read(_HEADER_BYTES)
         file.seek(0)
-        if is_big := head.startswith(BIG_HEAD):
-            tags.bigtiff, tags.endian = True, "<"
-            tags.load_from_fp(file, *struct.unpack("<Q", head[8:]))
-        else:
-            tags.load_from_fp(file)
-            head = head[:_HEADER_BYTES]
+        tags.load_from_fp(file)
         if Tag.ImageWidth not in tags or Tag.ImageLength not in tags:
             raise ValueError(Text("a directory without a picture"))
         there = _directory(head, file)
         # Most programs use 32-bit numbers; Pillow would keep the first number only.
         there.tagtype[Tag.IPTCNAA] = TiffTypes.UNDEFINED
         iptc = _in_order(there.get(Tag.IPTCNAA, b"")) or None
-        return TiffTags(tags, iptc, _rare(there), is_big)
+        return TiffTags(tags, there, iptc)
 
-    def first(self, tag: int, default: int) -> int:
-        """Return the first number of a tag."""
-        value = self.tags.get(tag, default)
+    def __getitem__(self, tag: int) -> int:
+        """Return the first number of a tag, or TIFF's default."""
+        value = self.tags.get(tag, _DEFAULTS.get(tag, 0))
         return int(value[0] if isinstance(value, tuple) else value)
 
     def check_whole(self, file_bytes: int) -> None:
@@ -143,74 +134,45 @@ class TiffTags:
     @property
     def orientation(self) -> int:
         """EXIF orientation, 1 to 8."""
-        value = self.first(Tag.Orientation, 1)
+        value = self[Tag.Orientation]
         return value if 1 <= value <= 8 else 1
-
-    @property
-    def width(self) -> int:
-        """Stored columns, px."""
-        return self.first(Tag.ImageWidth, 0)
-
-    @property
-    def height(self) -> int:
-        """Stored rows, px."""
-        return self.first(Tag.ImageLength, 0)
-
-    @property
-    def samples(self) -> int:
-        """Channels of a stored pixel."""
-        return self.first(Tag.SamplesPerPixel, 1)
-
-    @property
-    def bits(self) -> int:
-        """Bits per channel."""
-        return self.first(Tag.BitsPerSample, 1)
 
     @property
     def pixel_bytes(self) -> int:
         """Bytes of a decoded pixel."""
-        return max(1, self.bits // 8) * self.samples
+        return max(1, self[Tag.BitsPerSample] // 8) * self[Tag.SamplesPerPixel]
 
     @property
     def is_deep(self) -> bool:
         """Whether a channel has more than 8 bits."""
-        return self.bits > 8
+        return self[Tag.BitsPerSample] > 8
 
     @property
     def converted(self) -> tuple[str, ...]:
         """Note about conversions that Pillow does while decoding."""
-        if self.first(Tag.ExtraSamples, 0) == _PREMULTIPLIED:
+        if self[Tag.ExtraSamples] == _PREMULTIPLIED:
             return (Text("converted from premultiplied to straight alpha"),)
         # A JPEG's pixels are RGB for everybody.
-        if self._meaning == _YCBCR and self.compression not in _JPEGS:
+        if self[_MEANING] == _YCBCR and self[Tag.Compression] not in _JPEGS:
             return (Text("converted from {mode} to RGB", mode="YCbCr"),)
         return ()
 
     @property
     def is_inverted(self) -> bool:
         """Whether 0 is white (photometric interpretation WhiteIsZero)."""
-        return self._meaning == _WHITE_IS_ZERO
+        return self[_MEANING] == _WHITE_IS_ZERO
 
     @property
     def has_reversed_bits(self) -> bool:
         """Whether the first pixel is in the lowest bits of a byte (fill order 2)."""
-        return self.first(Tag.FillOrder, 1) == 2
-
-    @property
-    def _meaning(self) -> int:
-        return self.first(Tag.PhotometricInterpretation, _RGB)
-
-    @property
-    def compression(self) -> int:
-        """Number of the TIFF compression."""
-        return self.first(Tag.Compression, 1)
+        return self[Tag.FillOrder] == 2
 
     def check(self) -> None:
-        """Check that the first picture is not a thumbnail and that its compression is supported.
+        """Check that the first picture is no thumbnail, and that compression and layout are known.
 
         Raises UnreadablePhoto.
         """
-        is_copy = self.first(Tag.NewSubfileType, 0) & 1
+        is_copy = self[Tag.NewSubfileType] & 1
         if is_copy and (Tag.SubIFDs in self.tags or self.tags.get_ifd(ExifTags.IFD.IFD1)):
             raise UnreadablePhoto(
                 Text(
@@ -218,8 +180,8 @@ class TiffTags:
                     "ordinary TIFF first, or give a raw photo its own ending again"
                 )
             )
-        number = self.compression
-        if number not in (_OPENCV_READS if self.is_deep else _PILLOW_READS):
+        number = self[Tag.Compression]
+        if number not in (LOSSLESS if self.is_deep else _PILLOW_READS):
             raise UnreadablePhoto(
                 Text(
                     "is a TIFF of a compression that Kogao doesn't read "
@@ -227,48 +189,32 @@ class TiffTags:
                     compression=compression_name(number),
                 )
             )
+        samples = self[Tag.SamplesPerPixel]
+        # OpenCV derives the number of channels from the photometric interpretation and fills
+        # missing channels with uninitialised memory.
+        if self.is_deep and not (
+            self.depth in ((16, _UNSIGNED), (32, _FLOAT))
+            and samples in _CHANNELS.get(self[_MEANING], ())
+            and (samples == 1 or self[Tag.PlanarConfiguration] == 1)
+            and self[Tag.ExtraSamples] != _PREMULTIPLIED
+        ):
+            raise UnreadablePhoto(
+                Text(
+                    "is a TIFF of a kind that Kogao doesn't read; save it as interleaved RGB with "
+                    "8 or 16 bits, or 32-bit float, with straight alpha"
+                )
+            )
 
     @property
     def depth(self) -> tuple[int, int]:
         """Bits per channel and sample format: 1 unsigned, 3 float."""
-        return self.bits, self.first(Tag.SampleFormat, _UNSIGNED)
-
-    @property
-    def is_plain(self) -> bool:
-        """Whether OpenCV decodes these deep pixels correctly."""
-        return (
-            self.depth in ((16, _UNSIGNED), (32, _FLOAT))
-            # OpenCV derives the number of channels from the photometric interpretation and fills
-            # missing channels with uninitialised memory.
-            and self.samples in _CHANNELS.get(self._meaning, ())
-            and (self.samples == 1 or self.first(Tag.PlanarConfiguration, 1) == 1)
-            and self.first(Tag.ExtraSamples, 0) != _PREMULTIPLIED
-        )
-
-    @property
-    def is_ink(self) -> bool:
-        """Whether the channels are cyan, magenta, yellow and black."""
-        return (self._meaning, self.samples) == (_SEPARATED, 4)
-
-    def check_rare(self) -> None:
-        """Refuse deep layouts with unknown colours. Raises UnreadablePhoto."""
-        known = self.samples in _CHANNELS.get(self._meaning, ()) and (
-            self.depth in ((16, _UNSIGNED), (16, _FLOAT), (32, _FLOAT))
-        )
-        is_deep_ink = self.is_ink and self.depth == (16, _UNSIGNED)
-        if not (known or is_deep_ink) or self.first(Tag.ExtraSamples, 0) == _PREMULTIPLIED:
-            raise UnreadablePhoto(
-                Text(
-                    "is a TIFF of a kind that Kogao doesn't read; save it as RGB with 8 or "
-                    "16 bits, or 32-bit float, with straight alpha"
-                )
-            )
+        return self[Tag.BitsPerSample], self[Tag.SampleFormat]
 
     def meant(self, pixels: Image) -> Image:
         """Return decoded channels as grey, RGB or RGBA."""
         if self.is_inverted and pixels.dtype == np.uint16:
             np.invert(pixels, out=pixels)
-        if pixels.ndim == 3 and self.first(Tag.ExtraSamples, _STRAIGHT) == _UNSPECIFIED:
+        if pixels.ndim == 3 and self[Tag.ExtraSamples] == _UNSPECIFIED:
             return pixels[..., :3]  # a fourth channel is a selection, or anything
         return pixels
 
@@ -293,7 +239,7 @@ class TiffTags:
     def density(self) -> tuple[tuple[Any, Any] | None, tuple[Any, Any] | None]:
         """Return the resolution (x, y) in dots per inch, or the pixel ratio if no unit is given."""
         x, y = (self.tags.get(tag) for tag in (Tag.XResolution, Tag.YResolution))
-        unit = self.first(Tag.ResolutionUnit, 2)
+        unit = self[Tag.ResolutionUnit]
         if unit == 1 or x is None or y is None:
             return None, (x, y) if unit == 1 else None
         per_inch = {2: 1.0, 3: 2.54}.get(unit)
@@ -310,20 +256,25 @@ class TiffTags:
         except (struct.error, TypeError, ValueError):  # damaged entries, not worth the photo
             return None
 
+    def kept(self, *, is_converted: bool) -> bytes:
+        """Return a directory of the tags that a changed TIFF keeps, or b"".
 
-def _rare(there: TiffImagePlugin.ImageFileDirectory_v2) -> bytes:
-    """Return a directory of the unknown tags with texts and numbers, or b""."""
-    kept = TiffImagePlugin.ImageFileDirectory_v2()
-    for tag in there:
-        is_true = is_rare(tag) or (tag in _DEFAULT_1 and there[tag] == 1)
-        if is_true and tag not in _OF_PIXELS and there.tagtype[tag] in _WITHOUT_PLACES:
-            kept.tagtype[tag], kept[tag] = there.tagtype[tag], as_read(there[tag])
-    with io.BytesIO() as out:
-        try:
-            kept.save(out)
-        except _DAMAGED:
-            return b""
-        return out.getvalue() if len(kept) else b""
+        Kept: tags of the file, and unknown texts and numbers of a picture that is neither turned
+        nor converted.
+        """
+        is_turned, kept = self.orientation != 1, TiffImagePlugin.ImageFileDirectory_v2()
+        of_file = set(_OF_FILE).difference((Tag.Orientation, *DENSITY) if is_turned else ())
+        of_file -= {Tag.FillOrder} if self.has_reversed_bits else set()
+        for tag, kind in self.directory.tagtype.items():
+            is_text = is_rare(tag) and tag not in _OF_PIXELS and kind in _WITHOUT_PLACES
+            if tag in of_file or (is_text and not (is_turned or is_converted)):
+                kept.tagtype[tag], kept[tag] = kind, as_read(self.directory[tag])
+        with io.BytesIO() as out:
+            try:
+                kept.save(out)
+            except _DAMAGED:
+                return b""
+            return out.getvalue() if len(kept) else b""
 
 
 def directory_of(rare: bytes) -> TiffImagePlugin.ImageFileDirectory_v2:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import struct
 from collections.abc import Container, Iterator
+from contextlib import suppress
 from typing import IO, Final
 
 from PIL import ExifTags
@@ -13,6 +14,7 @@ from PIL.ExifTags import Base as Tag
 
 from kogao_core.base.language import Text
 from kogao_core.photo.metadata import kinds, tiff
+from kogao_core.photo.metadata.directories import FIRST, Directories, Numbers
 from kogao_core.photo.metadata.kinds import Extra
 
 _LAYERS, CREDENTIALS = 37724, 52545
@@ -23,10 +25,9 @@ _NAMED: Final = {
 }
 # Colour channels by photometric interpretation; default 1.
 _COLOURS: Final = {5: 4, **dict.fromkeys((2, 6, 8, 9, 10), 3)}
-# Sizes of TIFF's types, by number; 13 is a directory.
-_SIZES: Final = dict(enumerate((1, 1, 2, 4, 8, 1, 1, 2, 4, 8, 4, 8, 4), start=1))
+_DIRECTORY: Final = 13  # TIFF's type
 _POINTERS: Final = {Tag.SubIFDs, Tag.ExifOffset, Tag.GPSInfo, Tag.ExifInteroperabilityOffset}
-_PLACES: Final = {273: 279, 324: 325, 513: 514}
+_PLACES: Final = ((273, 279), (324, 325), (513, 514))  # offsets and lengths
 _MOST_DIRECTORIES: Final = 1000
 
 
@@ -35,8 +36,8 @@ def found(read: tiff.TiffTags, channels: int, kept: Container[int]) -> Iterator[
     tags = read.tags
     if tags.get_ifd(ExifTags.IFD.IFD1):
         yield Extra(kinds.FURTHER)
-    colours = _COLOURS.get(read.first(Tag.PhotometricInterpretation, 1), 1)
-    if (more := read.samples - colours - (channels in (2, 4))) > 0:
+    colours = _COLOURS.get(read[Tag.PhotometricInterpretation], 1)
+    if (more := read[Tag.SamplesPerPixel] - colours - (channels in (2, 4))) > 0:
         yield Extra(kinds.CHANNELS, Text.counted(more, "{n} extra channel", "{n} extra channels"))
     for tag in tags:
         if tag in _NAMED:
@@ -53,41 +54,25 @@ def has_maker_note(tags: Pillow.Exif) -> bool:
 
 
 def end(file: IO[bytes]) -> int:
-    """Return the end offset of the last part that a directory of the file refers to."""
+    """Return the end offset of the last part that a directory of a file refers to."""
     whole = file.seek(0, os.SEEK_END)
-    order = ">" if _bytes_at(file, 0, 2) == b"MM" else "<"
-    last, seen = 8, set[int]()
-    waiting = [struct.unpack(order + "I", _bytes_at(file, 4, 4))[0]]
+    directories, ends, seen = Directories(file), [8], set[int]()
+    waiting = [*directories.read(FIRST)]
     while waiting and len(seen) < _MOST_DIRECTORIES:
         start = waiting.pop()
         if start in seen or not 0 < start < whole - 2:
             continue
         seen.add(start)
-        (count,) = struct.unpack(order + "H", _bytes_at(file, start, 2))
-        last = max(last, start + 2 + 12 * count + 4)
-        numbers: dict[int, tuple[int, ...]] = {}
-        entries = _bytes_at(file, start + 2, 12 * count)
-        for at in range(start + 2, min(start + 2 + 12 * count, whole - 16), 12):
-            tag, kind, size, value = struct.unpack_from(order + "HHII", entries, at - start - 2)
-            length = _SIZES.get(kind, 1) * size
-            place = at + 8 if length <= 4 else value
-            if place + length > whole:
-                continue
-            last = max(last, place + length)
-            if kind in (3, 4, 13):
-                letter = "H" if kind == 3 else "I"
-                stored = _bytes_at(file, place, length)
-                numbers[tag] = struct.unpack(f"{order}{size}{letter}", stored)
-                waiting += numbers[tag] if tag in _POINTERS or kind == 13 else ()
-        for places, lengths in _PLACES.items():
-            pairs = zip(numbers.get(places, ()), numbers.get(lengths, ()), strict=False)
-            last = max(last, *(at + length for at, length in pairs), 0)
-        after = start + 2 + 12 * count
-        if after + 4 <= whole:
-            waiting.append(struct.unpack(order + "I", _bytes_at(file, after, 4))[0])
-    return min(last, whole)
-
-
-def _bytes_at(file: IO[bytes], at: int, count: int) -> bytes:
-    file.seek(at)
-    return file.read(count)
+        found = dict[int, Numbers]()
+        with suppress(struct.error):  # a directory that the file cuts off
+            entries = directories.entries(start)
+            found.update(one for one in entries if one[1].end <= whole)
+            waiting += directories.read(directories.link(start))
+        ends += [directories.link(start).end, *(one.end for one in found.values())]
+        links = (one for tag, one in found.items() if tag in _POINTERS or one.kind == _DIRECTORY)
+        waiting += [at for one in links for at in directories.read(one)]
+        for tags in _PLACES:
+            if found.keys() >= set(tags):
+                parts = (directories.read(found[tag]) for tag in tags)
+                ends += map(sum, zip(*parts, strict=False))
+    return min(max(ends), whole)

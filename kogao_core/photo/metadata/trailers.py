@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import struct
 from collections.abc import Iterator
 from typing import Final
 
@@ -18,7 +17,6 @@ _SAMSUNG_VIDEO: Final = b"MotionPhoto_Data"
 _SAMSUNG_TEXTS: Final = re.compile(
     rb"(?:\0\0..[\4-\x1f]\0\0\0(?!PhotoEditor|Original)[ -~]{0,2000})+", re.DOTALL
 )
-_AFCP: Final = (b"AXS!", b"AXS*")
 _FTYP: Final = b"ftyp"
 _BOX_HEAD: Final = 8
 _FULL: Final = re.compile(rb"[^\0]")
@@ -101,11 +99,6 @@ def _record(data: bytes, start: int, end: int) -> tuple[int, tuple[Extra, ...]] 
     extras: tuple[Extra, ...] = ()
     if data.endswith(b"SEFT", start, end):
         size, extras = _samsung(data, start, end)
-    elif data[max(start, end - 12) : end][:4] in _AFCP:
-        order = ">" if data[end - 12 : end].startswith(_AFCP[0]) else "<"
-        (at,) = struct.unpack_from(order + "I", data, end - 8)
-        size, extras = end - at, (Extra(kinds.AFCP),)
-        size = size if start <= at < end else 12
     elif data.endswith(b"cbipcbbl", start, end):
         size = 12 + int.from_bytes(data[end - 12 : end - 8], "big")
         extras = (_kept(kinds.PHOTO_MECHANIC, data[max(start, end - size) : end]),)

@@ -6,6 +6,8 @@ decimals. Unsupported positions are removed (`references`).
 
 from __future__ import annotations
 
+import io
+import os
 import re
 import struct
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -19,9 +21,10 @@ from PIL.ExifTags import Base as Tag
 
 from kogao_core.base.geometry import Image
 from kogao_core.photo.metadata import xmp
+from kogao_core.photo.metadata.directories import FIRST, Directories, Numbers
 
 PREFIX: Final = b"Exif\0\0"
-_CODES: Final = {3: "H", 4: "I", 5: "Q"}  # of types; a rational is moved as a whole
+_KINDS: Final = (3, 4, 5)  # of TIFF: short and long numbers, fractions
 # Pairs of tags that swap if the sides swap (first, EXIF and interoperability directory).
 _SIDES: Final[tuple[tuple[int, int], ...]] = (
     (Tag.ImageWidth, Tag.ImageLength),
@@ -95,58 +98,25 @@ class Turn:
         return (of[1], of[0]) if self.swaps_sides else (of[0], of[1])
 
 
-@dataclass(frozen=True, slots=True)
-class _Numbers:
-    """Position and type of the numbers of a directory entry."""
-
-    at: int
-    code: str
+def _directories(block: bytes) -> Directories:
+    return Directories(io.BytesIO(block.removeprefix(PREFIX)))
 
 
-class _Tiff:
-    """TIFF structure of an EXIF block, in a buffer for patches."""
-
-    def __init__(self, block: bytes) -> None:
-        self.data = bytearray(block.removeprefix(PREFIX))
-        self._order = {b"II": "<", b"MM": ">"}[bytes(self.data[:2])]
-
-    def all(self, numbers: _Numbers) -> tuple[int, ...]:
-        return struct.unpack_from(self._order + numbers.code, self.data, numbers.at)
-
-    def read(self, numbers: _Numbers) -> int:
-        return self.all(numbers)[0]
-
-    def write(self, numbers: _Numbers, *values: int) -> None:
-        struct.pack_into(self._order + numbers.code, self.data, numbers.at, *values)
-
-    def main(self) -> int:
-        """Return the offset of the first directory."""
-        return self.read(_Numbers(4, "I"))
-
-    def next_link(self, start: int) -> _Numbers:
-        """Return the pointer from a directory to the next one."""
-        return _Numbers(start + 2 + 12 * self.read(_Numbers(start, "H")), "I")
-
-    def entries(self, start: int) -> dict[int, _Numbers]:
-        """Return the numbers of a directory by tag; lists of more than 4 are skipped."""
-        found = {}
-        for at in range(start + 2, self.next_link(start).at, 12):
-            (tag, kind), count = self.all(_Numbers(at, "2H")), self.read(_Numbers(at + 4, "I"))
-            if kind in _CODES and 1 <= count <= 4:
-                code = f"{count}{_CODES[kind]}"
-                inline = struct.calcsize(f"={code}") <= 4
-                found[tag] = _Numbers(at + 8 if inline else self.read(_Numbers(at + 8, "I")), code)
-        return found
+def _numbers(tiff: Directories, start: int) -> dict[int, Numbers]:
+    """Return the numbers of a directory by tag; lists of more than 4 are skipped."""
+    return {
+        tag: one for tag, one in tiff.entries(start) if one.kind in _KINDS and 1 <= one.count <= 4
+    }
 
 
 def orientation(exif: bytes | None, xmp: bytes | None) -> int:
     """Return the orientation 1 to 8 from EXIF, else from XMP, else 1."""
     if exif:
         with suppress(*_DAMAGED):  # a damaged block can't ask for anything
-            tiff = _Tiff(exif)
-            turn = tiff.entries(tiff.main()).get(Tag.Orientation)
+            tiff = _directories(exif)
+            turn = _numbers(tiff, *tiff.read(FIRST)).get(Tag.Orientation)
             if turn is not None:
-                value = tiff.read(turn)
+                value, *_ = tiff.read(turn)
                 return value if 1 <= value <= 8 else 1
     found = _ORIENTATION.search(xmp or b"")
     return int(found[2]) if found else 1
@@ -159,23 +129,25 @@ def turned_exif(exif: bytes, turn: Turn, small: Callable[[bytes], bytes]) -> byt
     unchanged.
     """
     try:
-        tiff = _Tiff(exif)
-        main = start = tiff.main()
+        tiff = _directories(exif)
+        (main,) = tiff.read(FIRST)
     except _DAMAGED:
         return exif
     with suppress(*_DAMAGED):
+        start = main
         for further in (Tag.ExifOffset, Tag.ExifInteroperabilityOffset, None):
-            numbers = tiff.entries(start)
+            numbers = _numbers(tiff, start)
             _turn(tiff, numbers, turn)
             if further not in numbers:
                 break
-            start = tiff.read(numbers[further])
+            start, *_ = tiff.read(numbers[further])
     with suppress(*_DAMAGED):
         _replace_thumbnail(tiff, main, turn, small)
-    return PREFIX + bytes(tiff.data)
+    tiff.file.seek(0)
+    return PREFIX + tiff.file.read()
 
 
-def _turn(tiff: _Tiff, numbers: dict[int, _Numbers], turn: Turn) -> None:
+def _turn(tiff: Directories, numbers: dict[int, Numbers], turn: Turn) -> None:
     """Update the sizes and positions of a directory."""
     sizes = ((Tag.ExifImageWidth, turn.width), (Tag.ExifImageHeight, turn.height))
     upright = ((Tag.Orientation, 1),) if turn.orientation != 1 else ()
@@ -186,35 +158,42 @@ def _turn(tiff: _Tiff, numbers: dict[int, _Numbers], turn: Turn) -> None:
         if turn.swaps_sides and set(pair) <= numbers.keys():
             first, second = (numbers[tag] for tag in pair)
             one, other = tiff.read(first), tiff.read(second)
-            tiff.write(first, other)
-            tiff.write(second, one)
+            tiff.write(first, *other)
+            tiff.write(second, *one)
     for tag in _SUBJECTS:
-        values = tiff.all(numbers[tag]) if tag in numbers else ()
+        values = tiff.read(numbers[tag]) if tag in numbers else ()
         if len(values) >= 2:
             at = turn.place(values, (turn.width - 1, turn.height - 1))
             size = turn.sides(values[2:]) if len(values) == 4 else values[2:]
             tiff.write(numbers[tag], *(max(0, number) for number in at), *size)
 
 
-def _replace_thumbnail(tiff: _Tiff, main: int, turn: Turn, small: Callable[[bytes], bytes]) -> None:
-    link = tiff.next_link(main)
-    second = tiff.read(link)
+def _replace_thumbnail(
+    tiff: Directories, main: int, turn: Turn, small: Callable[[bytes], bytes]
+) -> None:
+    link = tiff.link(main)
+    (second,) = tiff.read(link)
     if not second:
         return
-    numbers = tiff.entries(second)
+    numbers = _numbers(tiff, second)
     tiff.write(link, 0)
     if Tag.JpegIFOffset not in numbers or Tag.JpegIFByteCount not in numbers:
         return
-    start = tiff.read(numbers[Tag.JpegIFOffset])
-    end = min(start + tiff.read(numbers[Tag.JpegIFByteCount]), len(tiff.data))
-    fresh = small(bytes(tiff.data[start:end]))
+    start, length = (tiff.read(numbers[tag])[0] for tag in (Tag.JpegIFOffset, Tag.JpegIFByteCount))
+    whole = tiff.file.seek(0, os.SEEK_END)
+    tiff.file.seek(start)
+    old = tiff.file.read(length)
+    fresh = small(old)
     if fresh:
         _turn(tiff, numbers, turn)
         tiff.write(numbers[Tag.JpegIFByteCount], len(fresh))
         tiff.write(link, second)
     # All other data of the block keep their offsets.
-    at_end = end == len(tiff.data)
-    tiff.data[start:end] = fresh if at_end else fresh.ljust(end - start, b"\0")
+    at_end = start + length >= whole
+    tiff.file.seek(start)
+    tiff.file.write(fresh if at_end else fresh.ljust(len(old), b"\0"))
+    if at_end:
+        tiff.file.truncate()
 
 
 def turned_xmp(packet: bytes, turn: Turn) -> bytes:
@@ -230,10 +209,7 @@ def turned_xmp(packet: bytes, turn: Turn) -> bytes:
     if turn.orientation == 1:
         return packet
     packet = _ORIENTATION.sub(rb"\g<1>1", packet)
-    try:
-        return xmp.replaced(packet, _new(packet, turn))
-    except xmp.BadXmp:
-        return packet
+    return xmp.replaced(packet, _new(packet, turn))
 
 
 def _without(text: bytes, start: bytes, end: bytes) -> bytes:
@@ -249,7 +225,7 @@ def _new(packet: bytes, turn: Turn) -> dict[xmp.Span, bytes]:
     # Spans of simple values by name: for each structure (by position), and for lists.
     by_place: dict[int, _Structure] = {}
     lists: dict[str, list[xmp.Span]] = {}
-    for part in xmp.parts(packet):
+    for part in xmp.known_parts(packet):
         if len(part.path) <= len(xmp.DESCRIPTION) or (value := part.value(packet)) is None:
             continue
         if part.path[-1] == _RDF_ITEM:

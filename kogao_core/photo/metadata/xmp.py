@@ -98,6 +98,14 @@ def parts(packet: bytes) -> list[XmpPart]:
     return found
 
 
+def known_parts(packet: bytes) -> list[XmpPart]:
+    """Return the parts of a packet; none if the packet is damaged."""
+    try:
+        return parts(packet)
+    except BadXmp:
+        return []
+
+
 def _refuse_types(*_: object) -> None:
     raise BadXmp(Text("it declares a document type"))
 
@@ -136,18 +144,17 @@ def replaced(packet: bytes, new: Mapping[Span, bytes]) -> bytes:
     return b"".join([*kept, packet[at:]])
 
 
-def appended(packet: bytes, span: Span, content: str) -> tuple[int, int, bytes]:
-    """Return the span and the bytes that append content to an element."""
+def appended(packet: bytes, span: Span, content: str) -> dict[Span, bytes]:
+    """Return the replacement that appends content to an element."""
     start, end = span
     if tag_end(packet, start) < end:
         at = packet.rindex(b"</", start, end)
-        return at, at, content.encode()
-    name = tag_name(packet, start)
-    return end - 2, end, b">" + content.encode() + b"</" + name + b">"
+        return {(at, at): content.encode()}
+    return {(end - 2, end): b">" + content.encode() + b"</" + tag_name(packet, start) + b">"}
 
 
-def described(packet: bytes, parts: Iterable[XmpPart], rest: str) -> tuple[int, int, bytes]:
-    """Return the span and the bytes that append an rdf:Description. Raises BadXmp.
+def described(packet: bytes, parts: Iterable[XmpPart], rest: str) -> dict[Span, bytes]:
+    """Return the replacement that appends an rdf:Description. Raises BadXmp.
 
     `rest`: attributes, the end of the start tag, and the content.
     """
