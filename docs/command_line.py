@@ -48,7 +48,7 @@ six.jpg: 1 face, 6 % smaller; 72.8 % of the JPEG unchanged
 ```
 
 *Amount* is the distance that landmarks move, in % of their distance to the centre of the face.
-*Reshaped* means that other settings changed the face, too. Warnings and errors go to stderr. `-q`
+*reshaped* means that other settings changed the face, too. Warnings and errors go to stderr. `-q`
 prints only these; `-v` adds measurements and timings; `--json` prints everything for programs.
 
 Above 6 %, people in a survey noticed the change. `kogao-cli` overwrites no file without `--force`.

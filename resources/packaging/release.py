@@ -44,7 +44,7 @@ def main() -> None:
     folder.mkdir(parents=True, exist_ok=True)
     _run(sys.executable, "-m", "build", "--outdir", folder, ROOT)
     archive = folder / f"kogao-{VERSION}-linux-x86_64.tar.zst"
-    _run("tar", "--zstd", "-cf", archive, "-C", bundle.parent, bundle.name)
+    _run("tar", "-I", "zstd -19 -T0", "-cf", archive, "-C", bundle.parent, bundle.name)
     make_debian_package(bundle, folder / f"kogao_{VERSION}_amd64.deb")
     (folder / f"kogao-{VERSION}.cdx.json").write_text(json.dumps(sbom(), indent=1) + "\n")
     write_sums(folder)

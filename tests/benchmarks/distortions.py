@@ -120,22 +120,15 @@ def blur(percent: float) -> Distortion:
     return blurred
 
 
-def small(width_px: float, scene: tuple[int, int] | None = None) -> Distortion:
-    """Return what shrinks the face to a width, alone or on the wall of a scene, px."""
+def small(width_px: float) -> Distortion:
+    """Return what shrinks the face to a width, px."""
 
-    def shrunk(picture: Image, face: Face, rng: np.random.Generator) -> Distorted:
+    def shrunk(picture: Image, face: Face, _: np.random.Generator) -> Distorted:
         scale = width_px / face.box[2]
         tiny = cv2.resize(picture, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
         rows, columns = tiny.shape[:2]
         change = Affine.resize(columns / picture.shape[1], rows / picture.shape[0])
-        if scene is None:
-            return Distorted(np.asarray(tiny), change)
-        wide, high = scene
-        wall = _noise(np.zeros((high, wide, 3), np.uint8), rng, 40.0, 12.0) + 130.0
-        left, top = int(rng.integers(wide - columns)), int(rng.integers(high - rows))
-        wall[top : top + rows, left : left + columns] = tiny
-        moved = Affine(change.matrix, change.shift + np.array([left, top]))
-        return Distorted(np.clip(wall, 0, 255).astype(np.uint8), moved)
+        return Distorted(np.asarray(tiny), change)
 
     return shrunk
 
@@ -216,7 +209,6 @@ DISTORTIONS: Final[dict[str, Distortion]] = {
     "blur 5 %": blur(5.0),
     "blur 12 %": blur(12.0),
     "24 px": small(24.0),
-    "24 px in a scene": small(24.0, (1500, 1000)),
     "half": cut_at_nose,
     "no chin": cut_at_chin,
     "dark x0.1": dark(0.1),

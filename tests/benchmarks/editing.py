@@ -25,7 +25,6 @@ from paired import take_turns
 from PySide6.QtWidgets import QApplication
 
 from kogao_core.base.threads import shorten_switch_interval
-from kogao_core.faces.face import LandmarkSource
 from kogao_core.faces.landmarks import source
 
 
@@ -35,8 +34,11 @@ def main(photo: str, rounds: str, out: str) -> None:
     app = QApplication([])
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        editor = shown(app, source(), folder)
-        open_copy(app, editor, photo, folder)
+        editor = Editor(app, source(), Storage.in_folder(folder / "home"))
+        editor.window.resize(1280, 800)
+        editor.window.show()
+        editor.files.open(Path(shutil.copy(photo, folder)))  # edits are kept beside the photo
+        settle(app, editor)
         pixels = cv2.imread(photo)
         copy, bare = folder / "copy.jpg", str(folder / "bare.jpg")
 
@@ -50,20 +52,6 @@ def main(photo: str, rounds: str, out: str) -> None:
         times = take_turns({"ours": save, "floor": write, "again": write}, int(rounds))
         editor.close()
     Path(out).write_text(json.dumps(times))
-
-
-def shown(app: QApplication, source: LandmarkSource, folder: Path) -> Editor:
-    """Return an editor of usual size that keeps what is its own in a folder."""
-    editor = Editor(app, source, Storage.in_folder(folder / "home"))
-    editor.window.resize(1280, 800)
-    editor.window.show()
-    return editor
-
-
-def open_copy(app: QApplication, editor: Editor, photo: str, folder: Path) -> None:
-    """Open a copy of a photo: edits are kept beside what is edited."""
-    editor.files.open(Path(shutil.copy(photo, folder)))
-    settle(app, editor)
 
 
 def settle(app: QApplication, editor: Editor) -> None:

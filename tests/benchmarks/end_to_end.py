@@ -12,6 +12,7 @@ import functools
 import json
 import sys
 import tempfile
+import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,12 +20,12 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 import cv2
-import finding
 import numpy as np
 import photographs
-from paired import Case, Row, beside_floor, into_page, measured
+from paired import Case, Row, beside_floor, into_page, measured, timed
 from processes import CLI, EDITOR, Cost, run
 
+from kogao_core.faces.landmarks import MeshSource
 from kogao_core.lab.reports.report import machine
 from kogao_core.lab.reports.spread import in_turns
 
@@ -40,7 +41,6 @@ class Sizes:
     small: tuple[int, int] = (3840, 2700)  # 10 MP
     group: tuple[int, int] = (4000, 3000)  # 12
     large: tuple[int, int] = (5600, 4480)  # 25
-    methods: tuple[int, int] = (1340, 1340)  # 1.8
     photos: int = 20
     rounds: int = 7
     few: int = 3  # of what takes minutes
@@ -48,7 +48,7 @@ class Sizes:
     @staticmethod
     def quick() -> Sizes:
         """Return sizes that only show that everything runs."""
-        return Sizes((960, 680), (1200, 900), (1400, 1120), (400, 400), photos=4, rounds=2, few=1)
+        return Sizes((960, 680), (1200, 900), (1400, 1120), photos=4, rounds=2, few=1)
 
 
 # -- files ---------------------------------------------------------------------------------------
@@ -67,7 +67,7 @@ def warps(sizes: Sizes, folder: Path) -> Iterator[Row]:
         ("warp, 16-bit TIFF to TIFF, 25 MP", deep, ".tif"),
     )
     for name, source, suffix in cases:
-        yield beside_floor(name, "ms", *_warp(source, folder / f"out{suffix}"), sizes.rounds)
+        yield beside_floor(name, *_warp(source, folder / f"out{suffix}"), sizes.rounds)
 
 
 def _warp(source: Path, out: Path) -> tuple[Case, Case]:
@@ -127,7 +127,7 @@ def editor(sizes: Sizes, folder: Path) -> Iterator[Row]:
     most = photographs.write(photographs.portrait(*sizes.large), folder / "most.jpg")
     shot, bare = folder / "shot.png", folder / "bare.png"
     yield beside_floor(
-        "editor, start to 25 MP painted", "ms",
+        "editor, start to 25 MP painted",
         lambda: run(*EDITOR, most, "--screenshot", shot).wall_ms,
         lambda: run(*FLOOR, "window", most, bare).wall_ms,
         sizes.rounds,
@@ -141,27 +141,25 @@ def editor(sizes: Sizes, folder: Path) -> Iterator[Row]:
 
 
 def search(sizes: Sizes, _: Path) -> Iterator[Row]:
-    """Yield the search for 18 faces, for 30 and for none."""
-    times = measured(finding.cases(*sizes.group), sizes.rounds)
-    eighteen = [finding.GROUP * one for one in times["one face"]]
-    thirty = [finding.CROWD * one for one in times["networks of one face"]]
-    again = [finding.GROUP * one for one in times["again"]]
+    """Yield the search for 18 faces, and for the first of 30."""
+    source = MeshSource()
+    one = photographs.portraits(1)[0][:1000, :1000]
+    group = photographs.group(*sizes.group)
+    crowd = photographs.crowd(30, *sizes.group)
+
+    def first() -> float:
+        heard: list[float] = []
+        start = time.perf_counter()
+        source.find(crowd, lambda _: heard.append(time.perf_counter()))
+        return (heard[0] - start) * 1e3
+
+    alone = timed(functools.partial(source.find, one))
+    together = timed(functools.partial(source.find, group))
+    cases = {"one": alone, "again": alone, "group": together, "first": first}
+    times = measured(cases, sizes.rounds)
+    eighteen, again = ([18 * value for value in times[name]] for name in ("one", "again"))
     yield Row("find 18 faces / 18 times one", "ms", times["group"], eighteen, again)
-    yield Row("30 faces, the first / one", "ms", times["first"], times["one face"])
-    yield Row("find 30 faces / 30 times its networks", "ms", times["crowd"], thirty)
-    yield Row("no face, 12 MP / two looks at all scales", "ms", times["nobody"], times["two looks"])
-
-
-def methods(sizes: Sizes, folder: Path) -> Iterator[Row]:
-    """Yield `experiment methods` beside one decoding of its photo; seconds are what counts."""
-    photo = photographs.write(photographs.portrait(*sizes.methods), folder / "photo.jpg")
-    bare = folder / "bare.jpg"
-    yield beside_floor(
-        "experiment methods, 1.8 MP", "ms",
-        lambda: run(*CLI, "experiment", "methods", photo).wall_ms,
-        lambda: run(*FLOOR, "picture", photo, bare).wall_ms,
-        sizes.few, warm_up=0,
-    )  # fmt: skip
+    yield Row("30 faces, the first / one", "ms", times["first"], times["one"])
 
 
 GROUPS = {
@@ -170,7 +168,6 @@ GROUPS = {
     "batch": batch,
     "editor": editor,
     "search": search,
-    "methods": methods,
 }
 
 
@@ -179,21 +176,17 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--quick", action="store_true", help="small pictures, few rounds")
     parser.add_argument("--only", nargs="+", choices=GROUPS, help="not all rows")
-    parser.add_argument("--json", type=Path, help="write every figure here")
     parser.add_argument("--page", type=Path, help="write the table here: docs/measurements.md")
     options = parser.parse_args()
     sizes = Sizes.quick() if options.quick else Sizes()
-    rows, about = [], machine()
-    print(json.dumps(about, indent=1))
+    rows = []
+    print(json.dumps(machine(), indent=1))
     for name, rows_of in GROUPS.items():
         if name in (options.only or GROUPS):
             with tempfile.TemporaryDirectory(prefix="kogao-") as folder:
                 for row in rows_of(sizes, Path(folder)):
                     rows.append(row)
                     print(*(f"{cell:>12}" for cell in row.cells[1:]), f"  {row.name}", flush=True)
-    if options.json:
-        found = {"machine": about, "rows": [row.to_dict() for row in rows]}
-        options.json.write_text(json.dumps(found, indent=1), encoding="utf-8")
     if options.page:
         into_page(options.page, "files", [_HEAD, *(row.cells for row in rows)])
 

@@ -10,6 +10,7 @@ import dataclasses
 import json
 import sys
 import tracemalloc
+from collections.abc import Callable
 from itertools import count, cycle
 from pathlib import Path
 
@@ -17,18 +18,18 @@ import cv2
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-import rivals
 from paired import into_page, ratio, take_turns
 from scenes import oval_face, textured_photo
 
-from kogao_core.base.geometry import Affine, Image
+from kogao_core.base.geometry import Image
 from kogao_core.faces.face import Face
 from kogao_core.lab.reports.report import machine
 from kogao_core.pipeline import Rendering, render
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.warp.canvas import Canvas
+from kogao_core.warp.field import Field
 
-SIZES = {"0.7 MP": (960, 720), "12 MP": (4000, 3000), "24 MP": (6000, 4000), "45 MP": (8192, 5464)}
+SIZES = {"12 MP": (4000, 3000), "24 MP": (6000, 4000)}
 FACE_HEIGHT = 0.45
 LINEAR = Recipe(interpolation="bilinear")
 CUBIC = Recipe(interpolation="cubic")
@@ -86,34 +87,29 @@ def main() -> None:
     """Run all measurements and print them as a table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--quick", action="store_true", help="small pictures, few rounds")
-    parser.add_argument("--json", type=Path, help="write every figure here")
     parser.add_argument("--page", type=Path, help="write the table here: docs/measurements.md")
     options = parser.parse_args()
     rounds = 3 if options.quick else 15
     sizes = {name: _shrunk(size, options.quick) for name, size in SIZES.items()}
-    report: dict[str, object] = {"machine": machine(), "rounds": rounds, "sizes": sizes}
-    report["speed"] = speed(sizes, rounds)
-    report["memory"] = map_memory(*sizes["24 MP"])
-    report["sharpness"] = sharpness()
-    print(json.dumps(report["machine"], indent=1))
-    for row in _table(report):
+    table = _table(speed(sizes, rounds), memory_share(*sizes["24 MP"]), sharpness())
+    print(json.dumps(machine(), indent=1))
+    for row in table:
         print(f"{row[0]:40s} {row[1]:>8s} {row[2]:>17s} {row[3]:>9s}")
-    if options.json:
-        options.json.write_text(json.dumps(report, indent=1), encoding="utf-8")
     if options.page:
-        into_page(options.page, "engine", _table(report))
+        into_page(options.page, "engine", table)
 
 
-def _table(report: dict[str, object]) -> list[list[str]]:
+def _table(
+    speeds: dict[str, dict[str, float]], share: float, kept: dict[str, float]
+) -> list[list[str]]:
     rows = [["case", "ratio", "quartiles", "ms"]]
-    for name, figure in report["speed"].items():
+    for name, figure in speeds.items():
         if name not in ("unit", "cubic unit"):
             quartiles = f"{figure['q1']:.2f} to {figure['q3']:.2f}"
             rows.append([name, f"{figure['ratio']:.2f}", quartiles, f"{figure['median_ms']:.1f}"])
-    share = report["memory"]["of the image"]
     rows.append(["working memory, of the image's bytes", f"{share:.3f}", "", ""])
-    for kernel, kept in report["sharpness"].items():
-        rows.append([f"detail kept where pixels move, {kernel}", f"{kept:.3f}", "", ""])
+    for kernel, part in kept.items():
+        rows.append([f"detail kept where pixels move, {kernel}", f"{part:.3f}", "", ""])
     return rows
 
 
@@ -140,7 +136,7 @@ def speed(sizes: dict[str, tuple[int, int]], rounds: int) -> dict[str, dict[str,
         "cubic, drag, exact": bench.drag(CUBIC),
         "slider step on the proxy": proxy.ours(LINEAR),
         "five faces": bench.ours(LINEAR, faces=many),
-        "conventional": rivals.conventional(bench.photo, render_once(bench).field),
+        "conventional": conventional(bench.photo, bench.ours(LINEAR)().field),
     }
     times = take_turns(cases, rounds)
     figures = {}
@@ -150,13 +146,27 @@ def speed(sizes: dict[str, tuple[int, int]], rounds: int) -> dict[str, dict[str,
     figures["conventional / ours"] = ratio(times, "conventional", "bilinear, 2 threads")
     figures |= _readings(sizes["12 MP"], rounds)
     figures |= _other_depths(sizes["24 MP"], rounds)
-    figures |= _other_sizes(sizes, rounds)
     return figures
 
 
-def render_once(bench: Bench) -> Rendering:
-    """Render with the default recipe, bilinear."""
-    return render(bench.photo, [bench.face], LINEAR)
+def conventional(photo: Image, field: Field) -> Callable[[], object]:
+    """The whole image's map by two matrix products, and one full remap."""
+    height, width = photo.shape[:2]
+    result = np.empty_like(photo)
+    lattice = field.lattices[0]
+
+    def run() -> object:
+        axes = np.arange(float(width)), np.arange(float(height))
+        bx, by = (weights.astype(np.float32) for weights in lattice.weights_at(*axes))
+        phi = lattice.phi.astype(np.float32)
+        x = (by @ phi[..., 0]) @ bx.T
+        x += np.arange(width, dtype=np.float32)
+        y = (by @ phi[..., 1]) @ bx.T
+        y += np.arange(height, dtype=np.float32)[:, None]
+        border = cv2.BORDER_REPLICATE
+        return cv2.remap(photo, x, y, cv2.INTER_LINEAR, dst=result, borderMode=border)
+
+    return run
 
 
 def _spots(width: int, height: int) -> list[tuple[float, float]]:
@@ -208,34 +218,8 @@ def _other_depths(size: tuple[int, int], rounds: int) -> dict[str, dict[str, flo
     return figures
 
 
-def _other_sizes(sizes: dict[str, tuple[int, int]], rounds: int) -> dict[str, dict[str, float]]:
-    figures = {}
-    large = Bench(*sizes["45 MP"])
-    field = render_once(large).field
-    cases = {"ours": large.ours(LINEAR), "old": rivals.conventional(large.photo, field)}
-    figures["conventional / ours, 45 MP"] = ratio(take_turns(cases, rounds), "old", "ours")
-    small = Bench(*sizes["0.7 MP"])
-    lattice = render_once(small).field.lattices[0]
-    cases = {"ours": small.ours(LINEAR), "old": rivals.literal(small.photo, lattice)}
-    times = take_turns({**cases, "unit": small.full_remap()}, rounds)
-    figures["literal eq. (1) / ours, 960 x 720"] = ratio(times, "old", "ours")
-    figures["bilinear, 960 x 720"] = ratio(times, "ours", "unit")
-    figures["4 x larger canvas / smaller"] = _larger_canvas(sizes["24 MP"], rounds)
-    return figures
-
-
-def _larger_canvas(size: tuple[int, int], rounds: int) -> dict[str, float]:
-    small, large = Bench(size[0] // 2, size[1] // 2), Bench(*size)
-    shift = Affine(np.eye(2), np.array([size[0] / 4, size[1] / 4]))
-    cases = {
-        "small": small.ours(LINEAR),
-        "large": large.ours(LINEAR, faces=[small.face.mapped(shift)]),
-    }
-    return ratio(take_turns(cases, rounds), "large", "small")
-
-
-def map_memory(width: int, height: int) -> dict[str, float]:
-    """Return the peak of what a warp allocates, in bytes and of the image's bytes."""
+def memory_share(width: int, height: int) -> float:
+    """Return the peak of what a warp allocates, in image sizes."""
     bench = Bench(width, height)
     warp = bench.ours(LINEAR)
     warp()
@@ -243,7 +227,7 @@ def map_memory(width: int, height: int) -> dict[str, float]:
     warp()
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
-    return {"bytes": peak, "of the image": peak / bench.photo.nbytes}
+    return float(peak / bench.photo.nbytes)
 
 
 def sharpness() -> dict[str, float]:

@@ -58,16 +58,6 @@ class Row:
             self.unit,
         ]
 
-    def to_dict(self) -> dict[str, object]:
-        """Return plain JSON values."""
-        noise = self.noise
-        return {
-            **dataclasses.asdict(self),
-            "ratio": self.ratio,
-            "by round": dataclasses.asdict(self.by_round),
-            "noise": None if noise is None else dataclasses.asdict(noise),
-        }
-
 
 def _quartiles(spread: Spread) -> str:
     return f"{rounded(spread.q1)}\N{EN DASH}{rounded(spread.q3)}"
@@ -84,10 +74,10 @@ def timed(work: Callable[[], object]) -> Case:
     return once
 
 
-def measured(cases: dict[str, Case], rounds: int, warm_up: int = 1) -> dict[str, list[float]]:
-    """Let every case measure itself, in turns."""
+def measured(cases: dict[str, Case], rounds: int) -> dict[str, list[float]]:
+    """Let every case measure itself, in turns, after one round that doesn't count."""
     found: dict[str, list[float]] = {name: [] for name in cases}
-    for name, counts in in_turns(list(cases), rounds, warm_up):
+    for name, counts in in_turns(list(cases), rounds, 1):
         value = cases[name]()
         if counts:
             found[name].append(value)
@@ -111,12 +101,10 @@ def ratio(times: Mapping[str, list[float]], over: str, under: str) -> dict[str, 
     }
 
 
-def beside_floor(
-    name: str, unit: str, ours: Case, floor: Case, rounds: int, warm_up: int = 1
-) -> Row:
-    """Measure a case, its floor, and the floor again, in turns."""
-    times = measured({"ours": ours, "floor": floor, "again": floor}, rounds, warm_up)
-    return Row(name, unit, times["ours"], times["floor"], times["again"])
+def beside_floor(name: str, ours: Case, floor: Case, rounds: int) -> Row:
+    """Measure a case, its floor, and the floor again, in turns, ms."""
+    times = measured({"ours": ours, "floor": floor, "again": floor}, rounds)
+    return Row(name, "ms", times["ours"], times["floor"], times["again"])
 
 
 def into_page(page: Path, name: str, table: Iterable[Sequence[str]]) -> None:

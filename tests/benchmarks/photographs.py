@@ -62,11 +62,6 @@ def crowd(count: int, width: int, height: int) -> Image:
     return photo
 
 
-def empty(width: int, height: int) -> Image:
-    """Return a photo without a face."""
-    return textured_photo(width, height, seed=3)
-
-
 def write(pixels: Image, file: Path) -> Path:
     """Write RGB pixels: JPEG at quality 92, TIFF as it is."""
     cv2.imwrite(str(file), cv2.cvtColor(pixels, cv2.COLOR_RGB2BGR), _SETTINGS[file.suffix])

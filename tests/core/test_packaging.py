@@ -18,7 +18,8 @@ from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
 import kogao_core
-from kogao_core.cli import desktop, licences
+from kogao_core.cli import declarations, desktop, licences
+from kogao_core.cli.words import Group
 
 FOLDER = ROOT / "resources" / "packaging"
 needs_readelf = pytest.mark.skipif(
@@ -50,6 +51,17 @@ def test_nothing_of_ours_imports_what_a_bundle_leaves_out():
     assert extras < unused
     for file in chain((ROOT / "kogao_core").rglob("*.py"), (ROOT / "app").rglob("*.py")):
         assert not set(_imports(file)) & (unused - extras), file
+
+
+def test_the_trial_of_a_bundle_uses_commands_that_there_are():
+    trial = (ROOT / ".ci" / "smoke").read_text()
+    used = re.findall(r"\$cli (?:--language \w+ )?(\w[\w ]*)", trial)
+    assert used
+    for words in map(str.split, used):
+        group = declarations.program
+        while words and isinstance(group, Group):
+            assert words[0] in group.every, words
+            group = group.every[words.pop(0)]
 
 
 def _imports(file: Path):

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 import pytest
 import threadpoolctl
-from opencv import needs_opencv_4, needs_rounded_positions
+from opencv import needs_opencv_4
 from scenes import ALONE, oval_face, textured_photo
 from timeouts import LONGEST_S
 
@@ -135,7 +135,6 @@ def failing_in(where, run):
 
 
 @pytest.mark.parametrize("fit", SETTINGS["fit"].choices)
-@needs_rounded_positions
 def test_a_dragged_landmark_redoes_few_tiles_and_gives_the_same_bits(fit):
     photo = textured_photo(1200, 800)
     canvas, face, recipe = Canvas(photo), oval_face(1200, 800, size=0.7), replace(ALONE, fit=fit)

@@ -1,5 +1,6 @@
 """Other programs get their pictures back: darktable, GIMP 2.10, Krita, a stand-in for GIMP 3."""
 
+import itertools
 import os
 import re
 import shutil
@@ -30,14 +31,21 @@ dt.print = function(said) told:write("said ", said, "\\n") end
 local image, nobody = dt.database.import("{photo}"), dt.database.import("{nobody}")
 image.rating = 3
 kogao.process("{cancels}", {{image}})
-dt.preferences.write("kogao", "amount", "float", 5)
 kogao.process(kogao.smaller(), {{nobody, image}})
-told:write(kogao.smaller():match("%-%-amount.*"), "\\n")
 for _, one in ipairs(image:get_group_members()) do
   told:write(one.filename, " ", one.rating, "\\n")
 end
-told:close()
-os.rename("{told}", "{done}")
+-- The panel comes with the first photo under the pointer.
+dt.register_event("hands", "mouse-over-image-changed", function(_, hovered)
+  if not hovered or io.type(told) == "closed file" then return end
+  local slider = kogao.slider()
+  told:write(slider.value, " ", kogao.smaller():match("%-%-amount.*"), "\\n")
+  slider.value = 7.5
+  told:write(kogao.smaller():match("%-%-amount.*"), "\\n")
+  told:write(dt.preferences.read("kogao", "amount", "float"), "\\n")
+  told:close()
+  os.rename("{told}", "{done}")
+end)
 """
 # A second plug-in, whose hands do what a user's would: open a photo, choose an action, look.
 KRITA = """
@@ -438,17 +446,19 @@ def test_gimp_2_10_gets_a_layer_back(
     assert (tmp_path / "door").exists() == is_sandboxed
 
 
-def is_there_within(seconds, file, program):
-    """Wait for a file that a running program writes."""
+def is_there_within(seconds, file, program, act=lambda: None):
+    """Wait for a file that a running program writes; do something meanwhile, over and over."""
     ends = time.monotonic() + seconds
     while not file.exists() and program.poll() is None and time.monotonic() < ends:
+        act()
         time.sleep(0.1)
     return file.exists()
 
 
 @pytest.mark.slow
 @pytest.mark.skipif(
-    not (shutil.which("darktable") and shutil.which("Xvfb")), reason="needs darktable and Xvfb"
+    not all(map(shutil.which, ("darktable", "Xvfb", "xdotool"))),
+    reason="needs darktable, Xvfb and xdotool",
 )
 @pytest.mark.parametrize("is_sandboxed", [True, False])
 def test_darktable_gets_a_photo_back_beside_its_own(
@@ -462,10 +472,15 @@ def test_darktable_gets_a_photo_back_beside_its_own(
     cancels.chmod(0o755)
     places = {"photo": mine, "nobody": faceless, "cancels": cancels, "told": tmp_path / "told"}
     begun = tmp_path / "begun"
+    spots = itertools.cycle([("330", "170"), ("360", "200"), ("10", "10")])  # on a photo, and off
     command = ["darktable", "--configdir", settings, "--cachedir", tmp_path / "cache",
                "--library", ":memory:", "--disable-opencl",
                "--luacmd", DARKTABLE.format(begun=begun, done=done, **places)]  # fmt: skip
     named = {"DISPLAY": request.getfixturevalue("screen"), "XDG_DATA_HOME": str(tmp_path / "data")}
+
+    def move():
+        subprocess.run(["xdotool", "mousemove", *next(spots)], env=os.environ | named, check=False)
+
     # One start in some thirty of darktable 4.2 stands still in its own script installer, which asks
     # for a widget before the main loop runs: then none of our words were reached, and it starts
     # again.
@@ -476,13 +491,13 @@ def test_darktable_gets_a_photo_back_beside_its_own(
             stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
         ) as darktable:  # fmt: skip
             if is_there_within(LONGEST_S / 2, begun, darktable):
-                is_there_within(4 * LONGEST_S, done, darktable)
+                is_there_within(4 * LONGEST_S, done, darktable, move)
             darktable.kill()
         if begun.exists():
             break
-    said, amount, *photos = done.read_text().splitlines()
+    said, *photos, first, moved_to, kept_for_next = done.read_text().splitlines()
     assert said == f"said faceless.png: {NO_FACE}"
-    assert amount == "--amount 5.0"
+    assert (first, moved_to, kept_for_next) == ("6 --amount 6.0", "--amount 7.5", "7.5")
     assert sorted(photos) == ["mine's.jpg 3", "mine's_kogao.tif 3"]
     result, was = photo.read(tmp_path / "mine's_kogao.tif"), photo.read(mine)
     assert result.bits == 16

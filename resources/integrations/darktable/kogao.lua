@@ -1,4 +1,4 @@
--- Kogao for darktable: two buttons in the module "selected image[s]". Each photo is exported as a
+-- Kogao for darktable: a panel of the lighttable with the Amount. Each photo is exported as a
 -- 16-bit TIFF; the result is imported next to the photo and grouped with it.
 -- `kogao-cli integrate darktable` installs this file and fills in programs and texts.
 
@@ -107,24 +107,48 @@ local function process(command, images)
   end
 end
 
--- darktable's scripts can't open a dialog, and widgets created at start can block darktable: the
--- Amount is a preference.
-dt.preferences.register("kogao", "amount", "float", "Kogao: @AMOUNT_LABEL@", "@SMALLER@",
-  tonumber("@AMOUNT@"), 0, LARGEST, 0.5)
+-- The Amount: a slider of the panel, and the value that the panel starts with.
+local slider
+local stored = dt.preferences.read("kogao", "amount", "float")
+local amount = stored > 0 and stored or tonumber("@AMOUNT@")
 
--- Return the command for the Amount of the preferences.
+-- Return the command for the Amount of the slider.
 local function smaller()
-  local amount = dt.preferences.read("kogao", "amount", "float")
+  if slider then
+    amount = slider.value
+    dt.preferences.write("kogao", "amount", "float", amount)
+  end
   return SMALLER .. string.format("%.1f", amount):gsub(",", ".")
 end
 
-local function register(name, label, command)
-  dt.gui.libs.image.register_action(name, label, function(_, images)
-    process(command(), images)
-  end, "@RESULT_NEXT_TO@")
+local function button(label, command)
+  return dt.new_widget("button"){
+    label = label, tooltip = "@RESULT_NEXT_TO@",
+    clicked_callback = function() process(command(), dt.gui.action_images) end,
+  }
 end
 
-register("kogao_editor", "@EDIT@", function() return EDITOR end)
-register("kogao_smaller", (("@SMALLER@"):gsub("…", "")), smaller)
+local function add_panel()
+  slider = dt.new_widget("slider"){
+    label = "@AMOUNT_LABEL@", hard_min = 0, hard_max = LARGEST, soft_min = 0, soft_max = LARGEST,
+    step = 0.5, digits = 1,
+  }
+  slider.value = amount -- after the limits, which a table sets in any order
+  dt.register_lib("kogao", "Kogao", true, false,
+    {[dt.gui.views.lighttable] = {"DT_UI_CONTAINER_PANEL_RIGHT_CENTER", 0}},
+    dt.new_widget("box"){
+      slider,
+      button((("@SMALLER@"):gsub("…", "")), smaller),
+      button("@EDIT@", function() return EDITOR end),
+    })
+end
 
-return { process = process, smaller = smaller }
+-- Widgets created before darktable handles events can block darktable. The pointer on a photo shows
+-- that darktable does.
+dt.register_event("kogao", "mouse-over-image-changed", function(_, image)
+  if image and not slider then
+    add_panel()
+  end
+end)
+
+return { process = process, smaller = smaller, slider = function() return slider end }
