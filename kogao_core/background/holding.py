@@ -113,8 +113,8 @@ def _changes(field: Field, problem: Problem, face: Face, held: Held, k: int) -> 
     # Neighbours alone are held first, in half the square and on a lattice twice as fine.
     rooms = [_room(problem, face, scale) for scale in (0.5, 1.0)]
     known, found = held.built.get(k, (None, ()))
-    values = face.points.tobytes(), problem.photo
-    values += tuple((room.grid, room.first, room.shape) for room in rooms)
+    places = [(room.grid, room.first, room.shape) for room in rooms]
+    values = face.points.tobytes(), problem.photo, places
     if known != values:
         both = zip(rooms, (None, edges or no_edges()), strict=True)
         found = tuple(_Steady(problem, face, room, rows, near) for room, rows in both)

@@ -88,7 +88,8 @@ class Field:
         if self.is_plain:
             return displacement
         displacement = displacement * fade(np.hypot(*displacement.T), self.fade_px)[:, None]
-        return displacement * share(self.protection.strokes, *points.T, displacement.T)[:, None]
+        x, y = points.T
+        return displacement * share(self.protection.strokes, x, y, displacement.T)[:, None]
 
     def on_grid(self, xs_px: npt.ArrayLike, ys_px: npt.ArrayLike) -> Array:
         """Return the displacement on a grid; much faster than at single points.
@@ -139,7 +140,8 @@ class Field:
         array([1., 1.])
         """
         unprotected = dataclasses.replace(self, protection=NOTHING)
-        return share(self.protection.strokes, *points_px.T, unprotected.at(points_px).T)
+        x, y = points_px.T
+        return share(self.protection.strokes, x, y, unprotected.at(points_px).T)
 
     def det_jacobian(self, xs_px: npt.ArrayLike, ys_px: npt.ArrayLike) -> Array:
         """Return the Jacobian determinant of ``x + d(x)`` on a grid.
