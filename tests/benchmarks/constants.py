@@ -10,6 +10,7 @@ from __future__ import annotations
 import ast
 import importlib
 import os
+import re
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -94,7 +95,9 @@ def survives(module: str, name: str, factor: float, *tests: Path) -> bool:
 def importing(module: str) -> list[Path]:
     """Return the test files that import a module."""
     files = sorted((ROOT / "tests/core").glob("test_*.py"))
-    return [one for one in files if f"from {module} " in one.read_text(encoding="utf-8")]
+    package, _, name = module.rpartition(".")
+    imported = re.compile(rf"from {module} |from {package} import .*\b{name}\b")
+    return [one for one in files if imported.search(one.read_text(encoding="utf-8"))]
 
 
 def main() -> None:
