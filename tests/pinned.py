@@ -26,7 +26,7 @@ from kogao_core.faces.landmarks.sources import template_face
 from kogao_core.photo import read
 from kogao_core.pipeline import render
 from kogao_core.projects.sidecar import Applied
-from kogao_core.recipe.recipe import Recipe
+from kogao_core.recipe.recipe import SETTINGS, Recipe
 from kogao_core.warp.brush import UNTOUCHED, Brushwork
 from kogao_core.warp.lens import distance_m, distance_note, stretch_percent
 from kogao_core.warp.protection import NOTHING, Protection
@@ -200,7 +200,21 @@ def statements() -> dict[str, Any]:
         render(blank, [_seen((float(x), 300.0), 240.0)], Recipe(percent=8.0, scope=scope))
         for x in range(60, 200, 12) for scope in ("face", "head")
     ]  # fmt: skip
+    dragged = face.with_target(4, face.outline[5] + 9.0)
+    fitted = [
+        render(blank, [dragged], Recipe(scope="face", guard=False, lattice=6.0, fit=fit))
+        for fit in SETTINGS["fit"].choices
+    ] + [
+        render(blank, [_seen((x, 300.0), 110.0) for x in places], Recipe(percent=0.0, lens=mm))
+        for *places, mm in ((20.0, 20.0), (90.0, 470.0, 24.0), (590.0, 12.0))
+    ]  # fmt: skip
+    turned = dataclasses.replace(
+        face.with_outline_point(3, face.outline[3] - 25.0), eyes=face.eyes - (25.0, 0.0)
+    )
+    steep = Recipe(percent=10.0, scope="face", width=-9.0, jaw_width=-9.0)
+    fitted += [render(blank, [face], steep), render(blank, [turned], Recipe(even_out=90.0))]
     return {
+        "fits": _rounded([one.field.on_grid(xs, xs) for one in fitted], _DIGITS),
         "told": "; ".join(told),
         "notes": "; ".join(notes),
         "lens": _rounded(lens, _DIGITS),

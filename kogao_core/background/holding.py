@@ -52,14 +52,12 @@ _SCREEN: Final = 0.06  # in L beside neighbours' differences: a change fades ove
 # The change acts in a square of this half side, moved up from the middle of the outline by so much.
 _HALF: Final = 16.0
 _WIDER: Final = 1.25  # factor if a lens correction displaces more than that square
-_HALF_NEAR: Final = 8.0  # the same of a first change, which holds neighbours alone
 _UP: Final = 2.5
 # Shorter changes of a control point are dropped, those from twice as long on kept in full.
 _UNSEEN: Final = 0.012
 # The change's lattice is the fit's, or that at double the spacing until it is at least this share
 # of the landmark spacing.
 _FINEST: Final = 1.4
-_FINEST_NEAR: Final = 0.7
 _SMALL: Final = 64  # rows of a matrix that is inverted in one step
 _MOST_PLACES: Final = 350  # of neighbours and within the face; of more, places are farther apart
 
@@ -112,11 +110,15 @@ def _changes(field: Field, problem: Problem, face: Face, held: Held, k: int) -> 
     """Return the equations of the changes of a face: neighbours on a fine lattice, then all."""
     edges = held.edges[k] if held.edges else None
     near = held.neighbours[k] if held.neighbours else np.zeros((0, 2))
-    values = problem.grid, problem.photo, face.points.tobytes()
+    # Neighbours alone are held first, in half the square and on a lattice twice as fine.
+    rooms = [_room(problem, face, scale) for scale in (0.5, 1.0)]
     known, found = held.built.get(k, (None, ()))
+    places = [(room.grid, room.first, room.shape) for room in rooms]
+    values = face.points.tobytes(), problem.photo, places
     if known != values:
-        both = (_Steady(problem, face, rows, near) for rows in (None, edges or no_edges()))
-        found = tuple(steady for steady in both if len(steady.weights))
+        both = zip(rooms, (None, edges or no_edges()), strict=True)
+        found = tuple(_Steady(problem, face, room, rows, near) for room, rows in both)
+        found = tuple(steady for steady in found if len(steady.weights))
         held.built[k] = values, found
     if not field.protection.strokes:
         return found
@@ -124,7 +126,7 @@ def _changes(field: Field, problem: Problem, face: Face, held: Held, k: int) -> 
     # A protected part pins its edge.
     shares = [alone.protected_share(steady.places) for steady in found]
     return tuple(
-        _Steady(problem, face, one.edges, near, share) if (share < 1.0).any() else one
+        _Steady(problem, face, one.room, one.edges, near, share) if (share < 1.0).any() else one
         for one, share in zip(found, shares, strict=True)
     )
 
@@ -162,23 +164,23 @@ class _Steady:
         self,
         problem: Problem,
         face: Face,
+        room: Lattice,
         edges: Edges | None,
         near: Array,
         shares: Array | None = None,
     ) -> None:
-        """Build the equations; without `edges`, on a small fine lattice for neighbours alone.
+        """Build the equations of the control points of `room`; without `edges`, for neighbours.
 
         `shares`: of the displacement that protection leaves at `places`.
         """
-        source, h, self.edges = face.outline, face.anchor.spacing_px, edges
-        size = (_HALF_NEAR, _FINEST_NEAR) if edges is None else (_HALF, _FINEST)
-        self._room, self._unseen_px = _room(problem, source, h, *size), _UNSEEN * h
+        source, h, self.edges, self.room = face.outline, face.anchor.spacing_px, edges, room
+        self._unseen_px = _UNSEEN * h
         middle = source.mean(axis=0)
         swept = np.vstack(
             [middle + f * (source - middle) for f in (1.0, (1.0 + _INNERMOST) / 2.0, _INNERMOST)]
         )
-        triples, normals, weights = _near_rows(edges, self._room, swept, h)
-        near = near[self._room.reaches(near)]
+        triples, normals, weights = _near_rows(edges, self.room, swept, h)
+        near = near[self.room.reaches(near)]
         near = _thinned(near[_away(near, swept, h) > _TOUCHING], 0.5 * h)
         # Nearly exact where a neighbour is clear of the face, soft where both meet.
         clear = _away(near, swept, h) / _TOUCHING - np.array([[1.0], [2.0]])
@@ -198,11 +200,11 @@ class _Steady:
         matrix = self._built(problem, face, edges, swept)
         self._whitening = _inverse(np.asarray(np.linalg.cholesky(matrix), np.float64))
         # The newest change, after the values it was solved for: a drag leaves other faces alone.
-        self._newest: tuple[Any, Lattice] = (), self._room
+        self._newest: tuple[Any, Lattice] = (), self.room
 
     def change(self, lattice: Lattice, landmarks: Array) -> Lattice:
         """Return the change of a lattice, zero at landmarks (N, 2)."""
-        landmarks = landmarks[self._room.reaches(landmarks)]
+        landmarks = landmarks[self.room.reaches(landmarks)]
         values = lattice.grid, lattice.first, lattice.phi.tobytes(), landmarks.tobytes()
         known, change = self._newest
         if values != known:
@@ -225,14 +227,14 @@ class _Steady:
         free, ways = sides[:, 0], sides[:, 1:]
         strength = np.linalg.solve(ways.T @ ways + _RIDGE * np.eye(2 * m), ways.T @ free)
         phi = self._whitening.T @ (free - ways @ strength)
-        phi = phi.reshape(2, *self._room.shape)
+        phi = phi.reshape(2, *self.room.shape)
         # Away from landmarks and neighbours the change ends where nobody sees it.
         kept = 2.0 - 2.0 * self._unseen_px / np.maximum(np.hypot(*phi), self._unseen_px)
         # Invisible steps: a drag elsewhere leaves these control points equal.
         coarse = LOSSLESS_PX * np.round(np.minimum(kept, 1.0) * phi / LOSSLESS_PX)
         exact = np.vstack([rows_of_basis, self._rows[count:]]).any(axis=0)
-        phi = np.where(exact.reshape(self._room.shape), phi, coarse)
-        return dataclasses.replace(self._room, phi=np.ascontiguousarray(phi.transpose(1, 2, 0)))
+        phi = np.where(exact.reshape(self.room.shape), phi, coarse)
+        return dataclasses.replace(self.room, phi=np.ascontiguousarray(phi.transpose(1, 2, 0)))
 
     def _basis_rows(
         self,
@@ -245,8 +247,8 @@ class _Steady:
         With `rows`, add up the places of each row, each times its factor.
         """
         rows = np.arange(len(places)) if rows is None else rows
-        (down, across), first = self._room.shape, self._room.first
-        (i, s), (j, t) = (self._room.grid.locate(places[:, axis], axis) for axis in (0, 1))
+        (down, across), first = self.room.shape, self.room.first
+        (i, s), (j, t) = (self.room.grid.locate(places[:, axis], axis) for axis in (0, 1))
         weights = np.reshape(factors, (-1, 1, 1)) * basis(t)[:, :, None] * basis(s)[:, None]
         reach = np.arange(ORDER) - 1
         column = np.broadcast_to((i - first[0])[:, None, None] + reach, weights.shape)
@@ -259,7 +261,7 @@ class _Steady:
 
     def _built(self, problem: Problem, face: Face, edges: Edges | None, swept: Array) -> Array:
         """Return the symmetric matrix of the change's x, then y components."""
-        (rows, columns), n = self._room.shape, self._rows.shape[1]
+        (rows, columns), n = self.room.shape, self._rows.shape[1]
         still: Array = np.zeros((n, n))
         index = np.arange(n).reshape(rows, columns)
         still[index, index] = 4.0 + _SCREEN
@@ -273,7 +275,7 @@ class _Steady:
             [np.full(len(inside), _WITHIN), np.full(len(corners), _STILL)],
         )
         if edges is not None:
-            on = self._room.reaches(edges.people_px)
+            on = self.room.reaches(edges.people_px)
             places.append(edges.people_px[on])
             weights.append(_PERSON * edges.opacities[on])
         rows_of_basis = np.concatenate([self._basis_rows(np.vstack(places)), self._rows[count:]])
@@ -285,7 +287,7 @@ class _Steady:
         matrix = _squared(both, self.weights[:count]).reshape(2, n, 2, n)
         for axis in (0, 1):
             matrix[axis, :, axis] += still
-        for axis, there in _edge_places(problem, self._room):
+        for axis, there in _edge_places(problem, self.room):
             matrix[axis, :, axis] += _squared(self._basis_rows(there), np.full(len(there), _STILL))
         return matrix.reshape(2 * n, 2 * n)
 
@@ -307,10 +309,11 @@ def _inverse(lower: Array) -> Array:
     return inverse
 
 
-def _room(problem: Problem, outline: Array, h: float, half: float, finest: float) -> Lattice:
-    """Return the lattice that a change can move, of zeros."""
+def _room(problem: Problem, face: Face, scale: float) -> Lattice:
+    """Return the lattice that a change can move, of zeros; `scale`: of its square and spacing."""
+    outline, h, half = face.outline, face.anchor.spacing_px, scale * _HALF
     spacing, origin = problem.grid.spacing_px, np.array(problem.grid.origin_px)
-    while spacing < finest * h:
+    while spacing < scale * _FINEST * h:
         spacing *= 2.0
     up = (outline[0] + outline[-1]) / 2.0 - outline.mean(axis=0)
     middle = (outline.min(axis=0) + outline.max(axis=0)) / 2.0

@@ -13,19 +13,12 @@ import numpy.typing as npt
 from kogao_core.base.geometry import Array, points_of, smoothstep
 from kogao_core.faces.targets import Pairs
 from kogao_core.warp.lattice import Lattice, basis_slope
-from kogao_core.warp.protection import (
-    NOTHING,
-    Protection,
-    share_at,
-    share_on_grid,
-    slopes_on_grid,
-)
+from kogao_core.warp.protection import NOTHING, Protection, axes, share, slopes_on_grid
 
 _INVERSION_STEPS: Final = 64  # most iterations of `shown_at`
 _INVERTED_PX: Final = 1e-4  # largest error of a converged point, px
 # Most extrapolation of a step, in previous steps: near a fold the secant is unreliable.
 _MOST_AHEAD: Final = 32.0
-_LEAST_CHANGE: Final = 1e-30  # px^2, avoids a division by zero
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -95,7 +88,8 @@ class Field:
         if self.is_plain:
             return displacement
         displacement = displacement * fade(np.hypot(*displacement.T), self.fade_px)[:, None]
-        return displacement * share_at(self.protection.strokes, points, displacement)[:, None]
+        x, y = points.T
+        return displacement * share(self.protection.strokes, x, y, displacement.T)[:, None]
 
     def on_grid(self, xs_px: npt.ArrayLike, ys_px: npt.ArrayLike) -> Array:
         """Return the displacement on a grid; much faster than at single points.
@@ -122,7 +116,7 @@ class Field:
         if self.is_plain:
             return displacement
         displacement = displacement * fade(np.hypot(*displacement), self.fade_px)
-        return displacement * share_on_grid(self.protection.strokes, xs_px, ys_px, displacement)
+        return displacement * share(self.protection.strokes, *axes(xs_px, ys_px), displacement)
 
     def protected_share(self, points_px: Array) -> Array:
         """Return the share of the displacement that protection leaves at points.
@@ -146,7 +140,8 @@ class Field:
         array([1., 1.])
         """
         unprotected = dataclasses.replace(self, protection=NOTHING)
-        return share_at(self.protection.strokes, points_px, unprotected.at(points_px))
+        x, y = points_px.T
+        return share(self.protection.strokes, x, y, unprotected.at(points_px).T)
 
     def det_jacobian(self, xs_px: npt.ArrayLike, ys_px: npt.ArrayLike) -> Array:
         """Return the Jacobian determinant of ``x + d(x)`` on a grid.
@@ -338,7 +333,7 @@ def _accelerated(miss: Array, last: Array, move: Array) -> Array:
     plain iteration (`miss` alone) converges slowly or not at all near a fold.
     """
     change = miss - last
-    share = (change * miss).sum(axis=1) / np.maximum((change**2).sum(axis=1), _LEAST_CHANGE)
+    share = (change * miss).sum(axis=1) / np.maximum((change**2).sum(axis=1), 1e-30)
     return np.asarray(miss - np.clip(share, -_MOST_AHEAD, 1.0)[:, None] * (move + change))
 
 

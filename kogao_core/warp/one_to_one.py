@@ -162,15 +162,7 @@ def _lattice_is_safe(lattice: Lattice) -> bool:
 
 def edges_are_safe(field: Field) -> bool:
     """Return True if neither the fade of short displacements nor protection can add a fold."""
-    return fade_is_safe(field) and protected_slope(field) < 1.0
-
-
-def protected_slope(field: Field) -> float:
-    """Bound the slope of the displacement where protection fades the displacement out.
-
-    A result below 1 excludes folds there. Result: 0 without protection.
-    """
-    return max((float(slope.max()) for _, slope in protected_slopes(field)), default=0.0)
+    return fade_is_safe(field) and all((slope < 1.0).all() for _, slope in protected_slopes(field))
 
 
 def protected_slopes(field: Field) -> Iterator[tuple[Lattice, Array]]:

@@ -196,18 +196,6 @@ class Protection:
 NOTHING = Protection()
 
 
-def share_at(strokes: Strokes, points_px: Array, displacement_px: Array) -> Array:
-    """Return the share of displacements (N, 2) that points (N, 2) keep, 0 to 1, (N,)."""
-    return _share(strokes, points_px[:, 0], points_px[:, 1], displacement_px.T)
-
-
-def share_on_grid(
-    strokes: Strokes, xs_px: npt.ArrayLike, ys_px: npt.ArrayLike, displacement_px: npt.NDArray[Any]
-) -> Array:
-    """Return the share of displacements (2, Y, X) that the grid ``ys x xs`` keeps, (Y, X)."""
-    return _share(strokes, *_axes(xs_px, ys_px), displacement_px)
-
-
 def slopes_on_grid(
     strokes: Strokes,
     xs_px: npt.ArrayLike,
@@ -223,7 +211,7 @@ def slopes_on_grid(
     """
     length = np.hypot(*displacement_px)
     total, rise = np.zeros_like(length), np.zeros((4, *length.shape))
-    for at, power, apart, way in _near(strokes, *_axes(xs_px, ys_px), length):
+    for at, power, apart, way in _near(strokes, *axes(xs_px, ys_px), length):
         active = np.where((power > _LEFT_OUT) & (apart > 0.0), power, 0.0)
         total[at] += np.maximum(power - _LEFT_OUT, 0.0)
         rise[0][at] += active
@@ -268,7 +256,11 @@ def slope_bound(
     return result
 
 
-def _share(strokes: Strokes, x: Array, y: Array, displacement_px: npt.NDArray[Any]) -> Array:
+def share(strokes: Strokes, x: Array, y: Array, displacement_px: npt.NDArray[Any]) -> Array:
+    """Return the share of displacements (2, ...) that protection leaves, 0 to 1.
+
+    `x`, `y`: of points, (N,), or the columns and rows of a grid (`axes`).
+    """
     length = np.hypot(displacement_px[0], displacement_px[1])
     total: Array = np.zeros(length.shape)
     for at, power, _, _ in _near(strokes, x, y, length):
@@ -312,7 +304,7 @@ def _soft_minimum(total: Array) -> Array:
         return np.asarray(total ** (-1.0 / 6.0))
 
 
-def _axes(xs_px: npt.ArrayLike, ys_px: npt.ArrayLike) -> tuple[Array, Array]:
+def axes(xs_px: npt.ArrayLike, ys_px: npt.ArrayLike) -> tuple[Array, Array]:
     """Return the columns (X,) and the rows (Y, 1) of a grid."""
     x, y = np.asarray(xs_px, np.float64), np.asarray(ys_px, np.float64)
     return x.ravel(), y.reshape(-1, 1)

@@ -18,7 +18,7 @@ from kogao_core.base.geometry import Array, Box, Image
 from kogao_core.base.threads import parallel_for
 from kogao_core.warp.field import Field, fade
 from kogao_core.warp.lattice import ORDER, Grid, Lattice, basis
-from kogao_core.warp.protection import share_on_grid
+from kogao_core.warp.protection import axes, share
 
 Float32 = npt.NDArray[np.float32]
 Integers = npt.NDArray[np.int64]
@@ -204,7 +204,7 @@ class Job:
         if not plain:
             xs, ys = np.arange(box.left, box.right), np.arange(box.top, box.bottom)
             part *= fade(np.hypot(part[0], part[1]), self.field.fade_px)
-            part *= share_on_grid(self.field.protection.strokes, xs, ys, part)
+            part *= share(self.field.protection.strokes, *axes(xs, ys), part)
             part[0] += xs - self._seen[number].left
             part[1] += (ys - self._seen[number].top)[:, None]
         return part

@@ -266,7 +266,6 @@ class _FaceBoundary:
     center_px: Array
     across: Array
     angles: Array
-    places_px: Array
     radii_px: Array
     moves_px: Array  # the backward displacement, less that of the head as one body
     hairline_px: Array  # the displacement of the top of the forehead beside that
@@ -299,7 +298,7 @@ class _FaceBoundary:
         hairline = np.vstack([np.zeros_like(rest), hairline])[order]
         upwards = np.concatenate([np.zeros(len(rest)), height])[order]
         radii = np.maximum(radii[order], 1e-3 * max(1e-9, float(radii.max())))
-        return cls(center, right, angles, rim[order], radii, moves, hairline, upwards)
+        return cls(center, right, angles, radii, moves, hairline, upwards)
 
     def at(self, points: Array) -> tuple[Array, Array]:
         """Return rho and direction, radians, of points of shape (N, 2)."""

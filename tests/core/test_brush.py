@@ -204,7 +204,7 @@ def test_strokes_are_read_back_to_the_bit():
     "change",
     [
         {"kind": "twirl"}, {"points": []}, {"radius": 0.0}, {"radius": 1e9}, {"strength": 1.5},
-        {"falloff": 0.1}, {"pressure": [1.0]}, {"pressure": [2.0, 1.0]}, {"colour": 1},
+        {"falloff": 0.3}, {"pressure": [1.0]}, {"pressure": [2.0, 1.0]}, {"colour": 1},
     ],
 )  # fmt: skip
 def test_a_file_with_a_broken_stroke_is_refused(change):

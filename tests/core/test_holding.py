@@ -228,6 +228,19 @@ def test_equations_end_at_the_photos_edge():
     assert sizes[1] < 0.6 * sizes[0]
 
 
+def test_earlier_settings_on_the_same_photo_change_nothing():
+    small = FACE.mapped(Affine.resize(0.4, 0.4))
+    x = small.outline[:, 0].min() - 60.0
+    held = held_along(np.array([[(x, 5.0), (x, 700.0)]]), [small])
+    held = dataclasses.replace(held, neighbours=(np.array([[x, 150.0]]),))
+    far = {"percent": 15.0, "width": -15.0, "length": -15.0, "jaw_width": -15.0}
+    fresh = render(PHOTO, [small], Recipe(**far), held=dataclasses.replace(held, built={}))
+    render(PHOTO, [small], Recipe(percent=4), held=held)
+    later = render(PHOTO, [small], Recipe(**far), held=held)
+    (expected,), (found,) = fresh.field.lattices, later.field.lattices
+    np.testing.assert_array_equal(found.phi, expected.phi)
+
+
 def test_a_line_through_a_face_that_is_left_alone_hardly_moves_it():
     apart = oval_face(WIDTH, HEIGHT, center=(RIGHT + 200.0, 400.0), size=0.3)
     through = np.array([[(RIGHT + 20.0, 400.0), (950.0, 380.0)]])

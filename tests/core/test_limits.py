@@ -12,8 +12,8 @@ from kogao_core.faces.face import Anchor, Face
 from kogao_core.faces.targets import aim
 from kogao_core.pipeline import render
 from kogao_core.recipe.recipe import Recipe
+from kogao_core.warp.brush import Brushwork
 from kogao_core.warp.fit import (
-    LEAST_SPACINGS,
     Problem,
     _Design,
     _ridge_solution,
@@ -24,10 +24,12 @@ from kogao_core.warp.fit import (
 from kogao_core.warp.lattice import Grid, Lattice, groups
 from kogao_core.warp.limits import (
     MOST_CONTROL_POINTS,
-    MOST_CORNERS,
     OutOfBounds,
+    check_brushwork,
+    check_corners,
     check_faces,
     check_protection,
+    check_strokes,
     size_px,
 )
 from kogao_core.warp.protection import Protection
@@ -83,7 +85,7 @@ def test_targets_far_outside_are_refused_and_automatic_ones_lie_nowhere():
         ([[0, 0], [1e9, 1e9]], 0.0, "corner 2 of protected line 1"),
         ([[1e308, 0], [5, 5]], 0.0, "corner 1 of protected line 1"),
         ([[0, 0], [5, 5]], 1e9, "a width of 2e"),
-        ([[0, 0], [5, 5]] * MOST_CORNERS, 0.0, "20000 corners"),
+        ([[0, 0], [5, 5]] * 10_000, 0.0, "20000 corners"),
     ],
 )
 def test_protection_far_outside_too_wide_or_too_long_is_refused(line, width, words):
@@ -104,21 +106,41 @@ def test_hundreds_of_faces_on_one_another_are_refused(name):
 
 
 def test_more_faces_in_one_place_than_anybody_has_are_refused():
-    crowd = [oval_face(center=(240 + k, 180)) for k in range(21)]
-    check_faces(crowd[:20], IMAGE)
+    crowd, size = [oval_face()] * 20, size_px(oval_face())
+    beside, aside = (oval_face(center=(239.5 + k * size, 172.8)) for k in (0.2, 0.3))
+    check_faces([*crowd, aside], IMAGE)
     with pytest.raises(OutOfBounds, match="21 faces lie where face 1 does"):
-        check_faces(crowd, IMAGE)
-    apart = [oval_face(600, 600, center=(9 * k, 300), size=0.05) for k in range(60)]
-    check_faces(apart, Box(0, 0, 600, 600))
+        check_faces([*crowd, beside], IMAGE)
 
 
-def test_a_hundred_people_who_touch_are_worked_on():
+def push(radius_px, *points):
+    return Brushwork().with_stroke("push", points, radius_px)
+
+
+@pytest.mark.parametrize(
+    ("check", "allowed", "refused"),
+    [
+        (check_corners, *(Protection().with_stroke([(5, 5)] * n) for n in (10_000, 10_001))),
+        (lambda it: check_protection(it, IMAGE),
+         *(Protection().with_stroke([(5, 5)], radius) for radius in (512.0, 513.0))),
+        (lambda it: check_brushwork(it, IMAGE), push(1024, (5, 5)), push(1025, (5, 5))),
+        (check_strokes, *(push(100, (0, 0), (end, 0)) for end in (409_000, 410_000))),
+        (check_strokes, *(push(4, (0, 0), (side, side)) for side in (1_010, 1_020))),
+    ],
+)  # fmt: skip
+def test_strokes_up_to_a_limit_are_allowed(check, allowed, refused):
+    check(allowed)
+    with pytest.raises(OutOfBounds):
+        check(refused)
+
+
+def test_more_than_a_hundred_people_who_touch_are_worked_on():
     pitch = 60.0
-    places = [((k % 10 + 0.5) * pitch, (k // 10 + 0.5) * pitch) for k in range(100)]
+    places = [((k % 10 + 0.5) * pitch, (k // 10 + 0.5) * pitch) for k in range(120)]
     crowd = [oval_face(600, 600, center=place, size=0.09) for place in places]
     for recipe in (Recipe(fit="approximation"), Recipe(fit="multilevel")):
         pairs = [aim(face, recipe) for face in crowd]
-        lattices = fit(pairs, [face.anchor for face in crowd], [recipe] * 100)
+        lattices = fit(pairs, [face.anchor for face in crowd], [recipe] * 120)
         assert len(groups(lattices)) == 1, "the faces don't touch: this test shows nothing"
         assert all(lattice.phi.any() for lattice in lattices)
 
@@ -161,9 +183,8 @@ def test_many_places_and_many_control_points_are_solved_alike(shape):
 def test_a_warp_distance_of_nothing_keeps_the_lattice_coarse():
     face = oval_face(4800, 3600)
     still = Recipe(percent=0, lattice_unit="warp")
-    assert spacing_px(aim(face, still), face.anchor, still) == pytest.approx(
-        LEAST_SPACINGS * face.anchor.spacing_px
-    )
+    spacing = spacing_px(aim(face, still), face.anchor, still)
+    assert spacing == pytest.approx(0.05 * face.anchor.spacing_px)
     (lattice,) = fit([aim(face, still)], [face.anchor], [still])
     assert np.prod(lattice.shape) < 60_000
     assert not lattice.phi.any()

@@ -80,6 +80,13 @@ def test_a_fade_called_safe_never_folds_and_mild_ones_are_called_safe(fade_px):
     assert any(safe)
 
 
+def test_a_fade_is_safe_up_to_a_slope_of_a_third():
+    (lattice,) = field_of(Recipe(percent=4)).lattices
+    steepest = lattice.refined().refined().steepest.max()
+    parts = (lattice.scaled(slope / steepest) for slope in (0.33, 0.34))
+    assert [fade_is_safe(Field((part,), fade_px=1e3)) for part in parts] == [True, False]
+
+
 def test_overlapping_fields_are_certified_only_while_gentle():
     left, right = oval_face(center=(170.0, 170.0)), oval_face(center=(350.0, 170.0))
     assert certify(field_of(Recipe(percent=4), left, right))
@@ -106,6 +113,21 @@ def test_faces_that_overlap_report_what_every_sample_says(apart, percent, lattic
     assert report.min_det == pytest.approx(lowest, abs=1e-12)
     assert len(report.folded_cells) == folded
     assert least_det(field, 0.5) == pytest.approx(min(lowest, 0.5), abs=1e-12)
+
+
+def test_touching_faces_without_a_proof_are_settled_down_to_a_small_det():
+    field = field_of(Recipe(percent=12, lattice=0.3), oval_at((150, 170)), oval_at((290, 170)))
+
+    def reduced_to(det):
+        low, high = 0.0, 1.0
+        for _ in range(30):
+            middle = (low + high) / 2.0
+            part = Field(tuple(lattice.scaled(middle) for lattice in field.lattices))
+            low, high = (middle, high) if least_det(part) > det else (low, middle)
+        return check_one_to_one(part)
+
+    assert least_det(field) < 0.0
+    assert [reduced_to(det).settled for det in (0.07, 0.035)] == [True, False]
 
 
 def oval_at(place):

@@ -14,8 +14,8 @@ from kogao_core.recipe.recipe import SETTINGS, Recipe
 from kogao_core.warp.brush import Brushwork
 from kogao_core.warp.field import Field
 from kogao_core.warp.lattice import Grid, Lattice
-from kogao_core.warp.one_to_one import protected_slope
-from kogao_core.warp.protection import Protection, Stroke, share_at, share_on_grid
+from kogao_core.warp.one_to_one import protected_slopes
+from kogao_core.warp.protection import Protection, Stroke, axes, share
 
 WIDTH, HEIGHT = 960, 720
 RECIPE = Recipe(percent=8)
@@ -116,7 +116,7 @@ def test_protection_holds_with_faces_that_touch_brush_strokes_and_lens_correctio
     made = render(photo, row, recipe, protection=still, brushwork=work)
     assert made.one_to_one.min_det > 0.1
     places = np.stack(np.meshgrid(np.arange(WIDTH), np.arange(HEIGHT)), -1).reshape(-1, 2)
-    covered = share_at(still.strokes, places.astype(np.float64), np.ones((len(places), 2))) == 0.0
+    covered = share(still.strokes, *places.T.astype(np.float64), np.ones((2, len(places)))) == 0.0
     assert covered.sum() > 4000
     np.testing.assert_array_equal(
         made.pixels.reshape(-1, 3)[covered], photo.reshape(-1, 3)[covered]
@@ -144,8 +144,8 @@ def test_the_faded_displacement_has_the_slopes_it_says_and_keeps_its_bound():
     wrong = np.abs(np.stack([numeric_x - along_x, numeric_y - along_y])).max(axis=(0, 1)) > 1e-4
     assert wrong.mean() < 0.001
     norms = np.linalg.norm(np.stack([along_x, along_y]).transpose(2, 3, 1, 0), ord=2, axis=(2, 3))
-    spline = share_on_grid(strokes, xs, ys, Field((lattice,)).on_grid(xs, ys))
-    assert norms[spline < 1.0].max() <= protected_slope(field)
+    kept = share(strokes, *axes(xs, ys), Field((lattice,)).on_grid(xs, ys))
+    assert norms[kept < 1.0].max() <= max(slope.max() for _, slope in protected_slopes(field))
 
 
 def test_the_bend_meter_finds_the_frame_and_measures_it_as_seen():

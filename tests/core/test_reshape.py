@@ -122,3 +122,11 @@ def test_targets_set_by_hand_follow_from_where_they_are_and_stay_beyond_the_reac
     share = influence(face.outline, 5, reach_px)[6]
     np.testing.assert_allclose(soft.targets[6], face.outline[6] + near + share * BY, atol=1e-9)
     np.testing.assert_array_equal(soft.targets[15], face.targets[15])
+
+
+def test_a_landmark_near_the_midline_has_no_opposite(face):
+    beside = [
+        face.with_outline_point(10, face.outline[10] + (share * face.anchor.spacing_px, 0.0))
+        for share in (0.2, 0.3)
+    ]
+    assert [opposite(one, 10) is None for one in beside] == [True, False]

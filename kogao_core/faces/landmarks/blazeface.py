@@ -12,6 +12,7 @@ import numpy as np
 
 from kogao_core.base.geometry import Affine, Array, degrees_of
 from kogao_core.base.threads import ObjectPool
+from kogao_core.faces.doubt import ON_ITS_HEAD
 from kogao_core.faces.landmarks.pixels import Pyramid, planes, read_network, sharpened
 
 INPUT_PX: Final = 256
@@ -21,7 +22,6 @@ SAME_FACE_IOU: Final = 0.3  # boxes with a larger overlap (intersection over uni
 WIDE: Final = 4.0
 CLOSE: Final = 1.5
 SURE: Final = 0.9  # a higher probability needs no further view
-ON_ITS_HEAD: Final = 120.0  # degrees of roll; a face with more is upside down
 # Widths of view, in sides of the face, within which a nearly upright proposal needs no wide view.
 _ABOUT_WIDE: Final = (2.0, 6.0)
 _ABOUT_UPRIGHT: Final = 15.0  # degrees; largest roll of such a proposal in the view

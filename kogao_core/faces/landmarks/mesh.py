@@ -14,12 +14,12 @@ import numpy as np
 from kogao_core.base import assets
 from kogao_core.base.geometry import Affine, Array, Image, degrees_of
 from kogao_core.base.threads import ObjectPool, one_blas_thread
+from kogao_core.faces.doubt import ON_ITS_HEAD
 from kogao_core.faces.face import Face, OnFace, ignored, in_reading_order
 from kogao_core.faces.landmarks import locked, search
 from kogao_core.faces.landmarks.blazeface import (
     CLOSE,
     INPUT_PX,
-    ON_ITS_HEAD,
     SURE,
     WIDE,
     BlazeFace,
