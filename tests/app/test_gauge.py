@@ -95,9 +95,7 @@ def test_without_an_active_face_there_is_none(opened):
 
 @pytest.mark.parametrize("workspace", WORKSPACES)
 @pytest.mark.parametrize("scope", ["head", "face"])
-def test_the_controls_below_stay_with_a_warning_and_without_a_figure(
-    start, photo, workspace, scope
-):
+def test_the_controls_below_stay_whatever_is_read(start, photo, workspace, scope):
     driver = start(photo, workspace=workspace)
     change = driver.panel("recipe").scope
 
