@@ -102,10 +102,12 @@ class Docks(QObject):
         names = list(stored) or [name for name in self._docks if name in shown]
         for name in self._docks.keys() - set(staying):
             self._docks[name].setVisible(name in names)
-        docks = [self._docks[name] for name in names]
-        sizes = [stored.get(dock.objectName(), dock.sizeHint().toTuple()) for dock in docks]
+        hints = {name: self._docks[name].sizeHint().toTuple() for name in names}
+        # A dock that was never laid out has no size.
+        sizes = {name: size for name, size in (hints | stored).items() if min(size) > 0}
+        docks = [self._docks[name] for name in sizes]
         for side, way in enumerate((Qt.Orientation.Horizontal, Qt.Orientation.Vertical)):
-            self._window.resizeDocks(docks, [size[side] for size in sizes], way)
+            self._window.resizeDocks(docks, [size[side] for size in sizes.values()], way)
         for name in reversed(names):
             self._docks[name].raise_()
         for tabs in self._window.findChildren(QTabBar):

@@ -289,7 +289,7 @@ class Recipe:
     )
     lens: LensName | float = setting(
         "off",
-        Text("Take out lens stretch"),
+        Text("Correct lens stretch"),
         Text("Correct wide-angle stretch of heads, with the 35-mm equivalent focal length"),
         within=(8.0, 1000.0),
         alternatives=LENSES,

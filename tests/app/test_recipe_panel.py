@@ -26,7 +26,7 @@ pytestmark = pytest.mark.usefixtures("one_window")
     ("shares", "said"),
     [
         ((0.4,), "⚠ Reduced to 40 % near point 5:"),
-        ((1.0, 0.75, 0.4), "⚠ Reduced in places: faces 2, 3, down to 40 %;"),
+        ((1.0, 0.75, 0.4), "⚠ Reduced in faces 2, 3, down to 40 %."),
         ((1.0, 1.0), ""),
     ],
 )

@@ -271,7 +271,7 @@ class LensChoice(QWidget):
         self.focal = WholeNumber(round(low) - 1, round(high), round(low) - 1)
         self.focal.setSuffix(tr(" mm"))
         self.focal.setKeyboardTracking(False)
-        self.focal.setAccessibleName(tr("Focal length, as 35-mm film would need it"))
+        self.focal.setAccessibleName(tr("Focal length (35 mm equivalent)"))
         for control in (self.switch, self.focal):
             flat = tr("Faces on screens and posters lie flat and aren't stretched: switch them off")
             control.setToolTip(f"{tip('lens')}\n{flat}")
@@ -306,8 +306,8 @@ def _stretched(count: int, focal_mm: float, percent: float) -> str:
     """Return a text about the largest stretch of a number of faces."""
     said = {"mm": focal_mm, "percent": percent}
     if count == 1:
-        return tr("{mm:.0f} mm: this face is {percent:.1f} % longer outwards", **said)
-    return tr("{mm:.0f} mm: faces are up to {percent:.1f} % longer outwards", **said)
+        return tr("{mm:.0f} mm lens: this face is stretched by {percent:.1f} %", **said)
+    return tr("{mm:.0f} mm lens: faces are stretched by up to {percent:.1f} %", **said)
 
 
 class OwnerLine(QWidget):

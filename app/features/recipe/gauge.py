@@ -19,7 +19,7 @@ from ...widgets.controls import WarningLabel, column_of
 _SEEN_PERCENT: Final = 5.0  # half of the raters see a change of features beside the original
 _DIFFERENT_PERCENT: Final = 8.0  # most raters call it clearly different
 _DIFFERENT_SHARE: Final = 61.7  # % of raters
-_LINES: Final = 2  # of the visibility in the narrowest panel
+LINES: Final = 2  # lines of a reading in the narrowest panel
 
 
 class NaturalnessGauge(QWidget):
@@ -32,12 +32,10 @@ class NaturalnessGauge(QWidget):
         for label, source in ((self.seen, _source_of_visibility()), (self.text, _source())):
             label.setTextFormat(Qt.TextFormat.PlainText)
             label.setToolTip(source)
-        column_of(self, self.seen, self.text)
+        column_of(self, self.seen, self.text, spacing=0)
         # Keep the place of an empty gauge, so that the controls below don't move.
-        self.seen.setMinimumHeight(_LINES * self.seen.fontMetrics().height())
-        policy = self.sizePolicy()
-        policy.setRetainSizeWhenHidden(True)
-        self.setSizePolicy(policy)
+        self.seen.setMinimumHeight(LINES * self.seen.fontMetrics().height())
+        self.text.setMinimumHeight(self.text.fontMetrics().height())
 
     def show_state(self, state: State, chosen: int | None = None) -> None:
         """Show the figures of the selected face, or of the faces without settings of their own."""
@@ -54,7 +52,6 @@ class NaturalnessGauge(QWidget):
         self.text.setVisible(state.recipe_of(chosen).scope == "face")
         self.text.warn(found is not None and found.warns)
         self.setAccessibleDescription("\n".join(filter(None, both)))
-        self.setVisible(any(both))
 
 
 def _visibility(found: Naturalness | None) -> str:
@@ -62,10 +59,12 @@ def _visibility(found: Naturalness | None) -> str:
     if found is None or not found.whole_face or found.percent <= 0.0:
         return ""
     if found.percent < _SEEN_PERCENT - 1e-6:
-        return tr("Beside the original: fewer than half of viewers see it")
+        return tr("Beside the original: fewer than half of viewers notice it")
     if found.percent < _DIFFERENT_PERCENT - 1e-6:
-        return tr("Beside the original: half of viewers or more see it")
-    return tr("Beside the original: clearly different to {n:.0f} % of viewers", n=_DIFFERENT_SHARE)
+        return tr("Beside the original: half of viewers or more notice it")
+    return tr(
+        "Beside the original: {n:.0f} % of viewers call it clearly different", n=_DIFFERENT_SHARE
+    )
 
 
 def _survey(found: Naturalness | None) -> str:

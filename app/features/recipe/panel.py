@@ -22,7 +22,7 @@ from ...widgets.controls import ChoiceBox, Fold, WarningLabel, column_of, muted_
 from ...widgets.sliders import ValueSlider
 from . import fields
 from .fields import CenterChoice, LensChoice, OwnerLine
-from .gauge import NaturalnessGauge
+from .gauge import LINES, NaturalnessGauge
 
 _NONE: Final = "–"  # noqa: RUF001
 # Fields with a fixed position; all other fields are in the last fold.
@@ -61,13 +61,13 @@ class RecipePanel(QWidget):
         self.controls |= {"lens": self.lens, "center": self.centre}
         self.one_to_one, self.residual = WarningLabel(wraps=True), muted_label(wraps=True)
         # Keep the place of empty readings, so that the controls below don't move.
-        self.residual.setMinimumHeight(2 * self.residual.fontMetrics().height())
+        for label in (self.one_to_one, self.residual):
+            label.setMinimumHeight(LINES * label.fontMetrics().height())
+            label.setToolTip(tr("≈: until the picture is there in full"))
         self.edge_note = muted_label(wraps=True)
         self._readings = "", ""
         self._on: list[int] = []
         self._lens_counts = False
-        for label in (self.one_to_one, self.residual):
-            label.setToolTip(tr("≈: until the picture is there in full"))
         shape = QWidget()
         column_of(shape, *map(self._slider, SHAPE))
         self.shape = Fold(tr("Face shape"), shape, "shape")
@@ -198,7 +198,10 @@ class RecipePanel(QWidget):
         """Show the readings as exact, or as approximate until the final frame."""
         for label, text in zip((self.one_to_one, self.residual), self._readings, strict=True):
             label.setText(text if final or not text else f"≈ {text}")
-        self.one_to_one.setVisible(bool(self._readings[0]) or not self.plain)
+        warned = self.plain and bool(self._readings[0])
+        self.one_to_one.setVisible(warned or not self.plain)
+        # The warning takes the place of the figure, which holds for the full amount.
+        self.gauge.seen.setHidden(warned)
 
     def clear_readings(self) -> None:
         """Clear the readings: no frame is shown."""
@@ -314,9 +317,8 @@ def _warning(rendering: Rendering, on: Sequence[int]) -> tuple[str, bool]:
     held = [str(on[k] + 1) for k, share in enumerate(rendering.shares) if share < 1.0]
     if kept < 1.0 and len(rendering.shares) > 1:
         return tr(
-            "⚠ Reduced in places: {faces}, down to {percent:.0f} %; more would squeeze the "
-            "picture.",
-            faces=tr("faces {numbers}", numbers=", ".join(held)),
+            "⚠ Reduced in faces {numbers}, down to {percent:.0f} %.",
+            numbers=", ".join(held),
             percent=100 * kept,
         ), False
     if kept < 1.0:
