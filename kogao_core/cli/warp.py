@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
-from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import click
 
 from kogao_core.base.language import Text
 from kogao_core.cli import common, ending, options, words
 from kogao_core.recipe.recipe import SETTINGS
-
-if TYPE_CHECKING:
-    from kogao_core.photo import Photo
 
 # Parameters that a project contains.
 _FROM_PROJECT: Final = (
@@ -54,14 +50,10 @@ def run(args: SimpleNamespace) -> None:
             if _is_jpeg(path):
                 early = other.submit(read, path, max_megapixels=args.max_megapixels)
                 if args.in_place or FORMATS.get(Path(args.output or "").suffix.lower()) == "JPEG":
-                    read_ahead(path, other, partial(_is_sound, early))
+                    read_ahead(path, other, early)
             from kogao_core.cli.warping import warp
 
             warp(args, path, recipe, files, early)
-
-
-def _is_sound(photo: Future[Photo]) -> bool:
-    return photo.exception() is None
 
 
 def _is_jpeg(path: Path) -> bool:

@@ -254,9 +254,10 @@ def test_blocks_read_ahead_are_used_once_and_for_the_same_file_only(tmp_path, mo
     # Pytest's own handler of faults keeps stderr from being captured.
     monkeypatch.setattr(coefficients, "if_unsaid", lambda work: work())
     with ThreadPoolExecutor(1) as pool:
-        coefficients.read_ahead(path, pool, lambda: True)
-        coefficients.read_ahead(tmp_path / "absent.jpg", pool, lambda: True)
-        coefficients.read_ahead(path, pool, lambda: False)
+        sound, refused = pool.submit(photo.read, path), pool.submit(photo.read, tmp_path / "none")
+        coefficients.read_ahead(path, pool, sound)
+        coefficients.read_ahead(tmp_path / "absent.jpg", pool, sound)
+        coefficients.read_ahead(path, pool, refused)
     plain, reads = coefficients._read, []
     monkeypatch.setattr(coefficients, "_read", lambda *one: reads.append(one) or plain(*one))
     data = path.read_bytes()

@@ -53,7 +53,7 @@ class Kept:
 
 
 def keep_blocks(source: bytes, before: Image, after: Image, headers: bytes, folder: Path) -> Kept:
-    """Return `source` with the changed pixels of `after`, and the metadata of another JPEG.
+    """Return `source` with the changed pixels of `after`, and the metadata of the JPEG `headers`.
 
     The result is sequential. The Huffman tables are the source's if standard, else optimised.
     Raises CannotKeepBlocks.

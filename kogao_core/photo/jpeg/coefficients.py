@@ -10,7 +10,7 @@ import ctypes
 import io
 import os
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from concurrent.futures import Executor, Future
 from contextlib import suppress
 from dataclasses import dataclass
@@ -94,15 +94,16 @@ class Coefficients:
         return np.asarray(self.tables[self.numbers[: len(self.planes)]])
 
 
-def read_ahead(path: Path, pool: Executor, is_sound: Callable[[], bool]) -> None:
+def read_ahead(path: Path, pool: Executor, photo: Future[Any]) -> None:
     """Read the coefficients of a file in another thread, for a later `read` of the same data.
 
-    The thread first waits for `is_sound`: a hostile file takes very long. The later call reads a
-    damaged file again, to report the damage. Only on Linux: a signal could leave a temporary file.
+    The thread first waits until the same file was read as a `photo`: a hostile file, which readers
+    refuse, takes very long. The later call reads a damaged file again, to report the damage. Only
+    on Linux: elsewhere, a signal could leave a temporary file.
     """
 
     def work() -> tuple[bytes, Coefficients | None]:
-        if sys.platform == "linux" and is_sound():
+        if sys.platform == "linux" and photo.exception() is None:
             with suppress(OSError, CannotKeepBlocks), os.fdopen(os.memfd_create("jpeg")) as file:
                 data, copy = path.read_bytes(), Path(f"/proc/self/fd/{file.fileno()}")
                 return data, if_unsaid(lambda: _read(data, copy))
