@@ -248,6 +248,24 @@ def test_changed_blocks_are_as_exact_as_an_encoders(tmp_path, subsampling):
         keep_blocks(b"no JPEG at all", picture, after, data, tmp_path)
 
 
+@pytest.mark.parametrize("kind", ["grey", "RGB", "4:4:4", "4:2:0", "4:4:0"])
+def test_threads_write_the_same_file(tmp_path, monkeypatch, kind):
+    path = file_of_kind(tmp_path / "in.jpg", textured_photo(157, 200), kind)
+    whole = coefficients.read(path.read_bytes(), tmp_path / "copy")
+    assert whole.has_usual_codes
+    for open_rows in ([], [3], [-1]):  # rows whose last block ends without "end of block"
+        for row in open_rows:
+            whole.planes[-1][row, -1, -1] = 1
+        written = set()
+        for threads in (1, 2, 3, 64):
+            monkeypatch.setattr(coefficients, "default_threads", lambda count=threads: count)
+            written.add(coefficients.write(whole, tmp_path))
+        (data,) = written
+        again = coefficients.read(data, tmp_path / "copy")
+        for plane, other in zip(whole.planes, again.planes, strict=True):
+            np.testing.assert_array_equal(plane, other)
+
+
 def test_blocks_read_ahead_are_used_once_and_for_the_same_file_only(tmp_path, monkeypatch):
     path = jpeg_file(tmp_path / "in.jpg", textured_photo(160, 120))
     other = jpeg_file(tmp_path / "other.jpg", textured_photo(160, 120, seed=2)).read_bytes()

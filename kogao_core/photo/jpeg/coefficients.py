@@ -13,7 +13,7 @@ import sys
 from collections.abc import Iterable
 from concurrent.futures import Executor, Future
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
@@ -25,6 +25,8 @@ import numpy.typing as npt
 
 from kogao_core.base.language import Text
 from kogao_core.base.stderr import if_unsaid
+from kogao_core.base.threads import default_threads, parallel_for
+from kogao_core.photo.jpeg import scans
 from kogao_core.photo.jpeg.segments import segments
 
 BLOCK_PX: Final = 8
@@ -143,16 +145,44 @@ def write(coefficients: Coefficients, folder: Path) -> bytes:
     """Return a sequential JPEG file with component numbers from 0.
 
     Standard Huffman tables are preserved: the data up to the first change then equal the source's,
-    bit for bit. For other files, optimised tables are computed: smaller output, more time.
+    bit for bit. Threads code the parts of such a file, with the same result. For other files,
+    optimised tables are computed: smaller output, more time.
     """
-    file, frame = folder / "written", coefficients.frame
+    frame, last = coefficients.frame, coefficients.planes[-1][:, -1, -1]
+    rows, down = -(-frame.height // frame.unit_px[0]), frame.factors[-1][0]
+    ends = [len(last) - 1 if row == rows - 1 else down * row + down - 1 for row in range(rows)]
+    threads = default_threads() if coefficients.has_usual_codes else 1
+    parts = scans.parts(last[ends] == 0, threads)
+    # A part begins with the row before, because DC coefficients are coded as differences.
+    wide = [(max(0, start - 1), stop) for start, stop in parts]
+    heads = [(start - 1, start) for start, _ in parts[1:]]
+    files: dict[tuple[int, int], bytes] = {}
+
+    def code(some: tuple[int, int]) -> None:
+        files[some] = _coded(coefficients, *some, folder / f"{some[0]}-{some[1]}")
+
+    parallel_for(dict.fromkeys([*wide, *heads]), lambda: code, threads)
+    if len(parts) == 1:
+        return files[wide[0]]
+    return scans.joined([files[one] for one in wide], [files[one] for one in heads], frame.height)
+
+
+def _coded(coefficients: Coefficients, start: int, stop: int, file: Path) -> bytes:
+    """Return a file of some rows of minimum coded units."""
+    high = coefficients.frame.unit_px[0]
+    height = min(coefficients.frame.height, stop * high) - start * high
+    frame = replace(coefficients.frame, height=height)
+    planes = [
+        plane[start * down : stop * down]
+        for plane, (down, _) in zip(coefficients.planes, frame.factors, strict=True)
+    ]
     layout = ((frame.height, frame.width), frame.blocks, frame.factors)
     sizes = [np.array(one, np.intc) for one in layout]
     tables, numbers = coefficients.tables, coefficients.numbers
     is_done = _library().write_jpeg_dct(
-        *(None, os.fsencode(file), *_addresses(coefficients.planes)),
+        *(None, os.fsencode(file), *_addresses(planes)),
         *_addresses(sizes, 3),
-        *(frame.colours, len(coefficients.planes)),
+        *(frame.colours, len(planes)),
         *(tables.ctypes.data, -1, numbers.ctypes.data),
         *(0, None, None, None, _OPTIMISE, 0 if coefficients.has_usual_codes else _EVERY_FLAG),
     )
