@@ -47,7 +47,7 @@ class Errand(Feature):
         originals: Originals | None = None,
     ) -> None:
         """Open the photos of another program; several photos open as a film strip."""
-        self._asked, self._strip.keeps = True, False
+        self._asked = True
         for name in ("done", "cancel-edit"):
             self.actions[name].setVisible(True)
         # The other program does not expect a project file in its folder.

@@ -83,7 +83,6 @@ WINDOWS: Final = {
         *("--protect", "262,230 262,660", "--amount", "5"),
     ),
 }
-FIGURES: Final = ("centers", "domains", "landmarks", "lattice")
 ORANGE: Final = (230, 159, 0)  # Okabe and Ito's
 # The wide photo in which a face stands at the edge: size in px, focal length, place of the face.
 EDGE_PX: Final = (1800, 1200)
@@ -252,14 +251,6 @@ def _warped(picture: Image, percent: float | None = None, *options: str) -> Imag
         return read(after).pixels
 
 
-def drawn() -> dict[str, bytes]:
-    """Return the paper's figures of the sample, by ``kogao-cli experiment figures``."""
-    with tempfile.TemporaryDirectory() as folder:
-        _kogao_cli("experiment", "figures", "--sample", "-o", folder, "--width", "720")
-        made = {file.stem.partition("-")[2]: read(file).pixels for file in Path(folder).iterdir()}
-    return {f"figure-{name}.jpg": _jpeg(made[name]) for name in FIGURES}
-
-
 def blocks() -> Image:
     """Return the sample's JPEG as it is saved; blocks that were encoded again are orange."""
     with tempfile.TemporaryDirectory() as folder:
@@ -348,8 +339,6 @@ def main(arguments: list[str]) -> None:
         atomic_write(tried(sheets).encode(), folder.parent / "site/landing/faces.js")
     for make in (blocks, doses, lens):
         atomic_write(_jpeg(make()), folder / f"{make.__name__}.jpg")
-    for name, figure in drawn().items():
-        atomic_write(figure, folder / name)
     os.environ["QT_QPA_PLATFORM"] = "offscreen"
     edit_window(folder / "edit.png")
     windows(folder, sheets)

@@ -59,20 +59,6 @@ def _far(folder):
     return path
 
 
-def test_figures_are_drawn_and_not_over_others(cli, works, small_portrait, tmp_path):
-    arguments = ("experiment", "figures", small_portrait, "-o", tmp_path / "new", "--width", 300)
-    assert "small-landmarks.png" in works(*arguments)
-    assert len(list((tmp_path / "new").glob("small-*.png"))) == 6
-    with Image.open(tmp_path / "new" / "small-lattice.png") as image:
-        assert image.size == (300, 225)
-    code, _, err = cli(*arguments)
-    assert code == 2
-    assert "--force" in err
-    code, _, err = cli(*arguments[:3], small_portrait, "-o", tmp_path / "x")
-    assert (code, (tmp_path / "x").exists()) == (2, False)
-    assert "use separate folders" in err
-
-
 def test_every_command_reads_landmarks_from_files(cli, small_png, tmp_path):
     face = oval_face(300, 300)
     every = _ibug(face)
@@ -91,8 +77,6 @@ def test_every_command_reads_landmarks_from_files(cli, small_png, tmp_path):
     batch = "batch", small_png, "--points", points, "-o", tmp_path / "out", "--jobs", "1"
     assert cli(*batch)[0] == 0
     assert json.loads(report.read_text(encoding="utf-8"))["status"] == "done"
-    drawn = "experiment", "figures", small_png, "--points", points, "--width", "240"
-    assert cli(*drawn, "-o", tmp_path / "f")[0] == 0
     given = "experiment", "domains", small_png, "--points", points, "--repeats", "1"
     code, said, _ = cli(*given, "--json", "-")
     assert code == 0
@@ -105,7 +89,7 @@ def test_every_command_reads_landmarks_from_files(cli, small_png, tmp_path):
 def test_missing_landmark_files_are_named(cli, small_png, tmp_path):
     empty = tmp_path / "empty"
     empty.mkdir()
-    for command in (("experiment", "figures"), ("batch",)):
+    for command in (("experiment", "domains"), ("batch",)):
         code, _, err = cli(*command, small_png, "--points", empty, "-o", tmp_path / "out")
         assert code == 3
         assert "empty has no points for small.png; expected small with one of .json" in err

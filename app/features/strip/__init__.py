@@ -1,24 +1,20 @@
-"""The film strip feature: lists a folder, loads thumbnails in workers, and rates photos."""
+"""The film strip feature: lists a folder and loads thumbnails in workers."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from contextlib import suppress
-from functools import partial
 from pathlib import Path
 from typing import Final
 
 from PySide6.QtCore import QFileSystemWatcher, QTimer
-from PySide6.QtGui import QAction, QImage
+from PySide6.QtGui import QImage
 
 from kogao_core.faces.doubt import doubtful
 from kogao_core.photo import READABLE
-from kogao_core.photo.metadata.rating import MOST_STARS, REJECTED, rate
 from kogao_core.projects.results import Results
 
-from ...actions import Item
-from ...i18n import reason, tr, tr_count
+from ...i18n import reason, tr
 from ...widgets.controls import ChoiceBox
 from ...widgets.dialogs import ask_path
 from ...widgets.docks import Dock
@@ -27,20 +23,17 @@ from ..feature import Context, Feature
 from ..files import Files
 from ..projects import Projects
 from .facts import Facts, Mark, facts_of, thumbnail
-from .film import StripPanel, labels
+from .film import StripPanel
 
 _MOST: Final = 2000
 _SETTLE_MS: Final = 300
 _AT_ONCE: Final = 16  # photos to read before the strip shows marks and stars
-_LABEL_KEYS: Final = ("6", "7", "8", "9", "L")
 
 
 class Strip(Feature):
-    """Lists photos with edits and stars, rates photos, and opens the next photo."""
+    """Lists photos with edits and stars, and opens the next photo."""
 
     name = "strip"
-    # Whether to write ratings next to photos.
-    keeps = True
 
     def __init__(self, context: Context, files: Files, projects: Projects, faces: Faces) -> None:
         super().__init__(context)
@@ -53,10 +46,8 @@ class Strip(Feature):
         # A photo without a thumbnail keeps a blank icon.
         self._drawing = self.lane(self._show, lambda _: QTimer.singleShot(0, self._draw))
         self._looking = self.lane(self._show_facts, lambda _: QTimer.singleShot(0, self._look))
-        self._rating = self.lane(self._rated, self._not_rated)
         self._undrawn: dict[Path, None] = {}
         self._to_look: list[Path] = []
-        self._to_rate: list[tuple[Path, int | None, str | None]] = []
         self._told: dict[Path, Mark] = {}
         self._watcher = QFileSystemWatcher(self)
         self._again = QTimer(self, singleShot=True, interval=_SETTLE_MS)
@@ -83,49 +74,21 @@ class Strip(Feature):
         self.bind("previous-photo", lambda: self.film.step(-1))
         self.bind("strip-shown", lambda: _open(self.panel.choice))
         self.bind("strip-order", lambda: _open(self.panel.order))
-        ratings = self.ratings = list[QAction]()
-        beside = tr("For the selected photos; saved next to them as .xmp")
-        for stars in range(MOST_STARS + 1):
-            text = tr_count(stars, "&{n} star", "&{n} stars") if stars else tr("N&o stars")
-            act = partial(self._rate, stars=stars)
-            ratings.append(
-                self.bind(Item(f"stars-{stars}", text, f"Ctrl+Shift+{stars}", beside), act)
-            )
-        reject = partial(self._rate, stars=REJECTED)
-        ratings.append(self.bind(Item("stars-reject", "&Reject", "Ctrl+Shift+X", beside), reject))
-        for (label, name), key in zip(labels().items(), _LABEL_KEYS, strict=True):
-            text, act = tr("Label: {name}", name=name), partial(self._rate, label=label)
-            ratings.append(
-                self.bind(Item(f"label-{label.lower()}", text, f"Ctrl+Shift+{key}", beside), act)
-            )
-        end = QAction(self.film)
-        end.setSeparator(True)
-        self.film.addActions([*ratings, end])
-        self.film.rated.connect(lambda stars: self._rate(stars=stars))
-        self.film.wants_pick.connect(self.pick)
 
     def _enable(self, filled: bool) -> None:
         for name in ("next-photo", "previous-photo", "strip-shown", "strip-order"):
             self.actions[name].setEnabled(filled)
-        for action in self.ratings:
-            action.setEnabled(filled and self.keeps)
 
     @property
     def busy(self) -> bool:
-        """True while a folder, facts, thumbnails or ratings are in work."""
-        return super().busy or bool(self._to_look or self._undrawn or self._to_rate)
+        """True while a folder, facts, or thumbnails are in work."""
+        return super().busy or bool(self._to_look or self._undrawn)
 
     def stop(self) -> None:
         """Discard waiting jobs."""
         super().stop()
         self._again.stop()
         self._to_look, self._undrawn = [], {}
-
-    def finish(self) -> None:
-        """Write waiting ratings."""
-        for path, stars, label in self._to_rate:
-            with suppress(OSError, ValueError):
-                rate(path, stars, label)
 
     def _ask_folder(self) -> None:
         title = tr("Open a folder")
@@ -297,41 +260,6 @@ class Strip(Feature):
     def _show(self, drawn: tuple[Path, QImage]) -> None:
         self.film.show_thumbnail(*drawn)
         QTimer.singleShot(0, self._draw)
-
-    # -- stars and labels ------------------------------------------------------------------------
-
-    def _rate(self, stars: int | None = None, label: str | None = None) -> None:
-        """Set stars or a label for the selected photos; remove a label that all have."""
-        path = self.document.path
-        photos = self.film.picked() or ([path] if path and path in self.film else [])
-        if label and all(self.film.facts(path).rated.label == label for path in photos):
-            label = ""
-        self._to_rate += [(path, stars, label) for path in photos]
-        self._write_next()
-
-    def pick(self) -> None:
-        """Give selected photos without stars one star."""
-        facts = self.film.facts
-        self._to_rate += [(it, 1, None) for it in self.film.picked() if facts(it).rated.stars < 1]
-        self._write_next()
-
-    def _write_next(self) -> None:
-        if self._to_rate and not self._rating.busy:
-            path, stars, label = self._to_rate.pop(0)
-
-            def write() -> Path:
-                rate(path, stars, label)
-                return path
-
-            self._rating.submit(write)
-
-    def _rated(self, path: Path) -> None:
-        self._look_at(path)
-        QTimer.singleShot(0, self._write_next)
-
-    def _not_rated(self, problem: Exception) -> None:
-        self.say(tr("Stars and label can't be written: {problem}", problem=reason(problem)))
-        QTimer.singleShot(0, self._write_next)
 
 
 def _open(box: ChoiceBox) -> None:

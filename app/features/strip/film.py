@@ -78,28 +78,12 @@ _SIGNS: Final[dict[Mark, str]] = {
 Test = Callable[[Facts], bool]
 
 
-_PICK: Final = -2
-_KEYS: Final = {
-    **{Qt.Key(Qt.Key.Key_0 + stars): stars for stars in range(MOST_STARS + 1)},
-    Qt.Key.Key_X: REJECTED,
-    Qt.Key.Key_P: _PICK,
-}
-
-
-def _rating(event: QKeyEvent) -> int | None:
-    """Return the rating for a key without modifiers; None for other keys."""
-    modifiers = event.modifiers() & ~Qt.KeyboardModifier.KeypadModifier
-    return _KEYS.get(Qt.Key(event.key())) if not modifiers else None
-
-
 class FilmStrip(QListWidget):
     """A row of thumbnails."""
 
     wanted = Signal(object)
     counted = Signal()
     resized = Signal()
-    rated = Signal(int)
-    wants_pick = Signal()
 
     def __init__(self) -> None:
         super().__init__()
@@ -125,24 +109,15 @@ class FilmStrip(QListWidget):
         self.itemActivated.connect(self._tell)
 
     def event(self, event: QEvent) -> bool:
-        """Handle Ctrl+A and the rating keys before the window's shortcuts."""
-        override = event.type() == QEvent.Type.ShortcutOverride
-        if override and isinstance(event, QKeyEvent):
-            select_all = event.matches(QKeySequence.StandardKey.SelectAll)
-            if select_all or _rating(event) is not None:
-                event.accept()
-                return True
+        """Handle Ctrl+A before the window's shortcuts."""
+        if (
+            event.type() == QEvent.Type.ShortcutOverride
+            and isinstance(event, QKeyEvent)
+            and event.matches(QKeySequence.StandardKey.SelectAll)
+        ):
+            event.accept()
+            return True
         return super().event(event)
-
-    def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Rate the selected photos: 0 to 5 stars, X rejects, P picks."""
-        stars = _rating(event)
-        if stars is None:
-            super().keyPressEvent(event)
-        elif stars == _PICK:
-            self.wants_pick.emit()
-        else:
-            self.rated.emit(stars)
 
     def sizeHint(self) -> QSize:
         """Return the size of a single row, so that the photo gets the remaining height."""
