@@ -122,6 +122,7 @@ def use_language(*wanted: str) -> str:
     for code in wanted:
         name = code.replace("-", "_")
         if name.partition(".")[0] in ("C", "POSIX") or name.partition("_")[0] == ENGLISH:
+            os.environ["LANGUAGE"] = ENGLISH
             break
         folder = _folder()
         found = None if folder is None else gettext.find(DOMAIN, str(folder), [name])

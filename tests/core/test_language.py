@@ -2,6 +2,7 @@
 
 import gettext
 import json
+import os
 import pickle
 import re
 import string
@@ -90,6 +91,8 @@ def test_the_system_says_which_language(environment, found, monkeypatch):
     for name, value in environment.items():
         monkeypatch.setenv(name, value)
     assert language.use_language(*language.system_languages()) == found == language.language()
+    # Other programs, and reasons of the system, keep a language that we lack.
+    assert os.environ.get("LANGUAGE") == (found if environment not in ({"LANG": "xx"}, {}) else None)
 
 
 def test_the_core_speaks_of_a_commands_options_by_the_commands_name(catalogues):
