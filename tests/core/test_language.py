@@ -92,7 +92,8 @@ def test_the_system_says_which_language(environment, found, monkeypatch):
         monkeypatch.setenv(name, value)
     assert language.use_language(*language.system_languages()) == found == language.language()
     # Other programs, and reasons of the system, keep a language that we lack.
-    assert os.environ.get("LANGUAGE") == (found if environment not in ({"LANG": "xx"}, {}) else None)
+    said = None if environment in ({"LANG": "xx"}, {}) else found
+    assert os.environ.get("LANGUAGE") == said
 
 
 def test_the_core_speaks_of_a_commands_options_by_the_commands_name(catalogues):
