@@ -25,6 +25,7 @@ from kogao_core.background.people import PersonFinder, PersonMask
 from kogao_core.base.assets import AssetMissing
 from kogao_core.base.geometry import Array, Box, Image, Line
 from kogao_core.base.language import Text
+from kogao_core.base.threads import one_blas_thread
 from kogao_core.faces.face import Face
 from kogao_core.faces.landmarks import ModelRefused
 from kogao_core.faces.landmarks.pixels import Pyramid
@@ -118,7 +119,7 @@ class BackgroundFinder:
 
         Lines end at people. Without a mask of people, only lines on faces are left out.
         """
-        with self._lock:
+        with self._lock, one_blas_thread():
             keys = tuple(tuple(f.points.tobytes() for f in some) for some in (faces, others))
             if self._newest is None or self._photo() is not photo or keys != self._faces:
                 self._newest = self._look(Pyramid(photo), faces, others)

@@ -7,6 +7,7 @@ import cv2
 import numpy as np
 import pytest
 from scenes import oval_face
+from threadpoolctl import threadpool_info, threadpool_limits
 
 from kogao_core.background import find as backgrounds
 from kogao_core.background.find import BackgroundFinder, held_of, measure
@@ -186,6 +187,20 @@ def test_a_recipe_that_holds_nothing_looks_for_nothing():
     photo, finder = photo_with(), BackgroundFinder(Finder(RuntimeError("looked")))
     done = Applied([FACE], Recipe(hold_background=False), NOTHING)
     assert held_of(photo, done, finder) is NOTHING_HELD
+
+
+def test_looking_wakes_no_threads_of_blas():
+    """Small products woke the second thread, which took ten times the processor time."""
+    counts = []
+
+    class Counting(Finder):
+        def find(self, photo, faces):
+            counts.extend(one["num_threads"] for one in threadpool_info() if "blas" in one.values())
+            return super().find(photo, faces)
+
+    with threadpool_limits(2, "blas"):
+        found_in(photo_with(), Counting(BODY))
+    assert set(counts) == {1}
 
 
 def test_a_figure_apart_and_a_face_left_alone_are_neighbours():
