@@ -44,11 +44,6 @@ class Browser:
         self._context: str | None = None
         self.afresh()
 
-    @property
-    def is_alive(self) -> bool:
-        """Whether it wasn't killed."""
-        return not self._to.closed
-
     def afresh(self) -> None:
         """Go on as another user's browser would: with a new page, and nothing that was kept."""
         self._session = None
@@ -118,8 +113,6 @@ class Browser:
 
     def kill(self) -> None:
         """End it without a warning, as a crash would."""
-        if not self.is_alive:
-            return
         self._process.kill()
         self._process.wait()
         self._to.close()

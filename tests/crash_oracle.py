@@ -5,12 +5,13 @@ from __future__ import annotations
 import contextlib
 import json
 import threading
-from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 
 import numpy as np
+import pytest
 from kogao_app.features import files, projects, recovery
 
 _SLOW_S = 0.3
@@ -29,41 +30,30 @@ class Disk:
         self.mode = dict.fromkeys(self.kinds, "quick")
         self.open = threading.Event()
         self.open.set()
-        self.failed: Counter[str] = Counter()
 
-    def through(self, kind: str, call: Callable) -> Callable:
-        """Return `call` as this disk does it."""
-
-        def slowly(*args, **named):
-            if self.mode[kind] == "slow":
-                self.open.wait(_SLOW_S)
-            if self.mode[kind] in ("full", "dead"):
-                self.failed[kind] += 1
-                raise OSError(28, "No space left on device")
-            return call(*args, **named)
-
-        return slowly
+    def do(self, kind: str, call: Callable, *args, **named):
+        """Call a function of this kind as this disk does it."""
+        if self.mode[kind] == "slow":
+            self.open.wait(_SLOW_S)
+        if self.mode[kind] in ("full", "dead"):
+            raise OSError(28, "No space left on device")
+        return call(*args, **named)
 
 
 @contextlib.contextmanager
 def through(disks: list[Disk]) -> Iterator[None]:
     """Lead all files through the newest disk."""
-    places = (
-        *((files, "save_copy", "copy"), (projects, "save", "project")),
-        *((recovery, "save", "recovery"), (files, "open_photo", "photo")),
-    )
-    real = [getattr(module, name) for module, name, _ in places]
-    for (module, name, kind), call in zip(places, real, strict=True):
 
-        def led(*args, kind=kind, call=call, **named):
-            return disks[-1].through(kind, call)(*args, **named)
+    def led(kind: str, call: Callable, *args, **named):
+        return disks[-1].do(kind, call, *args, **named)
 
-        setattr(module, name, led)
-    try:
+    with pytest.MonkeyPatch.context() as patch:
+        for module, name, kind in (
+            *((files, "save_copy", "copy"), (projects, "save", "project")),
+            *((recovery, "save", "recovery"), (files, "open_photo", "photo")),
+        ):
+            patch.setattr(module, name, partial(led, kind, getattr(module, name)))
         yield
-    finally:
-        for (module, name, _), call in zip(places, real, strict=True):
-            setattr(module, name, call)
 
 
 def sign_of(state) -> Sign:

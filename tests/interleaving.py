@@ -39,7 +39,6 @@ from timeouts import LONGEST_S
 from kogao_core.projects.sidecar import kept
 
 _SIZE = (240, 180)
-LOST_S = LONGEST_S  # an edit that is on no disk by then counts as lost, s
 
 
 class Interleaving:
@@ -60,17 +59,14 @@ class Interleaving:
         self._asked: dict[str, Path] = {}
         # What was last made of each photo that was left, by its name.
         self._left: dict[str, Sign] = {}
-        # Work that one undo must bring back after a sync, and former names, by photo.
+        # Work that one undo must bring back after a sync, by photo.
         self._synced: dict[str, Sign] = {}
-        self._former: dict[str, set[str]] = {}
         self._saved: set[Path] = set()
         self._disks: list[Disk] = []
         self._homes = self._copies = 0
         self._gesture = False
         self.counts: Counter[str] = Counter()
-        self.kept_s: list[float] = []
         self._problem = ""
-        self._since = time.monotonic()
         self.log: list[str] = []
 
     def run(self, acts: int, least: Mapping[str, int] = MappingProxyType({})) -> None:
@@ -88,7 +84,6 @@ class Interleaving:
                 while left > 0 or any(self.counts[kind] < n for kind, n in least.items()):
                     left -= 1
                     assert left > -9 * acts, (least, self.counts)
-                    self._since = time.monotonic()
                     self._act()
                     self._pump_a_little()
                     self._follow()
@@ -157,7 +152,7 @@ class Interleaving:
 
     # -- time ------------------------------------------------------------------------------------
 
-    def _until(self, condition: Callable[[], bool], most_s: float = LOST_S) -> bool:
+    def _until(self, condition: Callable[[], bool], most_s: float = LONGEST_S) -> bool:
         end = time.monotonic() + most_s
         while not condition():
             if time.monotonic() > end:
@@ -287,7 +282,7 @@ class Interleaving:
         """Tell whether opening the photo brings the work at hand."""
         newest, (percent, point, strokes) = self._newest(), self._books.work
         held = None if newest is None else sign_in(newest)
-        if held is None or held[0] not in self._called(self._books.name):
+        if held is None or held[0] != self._books.name:
             return False
         # In what was kept while faces were still sought they are found again, as they were.
         again = point == sign_of(self._books.states[0])[1] and held[1] == (percent, None, strokes)
@@ -313,14 +308,11 @@ class Interleaving:
                 newest = self._newest()
                 held = None if newest is None else (newest.name, sign_in(newest))
                 raise Lost(f"{books.work} counts as saved and is in no file; {held} is")
-            mode = self._disk.mode["recovery"]
-            if mode != "full":
+            if self._disk.mode["recovery"] != "full":
                 wanted = (books.name, books.work)
                 # A save that was on its way makes it safe, too.
                 if not self._until(lambda: wanted in self._kept() or self._is_safe()):
                     raise Lost(f"{wanted} is in no recovery file")
-                if mode == "quick" and not self._disk.failed["recovery"]:
-                    self.kept_s.append(time.monotonic() - self._since)
         for owed in books.owed:
             if owed not in self._kept():
                 raise Lost(f"{owed}, which a crash has left, is gone")
@@ -337,10 +329,10 @@ class Interleaving:
         elif self._books.name:
             acts, shares = zip(
                 *((self._slide, 6), (self._drag, 3), (self._protect, 2), (self._hold, 2)),
-                *((self._undo, 4), (self._redo, 3), (self._look, 1), (self._press_bar, 3)),
+                *((self._undo, 4), (self._redo, 3), (self._press_bar, 3)),
                 *((self._save_copy, 3), (self._save_project, 2), (self._open_another, 3)),
                 *((self._move_along, 3), (self._close, 2), (self._crash, 3)),
-                *((self._sync, 3), (self._rename, 2), (self._reset, 1)),
+                *((self._sync, 3), (self._reset, 1)),
                 strict=True,
             )
             act = acts[self._rng.choice(len(acts), p=np.divide(shares, sum(shares)))]
@@ -406,14 +398,6 @@ class Interleaving:
             self._books.at += 1
         self._editor.history.redo()
 
-    def _look(self) -> None:
-        """Look at manual mode and come back."""
-        self._editor.document.commit()
-        self._push()
-        for mode in ("manual", "automatic"):
-            self._editor.manual.switch(mode)
-            self._push()
-
     def _save_copy(self) -> None:
         self._editor.window.actions_by_name["save"].trigger()
 
@@ -428,15 +412,11 @@ class Interleaving:
         self._film().step(int(self._rng.choice([-1, 1])))
 
     def _film(self) -> FilmStrip:
-        """Return the strip with all photos under their present names."""
+        """Return the strip with all photos."""
         film = self._editor.strip.film
-
-        def whole() -> bool:
-            return {*self._photos} <= {film.path(row) for row in range(film.count())}
-
-        if not whole():
+        if film.count() < len(self._photos):
             self._editor.strip.show_places([*self._photos, self._broken])
-            self._until(whole)
+            self._until(lambda: film.count() >= len(self._photos))
         return film
 
     def _others(self) -> list[Path]:
@@ -464,7 +444,7 @@ class Interleaving:
                 continue  # it was opened meanwhile, with other edits
             newest, before = kept(path, self._storage.edits), signs.get(path)
             held = None if newest is None else sign_in(newest)
-            if held is None or held[0] not in self._called(path.name):
+            if held is None or held[0] != path.name:
                 continue  # the strip doesn't show this photo, or its faces aren't found yet
             if before is not None:
                 after = _as_if_sought(held[1], before[1])
@@ -473,29 +453,6 @@ class Interleaving:
                 if after != before[1]:
                     self._synced[path.name] = before[1]
             self._left[path.name] = held[1]
-
-    def _called(self, name: str) -> set[str]:
-        """Return the present and the former names of a photo."""
-        return {name, *self._former.get(name, ())}
-
-    def _rename(self) -> None:
-        """Rename a photo that isn't open; its edits keep their old name."""
-        others = [one for one in self._others() if one.name not in self._waited_for()]
-        if not others or self._editor.saver.busy or self._editor.files.busy:
-            return
-        old = self._one_of(others)
-        self._copies += 1
-        new = old.with_name(f"renamed{self._copies}.png")
-        old.rename(new)
-        self._photos[self._photos.index(old)] = new
-        self._former[new.name] = self._called(old.name)
-        for books in (self._left, self._synced):
-            if old.name in books:
-                books[new.name] = books.pop(old.name)
-
-    def _waited_for(self) -> set[str]:
-        """Names of photos in recovery files."""
-        return {held[0] for held in self._kept() if held is not None}
 
     def _reset(self) -> None:
         editor = self._editor

@@ -55,7 +55,7 @@ def run(arguments: Sequence[str] | None) -> int:
         )
     except click.Abort:
         return _end(tr("interrupted"), CODE)
-    except BrokenPipeError:  # the reader closed the pipe, as in | head
+    except (BrokenPipeError, SystemExit):  # the reader closed the pipe, as in | head: click exits
         _drop_the_rest()
         return 0
     except OSError as error:

@@ -8,9 +8,10 @@ from __future__ import annotations
 import argparse
 import dataclasses
 import json
+import statistics
 import sys
 import tracemalloc
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from itertools import count, cycle
 from pathlib import Path
 
@@ -18,7 +19,7 @@ import cv2
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-from paired import into_page, ratio, take_turns
+from paired import Row, into_page, take_turns
 from scenes import oval_face, textured_photo
 
 from kogao_core.base.geometry import Image
@@ -99,26 +100,23 @@ def main() -> None:
         into_page(options.page, "engine", table)
 
 
-def _table(
-    speeds: dict[str, dict[str, float]], share: float, kept: dict[str, float]
-) -> list[list[str]]:
-    rows = [["case", "ratio", "quartiles", "ms"]]
-    for name, figure in speeds.items():
-        if name not in ("unit", "cubic unit"):
-            quartiles = f"{figure['q1']:.2f} to {figure['q3']:.2f}"
-            rows.append([name, f"{figure['ratio']:.2f}", quartiles, f"{figure['median_ms']:.1f}"])
-    rows.append(["working memory, of the image's bytes", f"{share:.3f}", "", ""])
-    for kernel, part in kept.items():
-        rows.append([f"detail kept where pixels move, {kernel}", f"{part:.3f}", "", ""])
-    return rows
+def _table(rows: list[Row], share: float, kept: dict[str, float]) -> list[list[str]]:
+    table = [["case", "ratio", "quartiles", "ms"]]
+    for row in rows:
+        quartiles = f"{row.by_round.q1:.2f} to {row.by_round.q3:.2f}"
+        ms = f"{statistics.median(row.ours):.1f}"
+        table.append([row.name, f"{row.ratio:.2f}", quartiles, ms])
+    figures = {"working memory, of the image's bytes": share}
+    figures |= {f"detail kept where pixels move, {kernel}": part for kernel, part in kept.items()}
+    return [*table, *([name, f"{value:.3f}", "", ""] for name, value in figures.items())]
 
 
 def _shrunk(size: tuple[int, int], quick: bool) -> tuple[int, int]:
     return (size[0] // 4, size[1] // 4) if quick else size
 
 
-def speed(sizes: dict[str, tuple[int, int]], rounds: int) -> dict[str, dict[str, float]]:
-    """Return every ratio of the engine against the unit, and of older ways against the engine."""
+def speed(sizes: dict[str, tuple[int, int]], rounds: int) -> list[Row]:
+    """Return the times of the engine beside the unit, and of older ways beside the engine."""
     bench = Bench(*sizes["24 MP"])
     proxy = Bench(1620, 1080)
     many = [oval_face(*sizes["24 MP"], center=c, size=0.2) for c in _spots(*sizes["24 MP"])]
@@ -139,14 +137,13 @@ def speed(sizes: dict[str, tuple[int, int]], rounds: int) -> dict[str, dict[str,
         "conventional": conventional(bench.photo, bench.ours(LINEAR)().field),
     }
     times = take_turns(cases, rounds)
-    figures = {}
-    for name in cases:
+    rows = []
+    for name in list(cases)[2:]:
         unit = "cubic unit" if name.startswith("cubic,") else "unit"
-        figures[name] = ratio(times, name, unit)
-    figures["conventional / ours"] = ratio(times, "conventional", "bilinear, 2 threads")
-    figures |= _readings(sizes["12 MP"], rounds)
-    figures |= _other_depths(sizes["24 MP"], rounds)
-    return figures
+        rows.append(Row(name, "ms", times[name], times[unit]))
+    ours = times["bilinear, 2 threads"]
+    rows.append(Row("conventional / ours", "ms", times["conventional"], ours))
+    return [*rows, *_readings(sizes["12 MP"], rounds), *_other_depths(sizes["24 MP"], rounds)]
 
 
 def conventional(photo: Image, field: Field) -> Callable[[], object]:
@@ -186,10 +183,9 @@ def group(width: int, height: int) -> list[Face]:
     ]
 
 
-def _readings(size: tuple[int, int], rounds: int) -> dict[str, dict[str, float]]:
-    """Return what a group's photo takes, beside a full cubic remap and what is then read off it."""
+def _readings(size: tuple[int, int], rounds: int) -> Iterator[Row]:
+    """Yield what a group's photo takes, beside a full cubic remap and what is then read off it."""
     bench = Bench(*size)
-    figures = {}
     for name, faces in (("18 faces", group(*size)), ("one face", [bench.face])):
         draw = bench.ours(CUBIC, faces=faces)
         cases = {
@@ -199,23 +195,20 @@ def _readings(size: tuple[int, int], rounds: int) -> dict[str, dict[str, float]]
         }
         times = take_turns(cases, rounds)
         both = zip(times["draw and read"], times["draw"], strict=True)
-        times["read"] = [max(0.0, with_readings - alone) for with_readings, alone in both]
-        figures[f"{name}, 12 MP, cubic"] = ratio(times, "draw", "unit")
-        figures[f"{name}, readings / drawing"] = ratio(times, "read", "draw")
-    return figures
+        read = [max(0.0, with_readings - alone) for with_readings, alone in both]
+        yield Row(f"{name}, 12 MP, cubic", "ms", times["draw"], times["unit"])
+        yield Row(f"{name}, readings / drawing", "ms", read, times["draw"])
 
 
 def _read(rendering: Rendering) -> object:
     return rendering.one_to_one, rendering.residual, rendering.achieved, rendering.pixel_counts
 
 
-def _other_depths(size: tuple[int, int], rounds: int) -> dict[str, dict[str, float]]:
-    figures = {}
+def _other_depths(size: tuple[int, int], rounds: int) -> Iterator[Row]:
     for dtype in (np.uint16, np.float32):
         bench = Bench(*size, dtype)
         times = take_turns({"unit": bench.full_remap(), "ours": bench.ours(LINEAR)}, rounds)
-        figures[f"bilinear, {np.dtype(dtype).name}"] = ratio(times, "ours", "unit")
-    return figures
+        yield Row(f"bilinear, {np.dtype(dtype).name}", "ms", times["ours"], times["unit"])
 
 
 def memory_share(width: int, height: int) -> float:

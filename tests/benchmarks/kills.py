@@ -6,10 +6,9 @@ must be whole: the old version or the new one, and nothing may lie in the folder
 files; what was changed in place must come back. What a program left beside its target must be gone
 when the next one has saved there. A batch that is let alone in the end must do the rest.
 
-With ``--signals N`` each of `warp`, `batch`, `detect` and the editor's `--edit` gets so many
-signals instead (SIGINT, SIGTERM, SIGHUP), a batch also as a group, at random moments between the
-first at which it has a handler and its end. It must be over in 2 s by 130 and one line, or by what
-it does of itself, and leave nothing aside. ``--load N`` keeps N processes busy meanwhile.
+With ``--signals N`` each of `warp`, `batch`, `detect` and the editor's `--edit` gets N signals
+instead (SIGINT, SIGTERM, SIGHUP; a batch also as a group), at random moments between its first
+handler and its end. It must end in 2 s with 130 and one line, or finish, and leave nothing aside.
 """
 
 from __future__ import annotations
@@ -17,7 +16,6 @@ from __future__ import annotations
 import argparse
 import collections
 import contextlib
-import functools
 import json
 import os
 import shutil
@@ -31,18 +29,21 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+from PIL import Image, ImageEnhance
 
 from kogao_core import photo
 from kogao_core.base import assets
 from kogao_core.base.atomic import atomic_write, is_temporary
 from kogao_core.base.json_reader import BadFile
+from kogao_core.faces.landmarks import source as landmark_source
 from kogao_core.photo.originals import NoOriginal, Originals
 from kogao_core.projects import project
 from kogao_core.projects.project import Project, Sheet
 from kogao_core.projects.sidecar import original, sidecar_of
+from kogao_core.recipe.recipe import Recipe
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-from benchmarks import batches
+from processes import CLI, EDITOR
 from scenes import oval_face
 
 LONGEST_SECONDS = 0.12
@@ -53,25 +54,29 @@ BATCH_SECONDS = (0.5, 4.0)
 BATCH_SHARE = 0.1
 EXPECTED = (
     *("killed while saving", "killed in a batch", "batch had ended before"),
-    "left something aside until the next run",
+    *("left something aside until the next run", "ended by 130 and one line", ": had ended"),
 )
 SUFFIXES = (".jpg", ".png", ".tif", ".webp")
+Rng = np.random.Generator
+Counts = collections.Counter[str]
+
+
+# ---- programs that save ---------------------------------------------------------------------
 
 
 def prepare(folder: Path) -> None:
-    """Write a source of every format, and keep a copy aside."""
+    """Write two photos of every format, and copies of them aside."""
     noise = np.random.default_rng(0).integers(0, 256, (240, 320, 3), np.uint8)
     picture = cv2.GaussianBlur(noise, (0, 0), 2.0)
     (folder / "aside").mkdir()
     for suffix in SUFFIXES:
-        cv2.imwrite(str(folder / f"source{suffix}"), picture)
-        shutil.copy(folder / f"source{suffix}", folder / "aside")
         for place in (folder, folder / "aside"):
-            shutil.copy(folder / f"source{suffix}", place / f"in-place{suffix}")
+            cv2.imwrite(str(place / f"source{suffix}"), picture)
+            cv2.imwrite(str(place / f"in-place{suffix}"), picture)
 
 
 def save_for_ever(folder: Path, seed: int) -> None:
-    """Save results, a sidecar and over the sources themselves until somebody ends it."""
+    """Save results, a sidecar and over the sources themselves until the process is killed."""
     rng = np.random.default_rng(seed)
     while True:
         suffix = SUFFIXES[rng.integers(len(SUFFIXES))]
@@ -79,20 +84,17 @@ def save_for_ever(folder: Path, seed: int) -> None:
         pixels = source.pixels.copy()
         pixels[40:90, 60:140] = rng.integers(0, 256)
         photo.write(source, pixels, folder / f"result{suffix}", force=True)
-        project.save(some_project(source, rng), sidecar_of(source.path))
+        faces = (oval_face(center=(160.0, 120.0), size=0.3),) * int(rng.integers(1, 9))
+        about = original(source.path, "0" * 64, source.pixels)
+        project.save(Project(about, "automatic", Sheet(faces)), sidecar_of(source.path))
         if rng.random() < 0.3:
             photo.write(source, pixels, source.path, force=True)
         change_in_place(folder / f"in-place{suffix}", rng)
 
 
-def store_of(folder: Path) -> Originals:
-    """Return where originals of photos that are changed in place are kept."""
-    return Originals(folder / "store")
-
-
-def change_in_place(path: Path, rng: np.random.Generator) -> None:
-    """Write over a photo once or twice, as an editor does, or bring it back."""
-    store = store_of(path.parent)
+def change_in_place(path: Path, rng: Rng) -> None:
+    """Write over a photo once or twice, as an editor does, or restore it."""
+    store = Originals(path.parent / "store")
     if rng.random() < 0.3:
         with contextlib.suppress(NoOriginal):  # nothing was changed yet
             store.restore(path)
@@ -102,12 +104,6 @@ def change_in_place(path: Path, rng: np.random.Generator) -> None:
         pixels = shown.pixels.copy()
         pixels[40:90, 60:140] = rng.integers(0, 256)
         photo.write_in_place(shown, pixels, store)
-
-
-def some_project(source: photo.Photo, rng: np.random.Generator) -> Project:
-    """Return a project with a face or some."""
-    faces = tuple(oval_face(center=(160.0, 120.0), size=0.3) for _ in range(rng.integers(1, 9)))
-    return Project(original(source.path, "0" * 64, source.pixels), "automatic", Sheet(faces))
 
 
 def unreadable(folder: Path) -> list[str]:
@@ -133,7 +129,7 @@ def harm(folder: Path) -> list[str]:
         path = folder / kept.name
         if path.read_bytes() == kept.read_bytes():
             continue
-        in_child(functools.partial(store_of(folder).restore, path))
+        in_child(lambda path=path: Originals(folder / "store").restore(path))
         if path.read_bytes() != kept.read_bytes():
             found.append(f"{kept.name} doesn't come back")
     for kept in (folder / "aside").glob("source*"):
@@ -155,17 +151,17 @@ def in_child(act: Callable[[], object]) -> None:
     os.waitpid(child, 0)
 
 
-def left_aside(folder: Path) -> bool:
-    """Return whether a killed program has left something beside its targets."""
-    return any(is_temporary(path) for path in folder.rglob("*"))
+def left_aside(folder: Path) -> list[Path]:
+    """Return what a killed program has left beside its targets."""
+    return [path for path in folder.rglob("*") if is_temporary(path)]
 
 
 def left_for_good(folder: Path, temporary: Path) -> list[str]:
-    """Return what nobody would ever remove once another program has saved in the folder."""
-    for place in {folder, *(path.parent for path in folder.rglob("*") if is_temporary(path))}:
+    """Return what stays once another program has saved in the same folders."""
+    for place in {folder, *(path.parent for path in left_aside(folder))}:
         if not is_temporary(place):
-            in_child(functools.partial(atomic_write, b"", place / "next.jsonl"))
-    stayed = [f"{path.name} was never removed" for path in folder.rglob("*") if is_temporary(path)]
+            in_child(lambda place=place: atomic_write(b"", place / "next.jsonl"))
+    stayed = [f"{path.name} was never removed" for path in left_aside(folder)]
     return stayed + [f"{path} lies in the temporary folder" for path in temporary.iterdir()]
 
 
@@ -186,7 +182,7 @@ def _folders() -> Iterator[tuple[Path, Path]]:
             os.environ.update({"TMPDIR": before} if before else {})
 
 
-def kill_savers(kills: int, seed: int, counts: collections.Counter[str]) -> None:
+def kill_savers(kills: int, seed: int, counts: Counts) -> None:
     """Kill programs that save, and count what happened."""
     rng = np.random.default_rng(seed)
     with _folders() as (folder, temporary):
@@ -199,23 +195,72 @@ def kill_savers(kills: int, seed: int, counts: collections.Counter[str]) -> None
             os.kill(child, signal.SIGKILL)
             os.waitpid(child, 0)
             counts["killed while saving"] += 1
-            counts["left something aside until the next run"] += left_aside(folder)
+            counts["left something aside until the next run"] += bool(left_aside(folder))
             counts.update(harm(folder))
             counts.update(left_for_good(folder, temporary))
 
 
-def kill_batches(kills: int, photos: int, seed: int, counts: collections.Counter[str]) -> None:
+# ---- batches --------------------------------------------------------------------------------
+
+
+def make_photos(folder: Path, count: int, rng: Rng) -> set[Path]:
+    """Write photos of every format, some with projects; return some that are damaged."""
+    portrait, damaged = Image.open(assets.sample()), set()
+    bad_ones = set(rng.choice(count, round(0.05 * count), replace=False).tolist())
+    folder.mkdir()
+    for number in range(count):
+        path = folder / f"{number:04}{SUFFIXES[number % len(SUFFIXES)]}"
+        picture = portrait.resize(rng.integers(220, 350, 2).tolist())
+        ImageEnhance.Brightness(picture).enhance(float(rng.uniform(0.8, 1.2))).save(path)
+        if number in bad_ones:
+            whole = path.read_bytes()
+            ways = (whole[: len(whole) // 3], b"", bytes(len(whole)), whole[:20] + rng.bytes(999))
+            path.write_bytes(ways[rng.integers(len(ways))])
+            damaged.add(path)
+        elif number % 10 == 0:
+            pixels = photo.read(path).pixels
+            faces = tuple(landmark_source().find(pixels))
+            sheet = Sheet(faces, recipe=Recipe(percent=6.0))
+            about = original(path, project.sha256_of(path), pixels)
+            project.save(Project(about, "automatic", sheet), sidecar_of(path))
+    return damaged
+
+
+def batch_of(inputs: Path, out: Path) -> list[str]:
+    """Return the command line of a batch."""
+    return [*CLI, "batch", str(inputs), "-o", str(out), "--projects", "-j", "2"]
+
+
+def unfinished(inputs: Path, out: Path, damaged: set[Path]) -> list[str]:
+    """Return the photos whose result or report is wrong after the whole batch."""
+    # A killed program may leave a line without its end.
+    lines = (out / "kogao-batch.jsonl").read_text().splitlines()
+    entries = [json.loads(line) for line in lines if line.endswith("}")]
+    status = {Path(entry["source"]): entry["status"] for entry in entries}
+    wrong = []
+    for path in sorted(set(inputs.iterdir()) - set(inputs.glob("*.json"))):
+        result = out / path.name
+        if status.get(path) not in ({"failed"} if path in damaged else {"done", "skipped"}):
+            wrong.append(f"{path.name} is {status.get(path)}")
+        if result.exists() == (path in damaged):
+            wrong.append(f"{result.name} is {'there' if result.exists() else 'missing'}")
+        elif result.exists() and photo.read(result).pixels.shape != photo.read(path).pixels.shape:
+            wrong.append(f"{result.name} has another shape")
+    return wrong + [f"{path.name} was left" for path in left_aside(out)]
+
+
+def kill_batches(kills: int, photos: int, seed: int, counts: Counts) -> None:
     """Kill batches with all their workers, let a last one end, and count what happened."""
     rng = np.random.default_rng(seed)
     with _folders() as (folder, temporary):
         inputs, out = folder / "in", folder / "out"
-        bad = batches.make(inputs, photos, rng)
-        before = batches.digest(inputs)
+        damaged = make_photos(inputs, photos, rng)
+        before = {path: path.read_bytes() for path in inputs.iterdir()}
         for _ in range(kills):
             if rng.random() < 0.5:
                 shutil.rmtree(out, ignore_errors=True)
             running = subprocess.Popen(
-                batches.command(inputs, out, 2), stderr=subprocess.DEVNULL, start_new_session=True
+                batch_of(inputs, out), stderr=subprocess.DEVNULL, start_new_session=True
             )
             time.sleep(rng.uniform(*BATCH_SECONDS))
             counts["batch had ended before"] += running.poll() is not None
@@ -223,18 +268,20 @@ def kill_batches(kills: int, photos: int, seed: int, counts: collections.Counter
                 os.killpg(running.pid, signal.SIGKILL)
             running.wait()
             counts["killed in a batch"] += 1
-            counts["left something aside until the next run"] += left_aside(out)
+            counts["left something aside until the next run"] += bool(left_aside(out))
             counts.update(unreadable(out))
             counts.update(left_for_good(folder, temporary))
-            if before != batches.digest(inputs):
-                counts["a source or a project has changed"] += 1
-        batches.run(inputs, out, 2)
-        counts.update(batches.judge(inputs, out, bad, {"done", "skipped"}))
+        counts["a source or a project has changed"] += before != {
+            path: path.read_bytes() for path in inputs.iterdir() if path in before
+        }
+        subprocess.run(batch_of(inputs, out), capture_output=True, check=False)
+        counts.update(unfinished(inputs, out, damaged))
 
 
-def told_to_end(
-    words: list[str], folder: Path, seconds: float, rng: np.random.Generator, of_group: bool
-) -> str:
+# ---- signals --------------------------------------------------------------------------------
+
+
+def told_to_end(words: list[str], folder: Path, seconds: float, rng: Rng, of_group: bool) -> str:
     """Start a program, signal it at a random moment, and return what became of it."""
     environment = {**os.environ, "QT_QPA_PLATFORM": "offscreen", "XDG_DATA_HOME": str(folder)}
     program = subprocess.Popen(
@@ -277,23 +324,21 @@ def _hears(process: int) -> bool:
     return True
 
 
-def signal_programs(count: int, photos: int, seed: int, counts: collections.Counter[str]) -> None:
+def signal_programs(count: int, photos: int, seed: int, counts: Counts) -> None:
     """Signal every kind of program `count` times, and count how they ended."""
+    # A shell lets what it runs in the background ignore it, and so would the programs.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     rng = np.random.default_rng(seed)
     with _folders() as (folder, temporary):
-        inputs, out = folder / "in", folder / "out"
-        batches.make(inputs, photos, rng)
-        photo_file = folder / "photo.jpg"
-        shutil.copy(assets.sample(), photo_file)
-        cli = [sys.executable, "-c", "from kogao_core.cli import main; main()"]
-        editor = "import sys; from kogao_app.__main__ import main; sys.exit(main())"
-        result = str(folder / "result.jpg")
+        inputs = folder / "in"
+        make_photos(inputs, photos, rng)
+        file = str(shutil.copy(assets.sample(), folder / "photo.jpg"))
         programs = {
-            "warp": [*cli, "warp", str(photo_file), "-o", result, "--force"],
-            "in place": [*cli, "warp", str(photo_file), "--in-place", "--temporary"],
-            "detect": [*cli, "detect", str(photo_file), "--json", "-"],
-            "batch": [*cli, "batch", str(inputs), "-o", str(out), "-j", "2", "--force", "--again"],
-            "edit": [sys.executable, "-c", editor, "--edit", "--temporary", str(photo_file)],
+            "warp": [*CLI, "warp", file, "-o", str(folder / "result.jpg"), "--force"],
+            "in place": [*CLI, "warp", file, "--in-place", "--temporary"],
+            "detect": [*CLI, "detect", file, "--json", "-"],
+            "batch": [*batch_of(inputs, folder / "out"), "--force", "--again"],
+            "edit": [*EDITOR, "--edit", "--temporary", file],
         }
         for name, words in programs.items():
             start = time.perf_counter()
@@ -304,9 +349,9 @@ def signal_programs(count: int, photos: int, seed: int, counts: collections.Coun
                 of_group = name == "batch" and number % 2 == 1
                 became = told_to_end(words, folder, seconds, rng, of_group)
                 counts[f"{name}: {became}"] += 1
-                left = [path for path in folder.rglob("*") if is_temporary(path)]
-                counts[f"{name}: left something aside"] += bool([*left, *temporary.iterdir()])
-                for path in (*left, *temporary.iterdir()):
+                left = [*left_aside(folder), *temporary.iterdir()]
+                counts[f"{name}: left something aside"] += bool(left)
+                for path in left:
                     shutil.rmtree(path, ignore_errors=True)
 
 
@@ -317,35 +362,17 @@ def main() -> None:
     parser.add_argument("--photos", type=int, default=60, help="in a batch")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--signals", type=int, default=0, help="of each program, instead of kills")
-    parser.add_argument("--load", type=int, default=0, help="processes that keep the machine busy")
     options = parser.parse_args()
+    counts: Counts = collections.Counter()
     if options.signals:
-        tell_to_end(options)
-    counts: collections.Counter[str] = collections.Counter()
-    in_batches = round(BATCH_SHARE * options.kills)
-    kill_savers(options.kills - in_batches, options.seed, counts)
-    kill_batches(in_batches, options.photos, options.seed, counts)
-    harmed = {what: count for what, count in counts.items() if what not in EXPECTED}
-    print(json.dumps({"seed": options.seed, **counts, "harmed": sum(harmed.values())}, indent=1))
-    sys.exit(bool(harmed))
-
-
-def tell_to_end(options: argparse.Namespace) -> None:
-    """Signal programs and print how they ended; end with 1 if any did otherwise than it should."""
-    counts: collections.Counter[str] = collections.Counter()
-    # A shell lets what it runs in the background ignore it, and so would the programs.
-    signal.signal(signal.SIGINT, signal.default_int_handler)
-    busy = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in
-            range(options.load)]  # fmt: skip
-    try:
         signal_programs(options.signals, options.photos, options.seed, counts)
-    finally:
-        for process in busy:
-            process.kill()
-    fine = (": ended by 130 and one line", ": had ended")
-    wrong = sum(count for what, count in counts.items() if not what.endswith(fine))
-    print(json.dumps({"load": os.getloadavg(), **counts, "wrong": wrong}, indent=1))
-    sys.exit(bool(wrong))
+    else:
+        in_batches = round(BATCH_SHARE * options.kills)
+        kill_savers(options.kills - in_batches, options.seed, counts)
+        kill_batches(in_batches, options.photos, options.seed, counts)
+    harmed = {what: count for what, count in counts.items() if not what.endswith(EXPECTED)}
+    print(json.dumps({"seed": options.seed, **counts, "harmed": sum(harmed.values())}, indent=1))
+    sys.exit(any(harmed.values()))
 
 
 if __name__ == "__main__":

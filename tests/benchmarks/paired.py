@@ -89,18 +89,6 @@ def take_turns(works: Mapping[str, Callable[[], object]], rounds: int) -> dict[s
     return measured({name: timed(work) for name, work in works.items()}, rounds)
 
 
-def ratio(times: Mapping[str, list[float]], over: str, under: str) -> dict[str, float]:
-    """Return the ratio of medians and the quartiles of the ratio round by round."""
-    row = Row(over, "ms", times[over], times[under])
-    return {
-        "ratio": row.ratio,
-        "q1": row.by_round.q1,
-        "q3": row.by_round.q3,
-        "median_ms": statistics.median(row.ours),
-        "unit_ms": statistics.median(row.floor),
-    }
-
-
 def beside_floor(name: str, ours: Case, floor: Case, rounds: int) -> Row:
     """Measure a case, its floor, and the floor again, in turns, ms."""
     times = measured({"ours": ours, "floor": floor, "again": floor}, rounds)

@@ -9,6 +9,7 @@ import subprocess
 
 import numpy as np
 import pytest
+from browser import Browser
 from PIL import Image
 
 from kogao_core.base import assets
@@ -118,3 +119,11 @@ def screen():
         with os.fdopen(ours) as told:
             yield f":{told.readline().strip()}"
         server.terminate()
+
+
+@pytest.fixture(scope="session")
+def chromium(tmp_path_factory):
+    """A browser for all pages; `afresh` gives it a new page that remembers nothing."""
+    browser = Browser(tmp_path_factory.mktemp("profile"))
+    yield browser
+    browser.kill()

@@ -138,23 +138,18 @@ def test_what_was_done_is_skipped_unless_something_has_changed(cli, folder, tmp_
     assert "1 of 1: 1 done" in err
 
 
-def test_wrong_calls_end_with_one_line(cli, folder, tmp_path):
-    out = tmp_path / "out"
-    for arguments, words in [
+def test_wrong_calls_end_with_one_line(fails, folder, tmp_path):
+    (tmp_path / "empty").mkdir()
+    for arguments, words in (
         ((folder / "nothing.jpg",), "doesn't exist"),
         ((folder / "*.gif",), "no file matches"),
         ((folder / "a.jpg", folder / "deeper" / "a.jpg"), "both become"),
         ((folder / "a.jpg", "--amount", "99"), "99.0 is not in the range"),
-    ]:
-        code, said, err = cli(*arguments, "-o", out)
-        assert (code in (1, 2), said) == (True, "")
-        assert words in err
-        assert err.count("\n") == 1
-    empty = tmp_path / "empty"
-    empty.mkdir()
-    code, _, err = cli(empty, "-o", out)
-    assert code == 2
-    assert "no photos" in err
+        ((tmp_path / "empty",), "no photos"),
+        ((folder / "a.jpg", "--names", "{date}"), "made of letters"),
+        ((folder, "--names", "same"), "would both become"),
+    ):
+        fails(2, words, *arguments, "-o", tmp_path / "out")
 
 
 def test_results_inside_the_input_folder_are_not_inputs_the_next_time(folder):
@@ -165,19 +160,12 @@ def test_results_inside_the_input_folder_are_not_inputs_the_next_time(folder):
     assert not any("small" in task.source for task in tasks)
 
 
-@pytest.mark.parametrize("kind", ["photo", "text"])
-def test_a_file_that_is_no_report_is_left_alone(cli, small_portrait, tmp_path, kind):
-    source, other = tmp_path / "a.jpg", tmp_path / "notes.txt"
-    shutil.copy(small_portrait, source)
-    other.write_text("remember the milk")
-    report = source if kind == "photo" else other
-    before = report.read_bytes()
-    code, _, err = cli(source, "-o", tmp_path / "out", "--report", report)
-    assert code == 3
-    assert "it is no report of a batch" in err
-    assert err.count("\n") == 1
-    assert report.read_bytes() == before
-    assert not (tmp_path / "out").exists()
+def test_a_file_that_is_no_report_is_left_alone(fails, small_portrait, tmp_path):
+    source, notes = shutil.copy(small_portrait, tmp_path), tmp_path / "notes.txt"
+    notes.write_text("remember the milk")
+    for report in (source, notes):
+        words = "it is no report of a batch"
+        fails(3, words, source, "-o", tmp_path / "out", "--report", report)
 
 
 def test_a_damaged_report_is_read_as_far_as_it_goes(folder, tmp_path):
@@ -262,19 +250,16 @@ def test_what_looks_like_a_photo_and_is_none_fails_by_name(cli, small_portrait, 
     code, _, err = cli(inputs, "-o", out, "-j", 1)
     assert code == 5
     assert "4 of 4: 1 done, 3 failed" in err
-    for name, words in (
-        ("pipe.jpg", "is not an ordinary file"),
-        ("dangling.jpg", "is a link to gone.jpg, where there is nothing"),
-        ("circle.jpg", "is a link to circle.jpg, where there is nothing"),
+    for words in (
+        "pipe.jpg is not an ordinary file",
+        "dangling.jpg is a link to gone.jpg, where there is nothing",
+        "circle.jpg is a link to circle.jpg, where there is nothing",
     ):
-        assert re.search(f"{name} {words}", err), err
-        code, _, err_of_one = cli(inputs / name, "-o", tmp_path / name)
-        assert code == 5
-        assert words in err_of_one
+        assert words in err
 
 
 @pytest.mark.usefixtures("in_process")
-def test_results_are_exported_as_the_options_say(small_portrait, tmp_path, cli, fails):
+def test_results_are_exported_as_the_options_say(small_portrait, tmp_path, cli):
     inputs = tmp_path / "in"
     inputs.mkdir()
     for name in ("a.jpg", "b.jpg"):
@@ -291,5 +276,3 @@ def test_results_are_exported_as_the_options_say(small_portrait, tmp_path, cli, 
         assert max(made.size) == longest
         assert "exif" not in made.info
         assert "sRGB".encode("utf-16-be") in made.info["icc_profile"]
-    fails(2, "made of letters", inputs, "-o", out, "--names", "{date}")
-    fails(2, "would both become", inputs, "-o", out, "--names", "same")

@@ -204,6 +204,21 @@ def kept(data):
     return (data / "kogao" / "originals").exists()
 
 
+def shell_script(path, text):
+    """Write a shell script that can be started."""
+    path.parent.mkdir(exist_ok=True)
+    path.write_text(f"#!/bin/sh\n{text}")
+    path.chmod(0o755)
+    return path
+
+
+def deep(portrait, path, depth):
+    """Write a portrait as a PNG file with a profile; return its pixels."""
+    pixels = photo.read(portrait).pixels.astype(depth) * (np.iinfo(depth).max // 255)
+    path.write_bytes(files.png(pixels))
+    return pixels
+
+
 def test_darktables_settings_keep_what_is_in_them(works, tmp_path):
     marks = tmp_path / "luarc"
     marks.write_bytes(THEIRS)
@@ -279,19 +294,25 @@ def test_darktable_as_a_flatpak_gets_the_script_and_its_user_the_command(
     assert list(tmp_path.rglob("kogao.lua")) == []
 
 
-@pytest.mark.parametrize(("version", "started"), [("3.0", "kogao.py"), ("2.10", "kogao")])
-def test_gimps_plug_in_has_a_folder_of_its_name_and_goes_with_it(works, tmp_path, version, started):
+@pytest.mark.parametrize(
+    ("host", "version", "started"),
+    [("gimp", "3.0", "kogao.py"), ("gimp", "2.10", "kogao"), ("krita", "krita", "__init__.py")],
+)
+def test_a_plug_in_has_a_folder_of_its_name_and_goes_with_it(
+    works, tmp_path, host, version, started
+):
     settings = tmp_path / version
-    works("integrate", "gimp", "--settings", settings)
-    folder = settings / "plug-ins" / "kogao"
+    folder = settings / {"gimp": "plug-ins", "krita": "pykrita"}[host] / "kogao"
+    said = works("integrate", host, "--settings", settings)
+    assert ("Python Plugin Manager" in said) == (host == "krita")
     assert [file.name for file in folder.iterdir() if os.access(file, os.X_OK)] == [started]
     for file in folder.iterdir():
         assert "@KOGAO" not in file.read_text()
         if file.suffix == ".py":
             compile(file.read_text(), file, "exec")
-    works("integrate", "gimp", "--settings", settings, "--remove")
-    assert not folder.exists()
-    works("integrate", "gimp", "--settings", settings, "--remove")
+    (folder.parent / "theirs").touch()
+    works("integrate", host, "--settings", settings, "--remove")
+    assert [path.name for path in folder.parent.iterdir()] == ["theirs"]
 
 
 @pytest.mark.parametrize("started", [{"2.10"}, {"2.10", "3.0"}, set()])
@@ -331,71 +352,67 @@ def test_a_bundle_has_gimp_start_kogao_by_the_systems_python(
 @pytest.fixture
 def sandbox(tmp_path):
     """What a program knows of the Flatpak it is in, with a door that notes who leaves."""
-    door = tmp_path / "bin" / "flatpak-spawn"
-    door.parent.mkdir()
-    door.write_text(
-        f'#!/bin/sh\ntest "$1" = --host && shift && echo left >>"{tmp_path}/door"\n"$@"'
-    )
-    door.chmod(0o755)
+    leaves = f'test "$1" = --host && shift && echo left >>"{tmp_path}/door"\n"$@"'
+    door = shell_script(tmp_path / "bin" / "flatpak-spawn", leaves)
     cache = tmp_path / "cache"
     cache.mkdir()
     path = f"{door.parent}{os.pathsep}{os.environ['PATH']}"
     return {"FLATPAK_ID": "a.host", "XDG_CACHE_HOME": str(cache), "PATH": path}
 
 
+@pytest.fixture
+def gimp_3(works, tmp_path):
+    """Let a stand-in for GIMP 3 call the plug-in; return what it prints."""
+
+    def run(sent, *words, **environment):
+        (tmp_path / "gi.py").write_text(STAND_IN)
+        works("integrate", "gimp", "--settings", tmp_path)
+        plug_in = tmp_path / "plug-ins" / "kogao" / "kogao.py"
+        places = {"PYTHONPATH": str(tmp_path), "XDG_DATA_HOME": str(tmp_path / "data")}
+        return subprocess.run(
+            [sys.executable, plug_in, sent, tmp_path / "back.tif", *words],
+            env=os.environ | places | environment, capture_output=True, text=True, check=True,
+        ).stdout  # fmt: skip
+
+    return run
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("is_sandboxed", [True, False])
-@pytest.mark.parametrize("has_face", [True, False])
-def test_gimp_gets_a_layer_back(works, sandbox, small_portrait, tmp_path, has_face, is_sandboxed):
-    (tmp_path / "gi.py").write_text(STAND_IN)
-    sent, back = tmp_path / "sent.tif", tmp_path / "back.tif"
+@pytest.mark.parametrize(("has_face", "is_sandboxed"), [(True, True), (True, False), (False, True)])
+def test_gimp_gets_a_layer_back(gimp_3, sandbox, small_portrait, tmp_path, has_face, is_sandboxed):
+    sent = tmp_path / "sent.tif"
     with Image.open(small_portrait) as picture:
         (picture if has_face else Image.new("RGB", (90, 80))).save(sent)
-    works("integrate", "gimp", "--settings", tmp_path)
-    done = subprocess.run(
-        [sys.executable, str(tmp_path / "plug-ins" / "kogao" / "kogao.py"), str(sent), str(back)],
-        env=os.environ | {"PYTHONPATH": str(tmp_path), "XDG_DATA_HOME": str(tmp_path / "data")}
-        | (sandbox if is_sandboxed else {}),
-        capture_output=True, text=True, check=True,
-    )  # fmt: skip
+    said = gimp_3(sent, **(sandbox if is_sandboxed else {}))
     assert (tmp_path / "door").exists() == is_sandboxed
     assert not kept(tmp_path / "data")
     if has_face:
-        assert done.stdout == "done None 1 Kogao, 6 %, faces: 1\n"
-        assert (photo.read(back).pixels != photo.read(sent).pixels).any()
+        assert said == "done None 1 Kogao, 6 %, faces: 1\n"
+        assert (photo.read(tmp_path / "back.tif").pixels != photo.read(sent).pixels).any()
     else:
-        assert done.stdout.startswith(f"failed {NO_FACE}")
-        assert done.stdout.endswith(" 0 Kogao, 2 %\n")
+        assert said.startswith(f"failed {NO_FACE}")
+        assert said.endswith(" 0 Kogao, 2 %\n")
 
 
 @pytest.mark.parametrize(
-    ("meanwhile", "said"),
+    ("meanwhile", "code", "words"),
     [
-        ("closed", "The picture was closed meanwhile."),
-        ("dialog", "cancelled None"),
-        ("uninstalled", "can't be started; run kogao-cli integrate gimp again."),
-        ("cancelled", "cancelled None"),
+        ("closed", 0, "The picture was closed meanwhile."),
+        ("dialog", 3, "cancelled None"),
+        ("uninstalled", None, "can't be started; run kogao-cli integrate gimp again."),
+        ("cancelled", 6, "cancelled None"),
     ],
 )
 def test_gimp_gets_nothing_back_and_says_why(
-    works, small_portrait, tmp_path, monkeypatch, meanwhile, said
+    gimp_3, small_portrait, tmp_path, monkeypatch, meanwhile, code, words
 ):
     program = tmp_path / "kogao-cli"
-    if meanwhile != "uninstalled":
-        program.write_text(
-            "#!/bin/sh\nexit " + {"closed": "0", "dialog": "3", "cancelled": "6"}[meanwhile]
-        )
-        program.chmod(0o755)
+    if code is not None:
+        shell_script(program, f"exit {code}")
     monkeypatch.setattr(installed, "program", lambda _: program)
-    (tmp_path / "gi.py").write_text(STAND_IN)
-    works("integrate", "gimp", "--settings", tmp_path)
-    done = subprocess.run(
-        [sys.executable, str(tmp_path / "plug-ins" / "kogao" / "kogao.py"), str(small_portrait),
-         str(tmp_path / "back.tif"), meanwhile],
-        env=os.environ | {"PYTHONPATH": str(tmp_path)}, capture_output=True, text=True, check=True,
-    )  # fmt: skip
-    assert said in done.stdout
-    assert done.stdout.endswith(" 0 Kogao, 2 %\n")
+    said = gimp_3(small_portrait, meanwhile)
+    assert words in said
+    assert said.endswith(" 0 Kogao, 2 %\n")
 
 
 @pytest.mark.slow
@@ -406,12 +423,9 @@ def test_gimp_2_10_gets_a_layer_back(
 ):
     monkeypatch.setattr(files, "profile_for", lambda _: colours.profile("Display P3"))
     mine, told, shown = (tmp_path / name for name in ("小 顔's.png", "told", "shown.png"))
-    pixels = photo.read(small_portrait).pixels.astype(depth)
-    pixels *= np.iinfo(depth).max // 255
-    mine.write_bytes(files.png(pixels))
-    programs = {"kogao": tmp_path / "cancels", "kogao-cli": installed.program("kogao-cli")}
-    programs["kogao"].write_text("#!/bin/sh\nexit 6")
-    programs["kogao"].chmod(0o755)
+    pixels = deep(small_portrait, mine, depth)
+    cancels = shell_script(tmp_path / "cancels", "exit 6")
+    programs = {"kogao": cancels, "kogao-cli": installed.program("kogao-cli")}
     monkeypatch.setattr(installed, "program", programs.get)
     config = tmp_path / "its settings"
     works("integrate", "gimp", "--settings", config / "GIMP" / "2.10")
@@ -467,9 +481,7 @@ def test_darktable_gets_a_photo_back_beside_its_own(
     settings, done = tmp_path / "settings", tmp_path / "done"
     mine = Path(shutil.copy(small_portrait, tmp_path / "mine's.jpg"))
     works("integrate", "darktable", "--settings", settings)
-    cancels = tmp_path / "cancels"
-    cancels.write_text("#!/bin/sh\nexit 6")
-    cancels.chmod(0o755)
+    cancels = shell_script(tmp_path / "cancels", "exit 6")
     places = {"photo": mine, "nobody": faceless, "cancels": cancels, "told": tmp_path / "told"}
     begun = tmp_path / "begun"
     spots = itertools.cycle([("330", "170"), ("360", "200"), ("10", "10")])  # on a photo, and off
@@ -509,20 +521,6 @@ def test_darktable_gets_a_photo_back_beside_its_own(
     assert (tmp_path / "door").exists() == is_sandboxed
 
 
-def test_kritas_plug_in_comes_and_goes_and_says_what_is_left_to_do(works, tmp_path):
-    said = works("integrate", "krita", "--settings", tmp_path)
-    assert "Python Plugin Manager" in said
-    files = list((tmp_path / "pykrita" / "kogao").iterdir())
-    assert tmp_path / "pykrita" / "kogao" / "__init__.py" in files
-    for file in files:
-        assert "@KOGAO" not in file.read_text()
-        compile(file.read_text(), file, "exec")
-    assert "X-KDE-Library=kogao" in (tmp_path / "pykrita" / "kogao.desktop").read_text()
-    (tmp_path / "pykrita" / "other.desktop").write_text("theirs")
-    works("integrate", "krita", "--settings", tmp_path, "--remove")
-    assert [path.name for path in (tmp_path / "pykrita").iterdir()] == ["other.desktop"]
-
-
 def krita_runs():
     """Whether there is a Krita that runs plug-ins, and a screen for it."""
     if not (shutil.which("krita") and shutil.which("Xvfb") and shutil.which("python3", path=BIN)):
@@ -536,9 +534,7 @@ def krita_runs():
 @pytest.mark.parametrize("depth", [np.uint8, np.uint16])
 def test_krita_gets_a_layer_back(works, request, small_portrait, tmp_path, depth):
     mine, told, shown = (tmp_path / name for name in ("mine.png", "told", "shown.png"))
-    pixels = photo.read(small_portrait).pixels.astype(depth)
-    pixels *= np.iinfo(depth).max // 255
-    mine.write_bytes(files.png(pixels))  # with a profile, for which Krita would ask
+    deep(small_portrait, mine, depth)  # with a profile, for which Krita would ask
     data, config = tmp_path / "data", tmp_path / "config"
     works("integrate", "krita", "--settings", data / "krita")
     hands = data / "krita" / "pykrita" / "hands"

@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from browser import Browser
 
 from kogao_core.faces.landmarks import MeshSource
 from kogao_core.pipeline import render
@@ -21,7 +20,7 @@ PIXELS += ".getImageData(0, 0, c.width, c.height).data).join(','); })()"
 
 
 @pytest.fixture(scope="module")
-def page(tmp_path_factory):
+def page(chromium, tmp_path_factory):
     folder = tmp_path_factory.mktemp("site")
     (folder / "_static").mkdir()
     shutil.copy(SITE / "index.html", folder)
@@ -29,10 +28,9 @@ def page(tmp_path_factory):
         shutil.copy(SITE / name, folder / "_static")
     for name in ("landing-before.jpg", "landing-after.jpg"):
         shutil.copy(ROOT / "docs" / "pictures" / name, folder / "_static")
-    browser = Browser(tmp_path_factory.mktemp("profile"))
-    browser.open((folder / "index.html").as_uri())
-    yield browser
-    browser.kill()
+    chromium.afresh()
+    chromium.open((folder / "index.html").as_uri())
+    return chromium
 
 
 def shown(page, name, percent):

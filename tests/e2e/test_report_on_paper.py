@@ -5,7 +5,6 @@ import re
 from datetime import UTC, datetime
 
 import pytest
-from browser import Browser
 
 from kogao_core.lab.reports.charts import Chart, Series
 from kogao_core.lab.reports.report import Heading, Made, Report, Row, Table, page
@@ -24,18 +23,17 @@ NARROW = Table("Narrow", ("a", *"bcdef"), [["1", *["12.345"] * 5]] * 4)
 
 
 @pytest.fixture(scope="module")
-def printed(tmp_path_factory):
-    tmp_path = tmp_path_factory.mktemp("report")
+def printed(chromium, tmp_path_factory):
+    file = tmp_path_factory.mktemp("report") / "r.html"
     chart = Chart("t", ["a", "b"], "ms", [Series("here", [1.0, 2.0])], "x", "c")
     parts = [Row([chart] * 2, wide=True), WIDE, Heading("Parts"), Row([NARROW] * 3, wide=True)]
     made = Made("a command", datetime(2026, 11, 21, tzinfo=UTC), {"cores": 2})
-    (tmp_path / "r.html").write_text(page(Report("Title", "Lead", parts, [], {}), made))
-    browser = Browser(tmp_path / "profile")
-    browser.call("Emulation.setEmulatedMedia", media="print")
-    browser.resize(*_A4_PX)
-    browser.open((tmp_path / "r.html").as_uri())
-    yield browser
-    browser.kill()
+    file.write_text(page(Report("Title", "Lead", parts, [], {}), made))
+    chromium.afresh()
+    chromium.call("Emulation.setEmulatedMedia", media="print")
+    chromium.resize(*_A4_PX)
+    chromium.open(file.as_uri())
+    return chromium
 
 
 def test_every_column_is_on_the_paper(printed):

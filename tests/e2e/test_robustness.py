@@ -36,18 +36,9 @@ def test_programs_killed_while_saving_harm_nothing():
     not all(map(find_spec, ("pi_heif", "pillow_heif", "rawpy"))), reason="needs [heic] and [raw]"
 )
 @pytest.mark.usefixtures("portrait")
-@pytest.mark.parametrize(
-    ("trial", "inputs"),
-    few_of(
-        [
-            *(("hostile", 80), ("hostile_texts", 30)),
-            *(("hostile", 300), ("hostile_texts", 150)),
-        ],
-        2,
-    ),
-)
-def test_damaged_files_are_taken_or_refused_in_a_sentence(trial, inputs):
-    came_to = run(trial, "--inputs", str(inputs), "--seed", "7")
+@pytest.mark.parametrize("inputs", few_of([16, 450], 1))
+def test_damaged_files_are_processed_or_refused_in_a_sentence(inputs):
+    came_to = run("hostile", "--inputs", str(inputs), "--seed", "7")
     assert sum(came_to["sums"].values()) == inputs
     assert came_to["sums"]["done"] >= inputs / 30
     assert came_to["wrong"] == {}
