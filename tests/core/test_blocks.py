@@ -13,8 +13,6 @@ from scenes import textured_photo
 from kogao_core import photo
 from kogao_core.photo.formats.jpeg import JPEG
 from kogao_core.photo.jpeg import coefficients
-from kogao_core.photo.jpeg.blocks import keep_blocks
-from kogao_core.photo.jpeg.coefficients import CannotKeepBlocks
 from kogao_core.photo.writing import encode
 
 SIZES = [(157, 107), (160, 96), (33, 17)]
@@ -205,19 +203,6 @@ def test_headers_come_from_the_new_file_once(tmp_path):
         assert seen.getexif()[0x13B] == "Me!"
 
 
-def test_editing_twice_changes_only_what_is_edited(tmp_path):
-    """Saving again and again is where other programs lose a generation each time."""
-    path = jpeg_file(tmp_path / "0.jpg", textured_photo(320, 240), subsampling="4:2:0")
-    first = components(path)
-    for step in range(1, 6):
-        source = photo.read(path)
-        path = tmp_path / f"{step}.jpg"
-        photo.write(source, edited(source), path)
-    for (blocks, _), (written, _) in zip(first, components(path), strict=True):
-        half = blocks.shape[0] // 2
-        np.testing.assert_array_equal(written[half:], blocks[half:])
-
-
 def test_a_source_that_changed_since_is_not_trusted(tmp_path):
     path = jpeg_file(tmp_path / "in.jpg", textured_photo(160, 120))
     source = photo.read(path)
@@ -228,24 +213,6 @@ def test_a_source_that_changed_since_is_not_trusted(tmp_path):
     assert "has changed" in photo.write(source, edited(source), tmp_path / "out2.jpg")
     error = np.abs(photo.read(tmp_path / "out2.jpg").pixels.astype(int) - edited(source))
     assert error.mean() < 8.0
-
-
-@pytest.mark.parametrize("subsampling", ["4:4:4", "4:2:2", "4:2:0"])
-def test_changed_blocks_are_as_exact_as_an_encoders(tmp_path, subsampling):
-    picture = textured_photo(167, 121)
-    path = jpeg_file(tmp_path / "in.jpg", picture, subsampling=subsampling)
-    data, after = path.read_bytes(), 255 - picture
-
-    def error(data):
-        seen = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR_RGB)
-        return np.sqrt(((seen.astype(float) - after) ** 2).mean())
-
-    kept = keep_blocks(data, picture, after, data, tmp_path)
-    encoded = jpeg_file(tmp_path / "other.jpg", after, subsampling=subsampling).read_bytes()
-    assert kept.share == 0.0
-    assert error(kept.data) < 1.005 * error(encoded)
-    with pytest.raises(CannotKeepBlocks, match="read"):
-        keep_blocks(b"no JPEG at all", picture, after, data, tmp_path)
 
 
 def test_blocks_read_ahead_are_used_once_and_for_the_same_file_only(tmp_path, monkeypatch):
