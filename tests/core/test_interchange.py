@@ -24,11 +24,12 @@ def turned_face():
 
 
 @pytest.mark.parametrize("suffix", ["json", "csv"])
-def test_our_27_points_come_back_as_they_were(tmp_path, suffix):
-    face, path = turned_face(), tmp_path / f"face.{suffix}"
-    assert write([face], path) == ""
-    (back,) = read(path)
-    np.testing.assert_allclose(back.points, face.points, atol=0 if suffix == "json" else ROUNDED)
+def test_our_27_points_of_every_face_come_back_as_they_were(tmp_path, suffix):
+    faces, path = [turned_face(), oval_face()], tmp_path / f"faces.{suffix}"
+    assert write(faces, path) == ""
+    atol = 0 if suffix == "json" else ROUNDED
+    for back, face in zip(read(path), faces, strict=True):
+        np.testing.assert_allclose(back.points, face.points, atol=atol)
 
 
 def test_resampling_follows_the_curve_and_not_its_chords():
@@ -39,11 +40,6 @@ def test_resampling_follows_the_curve_and_not_its_chords():
     np.testing.assert_allclose(along(half_circle, 17), half_circle, atol=0.05)
     straight = np.array([[0.0, 0.0], [3.0, 4.0]])
     np.testing.assert_allclose(along(straight, 3), [[0, 0], [1.5, 2], [3, 4]], atol=1e-12)
-
-
-def test_ibug_counts_pixels_from_one():
-    first = interchange.parse_pts(b"version: 1\nn_points: 1\n{\n1 1\n}\n")
-    np.testing.assert_array_equal(first, [[0.0, 0.0]])
 
 
 def test_another_programs_68_points_become_the_outline_by_arc_length():
@@ -58,15 +54,6 @@ def test_another_programs_68_points_become_the_outline_by_arc_length():
     np.testing.assert_array_equal(face.outline[[0, -1]], points[[0, 16]])
     np.testing.assert_array_equal(face.eyes, points[[36, 39, 42, 45]])
     assert face.source == "points"
-
-
-@pytest.mark.parametrize("suffix", ["csv", "json"])
-def test_several_faces_take_one_file(tmp_path, suffix):
-    faces = [turned_face(), oval_face()]
-    write(faces, tmp_path / f"group.{suffix}")
-    back = read(tmp_path / f"group.{suffix}")
-    assert len(back) == 2
-    np.testing.assert_allclose(back[1].points, faces[1].points, atol=ROUNDED)
 
 
 def test_an_outline_of_another_count_is_resampled_and_said(tmp_path):

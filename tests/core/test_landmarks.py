@@ -2,6 +2,7 @@
 
 import sys
 import threading
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
@@ -163,16 +164,9 @@ def test_patterns_have_no_face(source: MeshSource, pattern: str) -> None:
 
 
 def test_one_source_serves_several_threads(source: MeshSource) -> None:
-    results = []
     picture = np.random.default_rng(4).integers(0, 256, (48, 48, 3), np.uint8)
-    threads = [
-        threading.Thread(target=lambda: results.append(source.find(picture))) for _ in range(4)
-    ]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    assert results == [[]] * 4
+    with ThreadPoolExecutor(4) as pool:
+        assert list(pool.map(source.find, [picture] * 4)) == [[]] * 4
 
 
 @pytest.mark.usefixtures("weights")

@@ -14,7 +14,7 @@ from kogao_core.photo.formats import colour, png
     ("shape", "dtype"),
     [
         *(((1, 1), np.uint8), ((1, 3000, 3), np.uint16), ((3000, 1), np.uint16)),
-        *(((1300, 700, 3), np.uint8), ((500, 800, 4), np.uint16)),
+        *(((900, 700, 3), np.uint8), ((500, 800, 4), np.uint16)),
     ],
 )
 def test_decoders_find_the_pixels_that_were_written(tmp_path, monkeypatch, shape, dtype):

@@ -2,6 +2,7 @@
 
 import dataclasses
 import re
+from functools import cache
 from pathlib import Path
 from typing import get_args
 
@@ -76,16 +77,18 @@ def other_value(setting, value):
     return next(one for one in setting.choices or (True, False) if one != value)
 
 
-@pytest.mark.parametrize("setting", SETTINGS.values(), ids=lambda setting: setting.name)
-def test_every_field_has_a_say_in_what_is_rendered(setting):
+@cache
+def outcome(recipe):
+    """Return the pixels and the domain of a face beside a line."""
     photo, face = textured_photo(240, 180), oval_face(240, 180, forehead=True)
     face = face.with_outline_point(5, face.outline[5] - (3.0, 0.0))  # uneven, to be evened out
     held = held_along([[(180.0, 10.0), (180.0, 170.0)]], [face])
+    rendering = render(photo, [face], recipe, held=held)
+    return rendering.pixels.tobytes(), rendering.domain.mask(Box.of(photo)).tobytes()
 
-    def outcome(recipe):
-        rendering = render(photo, [face], recipe, held=held)
-        return rendering.pixels.tobytes(), rendering.domain.mask(Box.of(photo)).tobytes()
 
+@pytest.mark.parametrize("setting", SETTINGS.values(), ids=lambda setting: setting.name)
+def test_every_field_has_a_say_in_what_is_rendered(setting):
     def matters(recipe):
         other = other_value(setting, getattr(recipe, setting.name))
         return outcome(dataclasses.replace(recipe, **{setting.name: other})) != outcome(recipe)
