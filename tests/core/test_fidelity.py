@@ -322,13 +322,6 @@ def test_a_tiff_that_begins_with_a_small_copy_is_refused(tmp_path, kind):
         photo.read(tmp_path / "in.tif")
 
 
-def test_jpeg_ls_is_no_damaged_jpeg(tmp_path):
-    frame = files.segment(0xF7, bytes([8, 0, 1, 0, 1, 1, 1, 0x11, 0]))
-    (tmp_path / "in.jpg").write_bytes(b"\xff\xd8" + frame + files.segment(0xDA, bytes(8)))
-    with pytest.raises(photo.UnreadablePhoto, match="a JPEG of a rare kind"):
-        photo.read(tmp_path / "in.jpg")
-
-
 @pytest.mark.parametrize("suffix", [".png", ".jpg"])
 def test_a_file_with_damaged_headers_is_damaged(tmp_path, suffix):
     data = bytearray(files.MAKERS[suffix](upright(8, 3)))

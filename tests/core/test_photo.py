@@ -197,13 +197,6 @@ def test_what_cannot_be_read_says_what_to_do(tmp_path):
         assert_refused(bad, words)
 
 
-@pytest.mark.skipif(os.name == "nt" or os.geteuid() == 0, reason="root reads everything")
-def test_an_unreadable_file_says_so(tmp_path, picture):
-    path = saved(tmp_path / "in.png", picture)
-    path.chmod(0)
-    assert_refused(path, "permissions")
-
-
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16])
 @pytest.mark.parametrize("number", [1, 5, 8, 32773])
 def test_a_tiff_is_compressed_as_its_source_was(tmp_path, dtype, number):

@@ -839,10 +839,3 @@ def test_the_report_has_the_shape_of_table_1_with_the_papers_rows(copy):
     assert text.count("<svg") == 3
     assert text.index("<svg") < text.index("<table")
     assert "34.2 to 100.0" in text
-
-
-def test_a_study_without_answers_has_a_report(copy):
-    found = counted(copy)
-    assert table_1(found).rows[0][1] == "\N{EN DASH}"
-    assert json.loads(json.dumps(report.report(found).document, allow_nan=False))["raters"] == 0
-    assert "<table" in as_html(found)
