@@ -516,18 +516,6 @@ def counted(copy, *others):
     return tally([(copy, plan.key_path(copy))], others)
 
 
-def table_1(found):
-    return tables.table_1(found, found.shares(), "all raters", len(found.raters))
-
-
-def figure_11(found):
-    return tables.figure_11(found, found.shares())
-
-
-def as_html(found):
-    return html_page.page(report.report(found), Made.now("a command"))
-
-
 def test_answers_are_counted_by_what_was_shown(copy):
     rated(copy, "r1", strict)
     rated(copy, "r2", lenient)
@@ -776,66 +764,58 @@ def test_a_wrong_key_is_refused(copy, tmp_path):
         tally([(copy, plan.key_path(tmp_path / "third"))])
 
 
-def test_sessions_that_were_left_are_named_and_things_counted_in_words(copy):
+def test_sessions_that_were_left_are_named(copy):
     rated(copy, "r1", strict, 50)
-    (sentence,) = report.notes(counted(copy))
-    assert sentence.endswith("not counted: r1 (50 of 52)")
-    assert counted(copy).counted == []
+    found = counted(copy)
+    assert found.counted == []
+    assert report.notes(found)[0].endswith("not counted: r1 (50 of 52)")
+    assert report.report(found).document["unfinished"] == [
+        {"rater": "r1", "answered": 50, "pictures": 52}
+    ]
     key = plan.load_key(plan.key_path(copy))
     changed = dataclasses.replace(key, rules=dataclasses.replace(key.rules, unfinished=True))
     plan.save(changed, plan.key_path(copy))
     assert len(counted(copy).counted) == 50
     assert report.notes(counted(copy))[0].endswith("counted: r1 (50 of 52)")
-    plan.save(key, plan.key_path(copy))
-    assert report.report(counted(copy)).document["unfinished"] == [
-        {"rater": "r1", "answered": 50, "pictures": 52}
-    ]
     rated(copy, "r1", strict)
     assert report.notes(counted(copy)) == []
-    found = counted(copy)
-    assert table_1(found).note.startswith("2 faces, 1 rater, 2 answers per kind")
 
 
-def test_the_report_tells_what_was_achieved_and_the_lattice_in_both_units(copy):
+def test_the_report_has_the_shape_of_table_1_with_achieved_amounts_and_the_papers_rows(copy):
+    rated(copy, "r1", strict)
     found = counted(copy)
-    rows = table_1(found).rows
-    for own in rows[1::3]:
-        achieved = np.array(own[1:], float)
-        assert (achieved > 1.05 * np.array(DISTANCES)).all()
-    sizes = [[float(cell) for cell in row[1:3]] for row in figure_11(found).rows[:4]]
-    ratios, achieved = np.transpose(sizes)
+    rows = tables.table_1(found, found.shares(), "all raters", 1).rows
+    for own, achieved, paper, published in zip(
+        rows[::3], rows[1::3], rows[2::3], UNNATURAL, strict=True
+    ):
+        assert [float(cell.split()[0]) for cell in own[1:]] == [0, 0, 0, 100, 100]
+        assert (np.array(achieved[1:], float) > 1.05 * np.array(DISTANCES)).all()
+        assert [float(cell.split()[0]) for cell in paper[1:]] == list(published)
+
+
+def test_the_report_has_the_lattices_of_figure_11_in_both_units(copy):
+    rated(copy, "r1", strict)
+    found = counted(copy)
+    *sizes, original = tables.figure_11(found, found.shares()).rows
+    assert [row[0] for row in sizes] == [f"R = {lattice:g}" for lattice in LATTICES]
+    assert original[0] == "original photo"
+    assert sizes[0][3] == "100.0 % (34.2 to 100.0)"
+    ratios, achieved = np.array([row[1:3] for row in sizes], float).T
     np.testing.assert_allclose(ratios / ratios[2], LATTICES, rtol=0.01)
     assert ratios.min() > 1.0, "the smallest is larger than the warp distance"
     assert achieved[0] == pytest.approx(4.0, abs=0.05)
     assert achieved[2] > 4.2
-    key = found.keys[0]
-    text = str(report.studies(found))
-    for told in (key.identity, "person-1.png", "approximation fit", key.origin.made, "landmarks"):
-        assert told in text
 
 
-def test_the_report_has_the_shape_of_table_1_with_the_papers_rows(copy):
+def test_the_report_is_a_page_with_charts_and_a_document(copy):
     rated(copy, "r1", strict)
     found = counted(copy)
-    rows = table_1(found).rows
-    assert len(rows) == 12
-    assert all(len(row) == 6 for row in rows)
-    for center, (own, paper) in enumerate(zip(rows[::3], rows[2::3], strict=True)):
-        assert [float(cell.split()[0]) for cell in own[1:]] == [0, 0, 0, 100, 100]
-        assert [float(cell.split()[0]) for cell in paper[1:]] == list(UNNATURAL[center])
-    sizes = figure_11(found).rows
-    assert [row[0] for row in sizes] == [
-        "R = 0.25",
-        "R = 0.5",
-        "R = 1",
-        "R = 2",
-        "original photo",
-    ]
-    assert sizes[0][3] == "100.0 % (34.2 to 100.0)"
     document = json.loads(json.dumps(report.report(found).document, allow_nan=False))
     assert len(document["variants"]) == 25
     assert document["satisfaction"]["of_others"] == 2
-    text = as_html(found)
+    text = html_page.page(report.report(found), Made.now("a command"))
     assert text.count("<svg") == 3
     assert text.index("<svg") < text.index("<table")
-    assert "34.2 to 100.0" in text
+    key = found.keys[0]
+    for told in (key.identity, "person-1.png", "approximation fit", key.origin.made, "34.2 to 100"):
+        assert told in text
