@@ -160,33 +160,19 @@ def test_other_codes_are_made_anew_and_no_longer(tmp_path, options):
     assert len(scan_of(tmp_path / "out-in.jpg")) < len(scan_of(tmp_path / "out-usual.jpg"))
 
 
-def two_frames(data):
-    at = data.index(b"\xff\xc0")
-    return data[:at] + data[at : at + 19] + data[at:]
-
-
-def another_length(data):
-    at = data.index(b"\xff\xc0") + 3
-    return data[:at] + bytes([data[at] + 1]) + data[at + 1 :]
-
-
-def no_width(data):
-    at = data.index(b"\xff\xc0") + 7
-    return data[:at] + bytes(2) + data[at + 2 :]
-
-
-def no_factors(data):
-    at = data.index(b"\xff\xc0") + 11
-    return data[:at] + bytes(1) + data[at + 1 :]
-
-
-@pytest.mark.parametrize("damaged", [two_frames, another_length, no_width, no_factors])
-def test_a_frame_that_the_library_could_take_otherwise_is_refused(tmp_path, damaged):
+def test_a_frame_that_the_library_could_take_otherwise_is_refused(tmp_path):
     """It writes as many blocks into our arrays as it reads there itself."""
     data = jpeg_file(tmp_path / "in.jpg", textured_photo(160, 120)).read_bytes()
     assert coefficients.read(data, tmp_path / "read").frame.unit_px == (16, 16)
-    with pytest.raises(coefficients.CannotKeepBlocks, match="can't be read"):
-        coefficients.read(damaged(data), tmp_path / "read")
+    at = data.index(b"\xff\xc0")
+    for damaged in (
+        data[: at + 3] + b"\x12" + data[at + 4 :],  # another length
+        data[: at + 7] + bytes(2) + data[at + 9 :],  # no width
+        data[: at + 11] + bytes(1) + data[at + 12 :],  # no sampling factors
+        data[: at + 19] + data[at:],  # two frames
+    ):
+        with pytest.raises(coefficients.CannotKeepBlocks, match="can't be read"):
+            coefficients.read(damaged, tmp_path / "read")
 
 
 def test_headers_come_from_the_new_file_once(tmp_path):
@@ -259,13 +245,6 @@ def test_colours_are_told_by_adobes_transform_whatever_follows_it(tmp_path):
     with_segment(path, 0xEE, b"Adobe\0\x64\0\0\0\0\1" + bytes(19))
     source = photo.read(path)
     assert "of the JPEG unchanged" in photo.write(source, edited(source), tmp_path / "out.jpg")
-
-
-def test_a_converted_photo_says_that_its_colours_were(tmp_path):
-    Image.fromarray(textured_photo(160, 120)).convert("CMYK").save(tmp_path / "in.jpg")
-    source = photo.read(tmp_path / "in.jpg")
-    said = photo.write(source, edited(source), tmp_path / "out.jpg")
-    assert "compressed again: its colours were converted to RGB" in said
 
 
 def test_coarse_tables_of_16_bits_give_a_file_that_opens(tmp_path):

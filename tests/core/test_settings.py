@@ -20,7 +20,6 @@ from kogao_core.pipeline import render
 from kogao_core.recipe import settings
 from kogao_core.recipe.recipe import PAPER, SETTINGS, Recipe
 from kogao_core.recipe.settings import CENTERS, DOMAINS, FITS, PAPER_CENTERS
-from kogao_core.warp.domain import mask_of, pixel_counts
 
 EXPERIMENTS = Path(__file__).parents[2] / "docs" / "experiments.md"
 WHERE = re.compile(r"(sections? \d\.\d(, \d\.\d)*|figure \d+[ab]?)?")
@@ -96,15 +95,6 @@ def test_every_field_has_a_say_in_what_is_rendered(setting):
     # So large a move on so fine a lattice folds: otherwise the guard has nothing to do.
     bases = Recipe(), Recipe(percent=12.0, lattice=0.25), PAPER, Recipe(lens=20.0)
     assert any(map(matters, bases))
-
-
-def test_every_domain_has_its_mask_and_its_count():
-    photo = textured_photo()
-    field, image = render(photo, [oval_face()], PAPER).field, Box.of(photo)
-    counts = pixel_counts(field, image, 0.5)
-    assert list(counts) == [one.name for one in DOMAINS]
-    for name, count in counts.items():
-        assert count == mask_of(field, image, name, 0.5).sum() > 0
 
 
 def test_the_papers_centres_come_first_and_each_lies_between_eyes_and_mouth():
