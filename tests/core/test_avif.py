@@ -19,15 +19,6 @@ def source(tmp_path):
     return photo.read(tmp_path / "in.png")
 
 
-def test_the_exif_block_lies_there_byte_for_byte(source, tmp_path):
-    """Pillow would write another, in which a maker's note lies elsewhere."""
-    photo.write(source, source.pixels // 2, tmp_path / "out.avif")
-    photo.write(source, source.pixels // 2, tmp_path / "out.jpg")
-    blocks = [photo.read(tmp_path / f"out{suffix}").exif for suffix in (".jpg", ".avif")]
-    assert blocks[0] == blocks[1]
-    assert files.MAKER_NOTE in blocks[1]
-
-
 @pytest.mark.parametrize("block", [b"Exif\0\0no TIFF at all", b"Exif\0\0II*\0\x08"])
 def test_a_block_that_is_none_is_left_out_and_said(source, tmp_path, block):
     damaged = photo.Photo(source.pixels, source.path, "PNG", exif=block)

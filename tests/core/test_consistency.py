@@ -25,7 +25,7 @@ def scenes(request: pytest.FixtureRequest, source: MeshSource) -> list[Scene]:
     return found_in(sorted(SAMPLES.glob("*.jpg")), source)
 
 
-@pytest.mark.parametrize("degrees", few_of((17.0, 135.0, 250.0, 45.0, 90.0, 180.0, 330.0), 3))
+@pytest.mark.parametrize("degrees", few_of((17.0, 250.0, 135.0, 45.0, 90.0, 180.0, 330.0), 2))
 def test_turning(scenes: list[Scene], source: MeshSource, degrees: float) -> None:
     moved = []
     for picture, face in scenes:
@@ -61,7 +61,7 @@ def test_resizing(scenes: list[Scene], source: MeshSource, scale: float) -> None
     assert max(moved) < 2.0
 
 
-@pytest.mark.parametrize("light", [0.5, 0.3])
+@pytest.mark.parametrize("light", few_of((0.3, 0.5), 1))
 def test_darkening(scenes: list[Scene], source: MeshSource, light: float) -> None:
     moved = []
     for picture, face in scenes:

@@ -93,13 +93,6 @@ def test_bounds_hold_the_mask_tightly():
     assert (box.right, box.bottom) == (columns[-1] + 1, rows[-1] + 1)
 
 
-def test_a_face_half_outside_the_picture_is_clipped():
-    field = field_of(Recipe(), oval_face(center=(10.0, 350.0)))
-    counts = pixel_counts(field, IMAGE, LOSSLESS_PX)
-    assert 0 < counts["threshold"] < counts["control-points"] < IMAGE.area
-    assert reduce(field, IMAGE, "threshold").bounds.clipped(IMAGE).area > 0
-
-
 def test_only_a_threshold_above_lossless_fades():
     assert fade_of(Recipe()) == 0.0
     assert fade_of(Recipe(domain="image", threshold_px=1.0)) == 0.0

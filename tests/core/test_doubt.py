@@ -132,8 +132,3 @@ def test_a_photo_whose_faces_are_all_doubtful_has_none_to_work_on(which):
     with pytest.raises(AllDoubted, match="face 1 is left alone: it is 40 % sure"):
         choose([found(score=0.4)], which, IMAGE)
     assert choose([found(score=0.4)], which, IMAGE, doubtful=True).faces
-
-
-def test_a_face_that_is_not_there_is_an_error_doubtful_or_not():
-    with pytest.raises(ValueError, match="no face 2"):
-        choose([found(score=0.4)], "2", IMAGE)

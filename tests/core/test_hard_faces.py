@@ -22,7 +22,7 @@ EYES, MOUTH = slice(21, 25), slice(25, 27)
 
 def after(source: MeshSource, distort: Distortion, name: str = "average"):
     """Return a sample's face, what is found once it is distorted, and what is thought of that."""
-    ((picture, face),) = found_in([assets.sample().with_name(f"{name}.jpg")], source)
+    ((picture, face),) = found_in([assets.sample().with_name(f"{name}.jpg")], source, 400.0)
     distorted, change = distort(picture, face, np.random.default_rng(0))
     found = source.find(distorted)
     return face.mapped(change), found, verdicts(found, Box.of(distorted))

@@ -132,7 +132,7 @@ def test_a_lossless_jpeg_is_read(tmp_path):
     assert said.endswith("compressed again: it was lossless")
 
 
-@pytest.mark.parametrize(("code", "depth"), [(0xC5, 8), (0xC1, 12)])
+@pytest.mark.parametrize(("code", "depth"), [(0xC5, 8), (0xC1, 12), (0xF7, 8)])
 def test_kinds_that_nobody_decodes_are_not_called_damaged(tmp_path, code, depth):
     data = encoded(textured_photo(48, 40, 3))
     at = FRAME.search(data).start()

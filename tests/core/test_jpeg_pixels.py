@@ -71,7 +71,7 @@ def read_twice(tmp_path_factory):
     found = {"sound": whole, "cut": [one[:-cut] for one in whole for cut in (1, 2, 3, 40)]}
     found["damage behind"] = [one[:-2] + more + one[-2:] for one in whole for more in BEHIND]
     found["damaged"] = []
-    for number in range(300):
+    for number in range(150):
         data = whole[number % len(whole)]
         way = parts if number % 2 else bytewise
         found["damaged"].append(way.change(data, rng, whole[int(rng.integers(len(whole)))]))

@@ -2,6 +2,7 @@
 
 import sys
 import threading
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
@@ -78,22 +79,6 @@ def test_shrinking_keeps_places_and_averages_noise(shrink: float) -> None:
     np.testing.assert_allclose(gradient[size // 2, inner, 0], centers[inner] / 2.0, atol=1.3)
 
 
-@pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32])
-@pytest.mark.parametrize("shape", [(413, 507), (407, 300, 3), (513, 1, 4), (1, 700, 2)])
-def test_levels_are_halves_of_what_people_see(dtype: type, shape: tuple[int, ...]) -> None:
-    top = {np.uint8: 255, np.uint16: 65535, np.float32: 1.0}[dtype]
-    image = (np.random.default_rng(1).uniform(0.0, top, shape)).astype(dtype)
-    pyramid, level = Pyramid(image), rgb8(image)
-    for index in range(1, 5):
-        rows, columns = (max(1, side // 2) for side in level.shape[:2])
-        even = level[: 2 * rows, : 2 * columns]
-        level = np.asarray(cv2.resize(even, (columns, rows), interpolation=cv2.INTER_AREA))
-        found, halved = pyramid.at_most(max(rows, columns))
-        assert halved == index
-        np.testing.assert_array_equal(found, level)
-    np.testing.assert_array_equal(pyramid.at_most(max(shape))[0], rgb8(image))
-
-
 def test_what_is_sharp_stays_and_what_is_soft_gets_its_detail_back() -> None:
     crisp = textured_photo(256, 256)
     assert np.array_equal(sharpened(crisp), crisp)
@@ -151,8 +136,8 @@ def test_an_image_of_almost_nothing_has_no_face(
 
 @pytest.mark.parametrize("pattern", few_of(["stretched", "ramp", "white", "noise"], 1))
 def test_patterns_have_no_face(source: MeshSource, pattern: str) -> None:
-    noise = np.random.default_rng(2).integers(0, 256, (300, 400, 3), np.uint8)
-    soft = cv2.GaussianBlur(noise, (0, 0), 9)
+    noise = np.random.default_rng(2).integers(0, 256, (150, 200, 3), np.uint8)
+    soft = cv2.GaussianBlur(noise, (0, 0), 5)
     patterns = {
         "noise": noise,
         "stretched": cv2.normalize(soft, None, 0, 255, cv2.NORM_MINMAX),
@@ -163,16 +148,9 @@ def test_patterns_have_no_face(source: MeshSource, pattern: str) -> None:
 
 
 def test_one_source_serves_several_threads(source: MeshSource) -> None:
-    results = []
     picture = np.random.default_rng(4).integers(0, 256, (48, 48, 3), np.uint8)
-    threads = [
-        threading.Thread(target=lambda: results.append(source.find(picture))) for _ in range(4)
-    ]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    assert results == [[]] * 4
+    with ThreadPoolExecutor(4) as pool:
+        assert list(pool.map(source.find, [picture] * 4)) == [[]] * 4
 
 
 @pytest.mark.usefixtures("weights")

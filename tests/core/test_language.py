@@ -9,7 +9,6 @@ import string
 
 import pytest
 from modules import ROOT
-from pseudolocale import pseudo
 
 from kogao_core.base import language
 from kogao_core.base.language import Text, tr, tr_count, translated
@@ -156,8 +155,3 @@ def command():
         ("e",): ("d", ""),
         ("Do f.",): (None, ""),
     }
-
-
-def test_the_strange_language_keeps_fields():
-    assert pseudo("{n} faces &Left of {path}").count("{") == 2
-    assert fields(pseudo("{n} of {path}")) == {"n", "path"}

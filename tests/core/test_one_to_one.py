@@ -70,7 +70,7 @@ def test_fold_is_found_where_a_dense_look_finds_it():
 @pytest.mark.parametrize("fade_px", few_of([1.0, 0.02, 0.2, 3.0], 1))
 def test_a_fade_called_safe_never_folds_and_mild_ones_are_called_safe(fade_px):
     safe = []
-    for percent in (1, 2, 4, 6, 8, 10):
+    for percent in (1, 4, 8):
         for ratio in (0.5, 1, 2):
             field = field_of(Recipe(percent=percent, lattice=ratio), fade_px=fade_px)
             safe.append(fade_is_safe(field))
@@ -97,7 +97,7 @@ def test_overlapping_fields_are_certified_only_while_gentle():
 
 @pytest.mark.parametrize(
     ("apart", "percent", "lattice"),
-    [(0.3, 4, 1), (0.3, 15, 0.3), (0.7, 9, 0.5), (0.9, 15, 0.3), (1.0, 9, 0.5)],
+    few_of([(0.3, 4, 1), (0.7, 9, 0.5), (1.0, 9, 0.5), (0.3, 15, 0.3), (0.9, 15, 0.3)], 3),
 )
 def test_faces_that_overlap_report_what_every_sample_says(apart, percent, lattice):
     places = [(150.0, 170.0), (150.0 + 200.0 * apart, 170.0), (160.0, 170.0 + 240.0 * apart)]
@@ -120,7 +120,7 @@ def test_touching_faces_without_a_proof_are_settled_down_to_a_small_det():
 
     def reduced_to(det):
         low, high = 0.0, 1.0
-        for _ in range(30):
+        for _ in range(9):
             middle = (low + high) / 2.0
             part = Field(tuple(lattice.scaled(middle) for lattice in field.lattices))
             low, high = (middle, high) if least_det(part) > det else (low, middle)
@@ -134,7 +134,7 @@ def oval_at(place):
     return oval_face(center=place, size=0.6)
 
 
-@pytest.mark.parametrize("seed", few_of(range(6), 3))
+@pytest.mark.parametrize("seed", few_of(range(6), 1))
 def test_a_fold_between_the_samples_is_never_called_settled(seed):
     phi = np.random.default_rng(seed).normal(0.0, 40.0, (6, 6, 2))
 

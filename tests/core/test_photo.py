@@ -197,13 +197,6 @@ def test_what_cannot_be_read_says_what_to_do(tmp_path):
         assert_refused(bad, words)
 
 
-@pytest.mark.skipif(os.name == "nt" or os.geteuid() == 0, reason="root reads everything")
-def test_an_unreadable_file_says_so(tmp_path, picture):
-    path = saved(tmp_path / "in.png", picture)
-    path.chmod(0)
-    assert_refused(path, "permissions")
-
-
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16])
 @pytest.mark.parametrize("number", [1, 5, 8, 32773])
 def test_a_tiff_is_compressed_as_its_source_was(tmp_path, dtype, number):
@@ -243,7 +236,7 @@ def test_a_truncated_file_is_refused_without_noise(tmp_path, deep_picture, kind,
 
 
 def test_too_large_is_refused_before_decoding(tmp_path):
-    path = tmp_path / "large.png"
+    path, pillows = tmp_path / "large.png", Image.MAX_IMAGE_PIXELS
     path.write_bytes(files.empty_png(40_000, 40_000))
     assert_refused(path, "40000 x 40000 px, 1600 megapixels; the limit is 300: raise it")
     path.write_bytes(files.empty_png(14_000, 14_000))  # beyond Pillow's own limit, within ours
@@ -251,24 +244,15 @@ def test_too_large_is_refused_before_decoding(tmp_path):
     assert_refused(path, "the limit is 100", max_megapixels=100)
     path.write_bytes(files.empty_png(300, 200))
     assert_refused(path, "0.06 megapixels; the limit is 0.01", max_megapixels=0.01)
+    assert pillows == Image.MAX_IMAGE_PIXELS
 
 
-def test_reading_leaves_pillow_as_it_was(tmp_path, picture):
-    limit = Image.MAX_IMAGE_PIXELS
-    photo.read(saved(tmp_path / "in.png", picture))
-    assert limit == Image.MAX_IMAGE_PIXELS
-
-
-def test_deep_layouts_that_opencv_gets_wrong_are_refused(tmp_path, deep_picture):
+def test_a_deep_layout_that_opencv_gets_wrong_is_refused(tmp_path, deep_picture):
     path = tmp_path / "in.tif"
     data = cv2.imencode(".tiff", deep_picture[..., 0])[1].tobytes()
     # Two thirds of the picture would be what happens to lie in memory.
     rgb = struct.pack("<HHIHH", 262, 3, 1, 2, 0)
     path.write_bytes(data.replace(struct.pack("<HHIHH", 262, 3, 1, 1, 0), rgb))
-    assert_refused(path, "TIFF of a kind")
-    data = cv2.imencode(".tiff", deep_picture)[1].tobytes()
-    separate = struct.pack("<HHIHH", 284, 3, 1, 2, 0)
-    path.write_bytes(data.replace(struct.pack("<HHIHH", 284, 3, 1, 1, 0), separate))
     assert_refused(path, "TIFF of a kind")
 
 

@@ -23,7 +23,7 @@ from kogao_core.projects.project import (
     unit_px,
 )
 from kogao_core.recipe.recipe import Recipe
-from kogao_core.warp.brush import Brushwork
+from kogao_core.warp.brush import BrushStroke, Brushwork
 from kogao_core.warp.protection import Protection
 
 WIDTH, HEIGHT = 480, 360
@@ -42,6 +42,8 @@ def project():
     loose = (((10.5, 20.25), (10.5, 300.0)), ((0.0, 7.1), (90.0, 8.3)))
     work = Brushwork().with_stroke("push", rng.random((3, 2)) * 300, 21.3, 0.31)
     work = work.with_stroke("restore", rng.random((1, 2)) * 300, 33.3, 0.9, 0.41)
+    pressed = BrushStroke("push", rng.random((3, 2)) * 99, 9.9, 0.3, 0.7, rng.random(3))
+    work = Brushwork((*work.strokes, pressed))
     return Project(original, "automatic", automatic, manual, protection, loose, work)
 
 
@@ -71,6 +73,7 @@ def test_what_is_read_is_what_was_written_to_the_bit(tmp_path):
     assert read.loose == written.loose
     for mine, theirs in zip(read.brushwork.strokes, written.brushwork.strokes, strict=True):
         np.testing.assert_array_equal(mine.points_px, theirs.points_px)
+        np.testing.assert_array_equal(mine.pressure, theirs.pressure)
         assert (mine.kind, mine.radius_px) == (theirs.kind, theirs.radius_px)
         assert (mine.strength, mine.falloff) == (theirs.strength, theirs.falloff)
     assert sorted(path.parent.iterdir()) == [path]

@@ -47,11 +47,16 @@ def error_percent(reading, outline):
 
 
 def test_an_outline_is_read_beneath_tone_smoothing_and_compression(scene):
+    """And settings explain the retouch."""
     picture, face = scene
     copy, outline = retouched(picture, face, percent=5.0, jaw_width=-4.0)
     (reading,) = read_faces(picture, copy, [face])
     assert error_percent(reading, outline) < 0.3
     assert reading.moved_percent > 2.0
+    found = fit_controls(reading, Box.of(picture))
+    assert found.unexplained_percent < 0.3
+    assert found.recipe.percent == pytest.approx(5.0, abs=0.8)
+    assert any(getattr(found.recipe, name) for name in CONTROLS[1:])
 
 
 def test_a_cropped_turned_and_reduced_copy_is_aligned(scene):
@@ -69,16 +74,6 @@ def test_nothing_moved_reads_as_nothing_moved(scene):
     (reading,) = read_faces(picture, retouched(picture, face)[0], [face])
     assert reading.moved_percent < NOTHING_PERCENT
     assert max(abs(reading.narrower(row)) for row in range(8)) < 0.5
-
-
-def test_settings_explain_a_retouch_made_with_them(scene):
-    picture, face = scene
-    copy, _ = retouched(picture, face, percent=5.0, jaw_width=-4.0)
-    (reading,) = read_faces(picture, copy, [face])
-    found = fit_controls(reading, Box.of(picture))
-    assert found.unexplained_percent < 0.3
-    assert found.recipe.percent == pytest.approx(5.0, abs=0.8)
-    assert any(getattr(found.recipe, name) for name in CONTROLS[1:])
 
 
 def test_another_picture_and_a_small_face_are_refused(scene):

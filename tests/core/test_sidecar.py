@@ -115,6 +115,7 @@ def test_the_mode_decides_whose_faces_count():
     applied = sidecar.apply(project(mode="manual", brushwork=Brushwork()), pixels, HASH)
     assert [len(applied.faces), applied.recipe.percent] == [1, 3.0]
     assert applied.what == "1 face made smaller: 3 %"
+    assert sidecar.apply(project(), pixels).what.endswith("; 2 strokes of a brush")
     evened = dataclasses.replace(applied, recipe=Recipe(percent=0, jaw_width=-8, even_out=50))
     assert evened.what.endswith(": 0 %, even out 50 %, jaw width -8 %")
 
@@ -124,13 +125,6 @@ def test_names_that_are_no_text_are_written_as_text(tmp_path):
     original = sidecar.original(Path("secret/folder/a\nb\x1b\udcff\u3000c.jpg"), HASH, pixels)
     save(project(original=original), tmp_path / "p.json")
     assert load(tmp_path / "p.json").original == Original("a?b??\u3000c.jpg", HASH, WIDTH, HEIGHT)
-
-
-def test_an_edit_record_tells_of_strokes():
-    pixels = textured_photo(WIDTH, HEIGHT)
-    plain = dataclasses.replace(project(), brushwork=Brushwork())
-    assert "stroke" not in sidecar.apply(plain, pixels).what
-    assert sidecar.apply(project(), pixels).what.endswith("; 2 strokes of a brush")
 
 
 @pytest.fixture

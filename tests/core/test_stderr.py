@@ -17,7 +17,7 @@ from PIL import Image
 from scenes import textured_photo
 
 from kogao_core import photo
-from kogao_core.base.stderr import hushed, if_unsaid
+from kogao_core.base.stderr import hushed
 from kogao_core.photo.formats import colour
 
 posix = pytest.mark.skipif(sys.platform == "win32", reason="closes a descriptor")
@@ -131,23 +131,6 @@ def test_what_others_say_meanwhile_is_passed_on(heard):
     os.write(2, b"after\n")
     assert (said, again) == (["bad Huffman code"], ["data corrupted at 9"])
     assert heard() == "of others\nour own\nafter\n"
-
-
-def test_who_looks_for_crashes_hears_everything_and_work_has_no_result(heard, monkeypatch):
-    monkeypatch.setattr(faulthandler, "is_enabled", lambda: True)
-    with hushed():
-        os.write(2, b"Corrupt JPEG data: bad Huffman code\n")
-    assert heard() == "Corrupt JPEG data: bad Huffman code\n"
-    assert if_unsaid(lambda: 1) is None
-
-
-def test_work_of_which_something_is_said_has_no_result(heard):
-    with hushed() as said:
-        assert if_unsaid(lambda: "sound") == "sound"
-        assert if_unsaid(lambda: os.write(2, b"Corrupt JPEG data: bad Huffman code\n")) is None
-        assert if_unsaid(lambda: os.write(2, b"of a thread\n")) is None
-    assert said == []
-    assert heard() == "of a thread\n"
 
 
 @posix

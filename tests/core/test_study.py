@@ -116,9 +116,10 @@ def test_names_lie_in_no_order_of_the_variants(made):
     assert abs(np.corrcoef(percent, place)[0, 1]) < 0.55
 
 
-def small(folder, *subjects, seed="s"):
+def small(folder, *subjects, seed="s", **choices):
     """A study of three pictures of each subject."""
-    return making.make(subjects, folder, making.Choices(variants=variants()[:3], seed=seed))
+    choices = making.Choices(variants=variants()[:3], seed=seed, **choices)
+    return making.make(subjects, folder, choices)
 
 
 def test_a_seed_brings_the_study_again_to_the_byte(tmp_path):
@@ -128,7 +129,7 @@ def test_a_seed_brings_the_study_again_to_the_byte(tmp_path):
     assert len(first.pictures) == 6, "a photo that is there twice has names of its own"
     for path in (tmp_path / "a").iterdir():
         assert (tmp_path / "b" / path.name).read_bytes() == path.read_bytes()
-    assert len(making.make([subject(1)], tmp_path / "x").seed) == 32
+    assert len(small(tmp_path / "x", subject(1), seed=None).seed) == 32
 
 
 def moved(one):
@@ -137,25 +138,20 @@ def moved(one):
 
 
 @pytest.mark.parametrize(
-    ("other", "seed"),
+    ("other", "choices"),
     [
-        (subject(1), "t"),
-        (subject(2), "s"),
-        (dataclasses.replace(subject(2), name=subject(1).name), "s"),
-        (moved(subject(1)), "s"),
+        (subject(1), {"seed": "t"}),
+        (subject(1), {"recipe": dataclasses.replace(PAPER, fit="exact")}),
+        (subject(2), {}),
+        (dataclasses.replace(subject(2), name=subject(1).name), {}),
+        (moved(subject(1)), {}),
     ],
-    ids=["seed", "photo", "photo of that name", "landmarks"],
+    ids=["seed", "recipe", "photo", "photo of that name", "landmarks"],
 )
-def test_another_seed_face_or_landmark_brings_other_names(tmp_path, other, seed):
-    first, second = small(tmp_path / "a", subject(1)), small(tmp_path / "b", other, seed=seed)
+def test_another_seed_recipe_face_or_landmark_brings_other_names(tmp_path, other, choices):
+    first, second = small(tmp_path / "a", subject(1)), small(tmp_path / "b", other, **choices)
     assert first.identity != second.identity
     assert not set(first.pictures) & set(second.pictures)
-
-
-def test_another_recipe_brings_other_names():
-    exact = dataclasses.replace(PAPER, fit="exact")
-    assert plan.digest(subject(1), PAPER) != plan.digest(subject(1), exact)
-    assert plan.digest(subject(1), PAPER) == plan.digest(subject(1), PAPER)
 
 
 def test_the_key_tells_where_pictures_come_from_and_what_they_achieved(made):
@@ -216,7 +212,7 @@ def test_a_folder_in_use_and_an_old_key_are_refused(made, tmp_path):
     with pytest.raises(making.RefusedFolder, match="key of another study"):
         making.make([subject()], tmp_path / "new")
     assert not (tmp_path / "new").exists()
-    making.make([subject()], tmp_path / "no" / "new", making.Choices(variants=variants()[:1]))
+    small(tmp_path / "no" / "new", subject())
     assert (tmp_path / "no" / "new" / "index.html").exists(), "parent folders are made"
 
 
@@ -471,15 +467,11 @@ def test_a_study_file_cant_name_files_elsewhere(tmp_path):
         (15, 148, 0.0624, 0.1605),
         (0, 20, 0.0000, 0.1611),
         (1, 29, 0.0061, 0.1718),
+        (0, 0, 0.0, 1.0),  # without answers: everything
     ],
 )
 def test_intervals_are_wilsons(hits, answers, low, high):
     np.testing.assert_allclose(Share(hits, answers).interval, (low, high), atol=6e-5)
-
-
-def test_without_answers_an_interval_is_everything():
-    assert Share(0, 0).interval == (0.0, 1.0)
-    assert math.isnan(Share(0, 0).value)
 
 
 def rated(folder, rater, said, count=None, place=plan.RATINGS_FOLDER, took_ms=900):
@@ -522,18 +514,6 @@ def idle(meaning):
 
 def counted(copy, *others):
     return tally([(copy, plan.key_path(copy))], others)
-
-
-def table_1(found):
-    return tables.table_1(found, found.shares(), "all raters", len(found.raters))
-
-
-def figure_11(found):
-    return tables.figure_11(found, found.shares())
-
-
-def as_html(found):
-    return html_page.page(report.report(found), Made.now("a command"))
 
 
 def test_answers_are_counted_by_what_was_shown(copy):
@@ -659,25 +639,6 @@ def test_twins_that_are_answered_alike_are_counted(tmp_path):
     assert {variant.kind for variant in found.shares()} == {"table1", "figure11", "control"}
 
 
-def test_below_0_a_face_becomes_larger_by_as_much():
-    shown = subject(1)
-    smaller, larger = (
-        making.drawn(shown, Variant("table1", percent, 2, 1.0, "exact"), PAPER)[1]
-        for percent in (4.0, -4.0)
-    )
-    assert (smaller.achieved, larger.achieved) == (4.0, -4.0)
-
-
-@pytest.mark.parametrize("lattice", LATTICES)
-def test_a_matched_picture_achieves_what_its_name_says(lattice):
-    variant = Variant("figure11", 4.0, 2, lattice)
-    _, plain = making.drawn(subject(1), variant, PAPER)
-    _, matched = making.drawn(subject(1), variant, PAPER, match=True)
-    assert plain.asked is None
-    assert matched.achieved == pytest.approx(4.0, abs=0.002)
-    assert matched.asked == pytest.approx(4.0 * 4.0 / plain.achieved, rel=0.01)
-
-
 def test_a_catch_picture_is_cut_in_two():
     shown = subject(1)
     drawn, _ = making.drawn(shown, Variant("catch", 0.0, 2, 1.0), PAPER)
@@ -732,7 +693,7 @@ def test_r_jamovi_and_jasp_import_the_tables(tmp_path):
         for seed, name in enumerate(('a; b, "c" d.png', "\N{CJK UNIFIED IDEOGRAPH-9854} e.png"))
     ]
     folder = tmp_path / "faces"
-    making.make(faces, folder, making.Choices(variants=variants(satisfaction=True)))
+    making.make(faces, folder, making.Choices(variants=variants(satisfaction=True)[-8:]))
     rated(folder, "r1", strict)
     rated(folder, "bot", idle, took_ms=35)
     tables = data.files(counted(folder))
@@ -764,7 +725,7 @@ def test_a_copy_and_an_early_copy_count_once(copy):
 
 
 def test_who_rated_in_several_studies_is_one_rater(copy, tmp_path):
-    making.make([subject(3)], tmp_path / "third", making.Choices(variants=variants()[:2]))
+    small(tmp_path / "third", subject(3))
     folders = copy, tmp_path / "third"
     for folder, rater in ((folders[0], "r1"), (folders[1], "r1"), (folders[1], "r2")):
         rated(folder, rater, strict)
@@ -798,78 +759,63 @@ def test_ratings_that_cant_be_used_are_named_and_stop_nothing(copy):
 
 
 def test_a_wrong_key_is_refused(copy, tmp_path):
-    making.make([subject(3)], tmp_path / "third")
+    small(tmp_path / "third", subject(3))
     with pytest.raises(BadFile, match="key of another study"):
         tally([(copy, plan.key_path(tmp_path / "third"))])
 
 
-def test_sessions_that_were_left_are_named_and_things_counted_in_words(copy):
+def test_sessions_that_were_left_are_named(copy):
     rated(copy, "r1", strict, 50)
-    (sentence,) = report.notes(counted(copy))
-    assert sentence.endswith("not counted: r1 (50 of 52)")
-    assert counted(copy).counted == []
+    found = counted(copy)
+    assert found.counted == []
+    assert report.notes(found)[0].endswith("not counted: r1 (50 of 52)")
+    assert report.report(found).document["unfinished"] == [
+        {"rater": "r1", "answered": 50, "pictures": 52}
+    ]
     key = plan.load_key(plan.key_path(copy))
     changed = dataclasses.replace(key, rules=dataclasses.replace(key.rules, unfinished=True))
     plan.save(changed, plan.key_path(copy))
     assert len(counted(copy).counted) == 50
     assert report.notes(counted(copy))[0].endswith("counted: r1 (50 of 52)")
-    plan.save(key, plan.key_path(copy))
-    assert report.report(counted(copy)).document["unfinished"] == [
-        {"rater": "r1", "answered": 50, "pictures": 52}
-    ]
     rated(copy, "r1", strict)
     assert report.notes(counted(copy)) == []
-    found = counted(copy)
-    assert table_1(found).note.startswith("2 faces, 1 rater, 2 answers per kind")
 
 
-def test_the_report_tells_what_was_achieved_and_the_lattice_in_both_units(copy):
+def test_the_report_has_the_shape_of_table_1_with_achieved_amounts_and_the_papers_rows(copy):
+    rated(copy, "r1", strict)
     found = counted(copy)
-    rows = table_1(found).rows
-    for own in rows[1::3]:
-        achieved = np.array(own[1:], float)
-        assert (achieved > 1.05 * np.array(DISTANCES)).all()
-    sizes = [[float(cell) for cell in row[1:3]] for row in figure_11(found).rows[:4]]
-    ratios, achieved = np.transpose(sizes)
+    rows = tables.table_1(found, found.shares(), "all raters", 1).rows
+    for own, achieved, paper, published in zip(
+        rows[::3], rows[1::3], rows[2::3], UNNATURAL, strict=True
+    ):
+        assert [float(cell.split()[0]) for cell in own[1:]] == [0, 0, 0, 100, 100]
+        assert (np.array(achieved[1:], float) > 1.05 * np.array(DISTANCES)).all()
+        assert [float(cell.split()[0]) for cell in paper[1:]] == list(published)
+
+
+def test_the_report_has_the_lattices_of_figure_11_in_both_units(copy):
+    rated(copy, "r1", strict)
+    found = counted(copy)
+    *sizes, original = tables.figure_11(found, found.shares()).rows
+    assert [row[0] for row in sizes] == [f"R = {lattice:g}" for lattice in LATTICES]
+    assert original[0] == "original photo"
+    assert sizes[0][3] == "100.0 % (34.2 to 100.0)"
+    ratios, achieved = np.array([row[1:3] for row in sizes], float).T
     np.testing.assert_allclose(ratios / ratios[2], LATTICES, rtol=0.01)
     assert ratios.min() > 1.0, "the smallest is larger than the warp distance"
     assert achieved[0] == pytest.approx(4.0, abs=0.05)
     assert achieved[2] > 4.2
-    key = found.keys[0]
-    text = str(report.studies(found))
-    for told in (key.identity, "person-1.png", "approximation fit", key.origin.made, "landmarks"):
-        assert told in text
 
 
-def test_the_report_has_the_shape_of_table_1_with_the_papers_rows(copy):
+def test_the_report_is_a_page_with_charts_and_a_document(copy):
     rated(copy, "r1", strict)
     found = counted(copy)
-    rows = table_1(found).rows
-    assert len(rows) == 12
-    assert all(len(row) == 6 for row in rows)
-    for center, (own, paper) in enumerate(zip(rows[::3], rows[2::3], strict=True)):
-        assert [float(cell.split()[0]) for cell in own[1:]] == [0, 0, 0, 100, 100]
-        assert [float(cell.split()[0]) for cell in paper[1:]] == list(UNNATURAL[center])
-    sizes = figure_11(found).rows
-    assert [row[0] for row in sizes] == [
-        "R = 0.25",
-        "R = 0.5",
-        "R = 1",
-        "R = 2",
-        "original photo",
-    ]
-    assert sizes[0][3] == "100.0 % (34.2 to 100.0)"
     document = json.loads(json.dumps(report.report(found).document, allow_nan=False))
     assert len(document["variants"]) == 25
     assert document["satisfaction"]["of_others"] == 2
-    text = as_html(found)
+    text = html_page.page(report.report(found), Made.now("a command"))
     assert text.count("<svg") == 3
     assert text.index("<svg") < text.index("<table")
-    assert "34.2 to 100.0" in text
-
-
-def test_a_study_without_answers_has_a_report(copy):
-    found = counted(copy)
-    assert table_1(found).rows[0][1] == "\N{EN DASH}"
-    assert json.loads(json.dumps(report.report(found).document, allow_nan=False))["raters"] == 0
-    assert "<table" in as_html(found)
+    key = found.keys[0]
+    for told in (key.identity, "person-1.png", "approximation fit", key.origin.made, "34.2 to 100"):
+        assert told in text

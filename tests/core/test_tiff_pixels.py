@@ -26,19 +26,6 @@ def read(path):
 
 
 @pytest.mark.parametrize("shape", SHAPES)
-@pytest.mark.parametrize("order", "<>")
-@pytest.mark.parametrize("orientation", range(1, 9))
-def test_pixels_are_those_that_a_decoder_finds(tmp_path, shape, order, orientation):
-    data = files.tiff(noise(shape, np.uint16), orientation, order)
-    (tmp_path / "in.tif").write_bytes(data)
-    found, decoded = read(tmp_path / "in.tif"), colour.decoded_deep(data)
-    assert found.dtype == decoded.dtype
-    assert found.dtype.isnative
-    assert found.flags.c_contiguous
-    np.testing.assert_array_equal(found, decoded)
-
-
-@pytest.mark.parametrize("shape", SHAPES)
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32])
 def test_a_decoder_finds_the_pixels_that_were_laid_out(tmp_path, shape, dtype):
     pixels = noise(shape, dtype)

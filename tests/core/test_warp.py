@@ -172,20 +172,6 @@ def test_a_pull_longer_than_the_margin_still_reads_the_right_place():
     assert rendering.pixels[450, 1100] == 255
 
 
-@pytest.mark.parametrize(
-    "photo",
-    [
-        np.zeros((9, 9), np.int32),
-        np.zeros((9, 9, 5), np.uint8),
-        np.zeros((9,), np.uint8),
-        np.zeros((0, 9, 3), np.uint8),
-    ],
-)
-def test_pixels_that_cannot_be_warped_are_refused(photo):
-    with pytest.raises(ValueError, match=r"pixels must|an image must"):
-        Canvas(photo)
-
-
 def test_images_about_as_large_as_a_span():
     for width in (1, 5, *(size + more for size in SPANS_PX[::3] for more in (-1, 0, 1))):
         photo = textured_photo(width, 40)
