@@ -31,7 +31,7 @@ PEOPLE = {"astronaut.png", "camera.png"}
 
 def after(source: MeshSource, distort: Distortion, name: str = "average"):
     """Return a sample's face, what is found once it is distorted, and what is thought of that."""
-    ((picture, face),) = found_in([assets.sample().with_name(f"{name}.jpg")], source, 400.0)
+    ((picture, face),) = found_in([assets.sample().with_name(f"{name}.jpg")], source)
     distorted, change = distort(picture, face, np.random.default_rng(0))
     found = source.find(distorted)
     return face.mapped(change), found, verdicts(found, Box.of(distorted))
