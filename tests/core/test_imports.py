@@ -1,4 +1,4 @@
-"""Imports point one way, as ARCHITECTURE.md draws it."""
+"""Imports point one way, as ARCHITECTURE.md draws it, and parts of one system are guarded."""
 
 import ast
 import re
@@ -8,6 +8,24 @@ from graphlib import TopologicalSorter
 from modules import ROOT, for_types_only, modules, tree
 
 CORE = "kogao_core"
+# Modules and attributes that Windows lacks, and paths that only Linux has.
+LACKING = re.compile(
+    r"\b(?:import|from) (?:fcntl|grp|posix|pty|pwd|resource|termios|tty)\b"
+    r"|\bos\.(?:fork|forkpty|getuid|geteuid|getgid|killpg|getpgid|setsid|mkfifo|chown|fchmod"
+    r"|sched_getaffinity|O_DIRECTORY|O_NOFOLLOW)\b"
+    r"|\bsignal\.(?:pthread_sigmask|SIGKILL|SIGHUP|setitimer)\b"
+    r"""|["'](?:/proc/|/sys/|/dev/shm|/tmp)"""
+)
+# How each module does without on other systems.
+ALLOWED = {
+    "kogao_core/base/atomic.py": "imports fcntl in a try; locks by msvcrt; keeps owners on POSIX",
+    "kogao_core/batch/workers.py": "starts workers by spawn elsewhere; masks signals on POSIX",
+    "kogao_core/cli/doctor.py": "speaks of apt-get on Linux only",
+    "kogao_core/lab/reports/report.py": "names the processor by `platform` elsewhere",
+    "kogao_core/photo/jpeg/coefficients.py": "reads nothing ahead elsewhere",
+    "kogao_core/photo/reading.py": "assumes enough memory where there is no /proc/meminfo",
+    "kogao_core/lab/study/server.py": "imports fcntl in a try",
+}
 
 
 def imported(path, known):
@@ -104,3 +122,13 @@ def test_the_work_is_written_out_once():
     steps = re.compile(r"(?<!def )(?<![.\w])(?:disclose|undisclosed)\(")
     users = [path for path in sources(CORE, "app") if steps.search(path.read_text("utf-8"))]
     assert users == [ROOT / CORE / "retouch.py"]
+
+
+def test_only_listed_modules_use_what_some_systems_lack():
+    """`.ci/run` also checks the types as on Windows and macOS."""
+    found = {
+        path.relative_to(ROOT).as_posix()
+        for path in sources("app", CORE)
+        if LACKING.search(path.read_text(encoding="utf-8"))
+    }
+    assert found == set(ALLOWED)

@@ -1,13 +1,19 @@
-"""What a JPEG file's data cost and hold is told before, and rare kinds are what they are."""
+"""JPEG files: cost and kind are told before, and every decoder finds the same pixels."""
 
+import json
 import re
+import subprocess
+import sys
+import textwrap
+from pathlib import Path
 
 import files
 import jpeglib
 import numpy as np
 import pytest
+from damaging import bytewise, parts
 from files import segment
-from PIL import ImageFile, JpegImagePlugin
+from PIL import Image, ImageFile, JpegImagePlugin
 from scenes import textured_photo
 
 from kogao_core import photo
@@ -15,6 +21,32 @@ from kogao_core.photo import UnreadablePhoto
 from kogao_core.photo.jpeg.decoding import MOST_SCANS
 
 FRAME = re.compile(rb"\xff[\xc0-\xc2]\0[\x0b\x11]\x08")
+READING = """
+    import hashlib, json, sys
+    from kogao_core import photo
+    from kogao_core.photo.jpeg import decoding as jpeg_data
+    read, by_opencv, decode = {}, 0, jpeg_data.pixels
+    def counted(*given):
+        global by_opencv
+        found = decode(*given)
+        by_opencv += found is not None
+        return found
+    jpeg_data.pixels = counted
+    def told(name):
+        try:
+            one = photo.read(name)
+        except photo.UnreadablePhoto as problem:
+            return str(problem)
+        digest = hashlib.sha256(one.pixels.tobytes()).hexdigest()
+        return [digest, one.pixels.shape, one.notes, one.jpeg is not None]
+    for kind, names in json.load(sys.stdin).items():
+        by_opencv = 0
+        read[kind] = [[told(name) for name in names], by_opencv / len(names)]
+    print(json.dumps(read))
+"""
+
+# Huffman codes of which there are too many, and a second frame.
+BEHIND = (b"\xff\xc4\0\x16\0" + b"\xff" * 19, b"\xff\xc0\0\x0b\x08\0\x10\0\x10\1\1\x11\0")
 
 
 def encoded(pixels, **options):
@@ -138,3 +170,67 @@ def test_kinds_that_nobody_decodes_are_not_called_damaged(tmp_path, code, depth)
     at = FRAME.search(data).start()
     data = data[: at + 1] + bytes([code]) + data[at + 2 : at + 4] + bytes([depth]) + data[at + 5 :]
     assert "of a rare kind (hierarchical, or deeper" in refusal(tmp_path / "in.jpg", data)
+
+
+def sound():
+    """Every way of coding a JPEG that Pillow writes, in rows and columns cut off anywhere."""
+    tags = Image.Exif()
+    for size in ((77, 101), (9, 17), (1, 1)):
+        picture = textured_photo(*size)
+        for kind in ("4:4:4", "4:2:2", "4:2:0"):
+            for progressive in (False, True):
+                tags[0x0112] = 1 + len(kind + str(progressive) * 3) % 8
+                more = {"subsampling": kind, "progressive": progressive, "exif": tags}
+                yield encoded(picture, **more)
+                yield encoded(picture, restart_marker_rows=1, **more)
+        yield encoded(picture, keep_rgb=True)
+        yield encoded(Image.fromarray(picture).convert("L"))
+
+
+@pytest.fixture(scope="module")
+def read_twice(tmp_path_factory):
+    """What becomes of files by their kind: by OpenCV where it has nothing to say, and by Pillow.
+
+    Sound ones, cut short, damaged behind their scans and at random, and those for printers.
+    """
+    folder, rng = tmp_path_factory.mktemp("jpeg"), np.random.default_rng(11)
+    whole = list(sound())
+    found = {"sound": whole, "cut": [one[:-cut] for one in whole for cut in (1, 2, 3, 40)]}
+    found["damage behind"] = [one[:-2] + more + one[-2:] for one in whole for more in BEHIND]
+    found["damaged"] = []
+    for number in range(150):
+        data = whole[number % len(whole)]
+        way = parts if number % 2 else bytewise
+        found["damaged"].append(way.change(data, rng, whole[int(rng.integers(len(whole)))]))
+    found["printers"] = [encoded(Image.fromarray(textured_photo(40, 30)).convert("CMYK"))]
+    names = {}
+    for kind, data in found.items():
+        names[kind] = [str(folder / f"{kind}{number}.jpg") for number in range(len(data))]
+        for name, one in zip(names[kind], data, strict=True):
+            Path(name).write_bytes(one)
+    # Where nothing can be kept from standard error, Pillow decodes all of them.
+    ours, theirs = (read(names, *options) for options in ((), ("-X", "faulthandler")))
+    return {kind: (ours[kind], theirs[kind]) for kind in found}
+
+
+def read(names, *options):
+    """Return by kind what becomes of files, and what share of them OpenCV decoded."""
+    command = [sys.executable, *options, "-c", textwrap.dedent(READING)]
+    given = json.dumps(names)
+    done = subprocess.run(command, input=given, capture_output=True, text=True, check=True)
+    assert options or done.stderr == "", "decoders are not heard"
+    return json.loads(done.stdout)
+
+
+@pytest.mark.parametrize(
+    ("kind", "least", "most"),
+    [
+        *(("sound", 1.0, 1.0), ("cut", 0.0, 0.0), ("damage behind", 0.0, 0.0)),
+        *(("damaged", 0.01, 0.9), ("printers", 0.0, 0.0)),
+    ],
+)
+def test_pixels_and_refusals_are_those_of_pillow(read_twice, kind, least, most):
+    (ours, by_opencv), (theirs, by_opencv_there) = read_twice[kind]
+    assert ours == theirs
+    assert by_opencv_there == 0
+    assert least <= by_opencv <= most

@@ -1,4 +1,4 @@
-"""What holds for the mesh source without any photograph of a face."""
+"""The choice of a source, and what holds for the mesh without any photograph of a face."""
 
 import sys
 import threading
@@ -9,6 +9,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from few_cases import few_of
 from scenes import oval_face, textured_photo
 from timeouts import LONGEST_S
@@ -17,7 +18,9 @@ from kogao_core.base import assets
 from kogao_core.base.display import rgb8
 from kogao_core.base.geometry import Affine
 from kogao_core.base.threads import Stopped, default_threads, stoppable
-from kogao_core.faces.landmarks import MeshSource, search
+from kogao_core.cli.commands import program
+from kogao_core.faces.landmarks import CHOICES, MeshSource, search, sources
+from kogao_core.faces.landmarks.aam.source import AamSource
 from kogao_core.faces.landmarks.blazeface import BlazeFace, Detection, Look, Square
 from kogao_core.faces.landmarks.pixels import Pyramid, sharpened
 
@@ -266,3 +269,30 @@ def test_a_checkout_that_is_not_installed_says_so(monkeypatch: pytest.MonkeyPatc
     monkeypatch.setitem(sys.modules, "kogao_resources", None)
     with pytest.raises(assets.AssetMissing, match=r"pip install -e \."):
         assets.path("models/face_detection_back.tflite")
+
+
+def test_names_give_their_sources() -> None:
+    assert isinstance(sources.source("mesh"), MeshSource)
+    assert isinstance(sources.source("aam"), AamSource)
+    measured = [choice.measured for choice in CHOICES if choice.measured is not None]
+    assert all(0.0 < one.studio_jaw < one.wild_jaw < 10.0 for one in measured)
+
+
+@pytest.mark.parametrize("choice", CHOICES, ids=lambda choice: choice.name)
+def test_help_and_the_document_name_every_source(choice: sources.Choice) -> None:
+    said = CliRunner().invoke(program, ["detect", "--help"]).output
+    assert choice.name in said[said.index("--landmarks [") :].split("]")[0]
+    measured = (Path(__file__).parents[2] / "docs" / "measurements.md").read_text(encoding="utf-8")
+    assert choice.measured is None or f"\n| {choice.name} | " in measured
+
+
+def test_without_networks_the_aam_is_the_default(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sources, "networks_are_here", lambda: False)
+    assert isinstance(sources.source(), AamSource)
+    monkeypatch.setattr(sources, "networks_are_here", lambda: True)
+    assert isinstance(sources.source(), MeshSource)
+
+
+def test_an_unknown_source_is_refused() -> None:
+    with pytest.raises(ValueError, match="use one of mesh, aam, chin"):
+        sources.source("model.yaml")

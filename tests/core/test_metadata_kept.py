@@ -422,7 +422,7 @@ def test_damaged_files_never_stop_the_reader(tmp_path, case):
     path.write_bytes(case.data)
     source = photo.read(path)
     rng = np.random.default_rng(zlib.crc32(case.label.encode()))
-    for _ in range(8):
+    for _ in range(4):
         data = bytearray(case.data)
         for at in rng.integers(20, len(data), 6):
             data[at] = rng.integers(256)

@@ -120,7 +120,7 @@ def test_touching_faces_without_a_proof_are_settled_down_to_a_small_det():
 
     def reduced_to(det):
         low, high = 0.0, 1.0
-        for _ in range(9):
+        for _ in range(14):
             middle = (low + high) / 2.0
             part = Field(tuple(lattice.scaled(middle) for lattice in field.lattices))
             low, high = (middle, high) if least_det(part) > det else (low, middle)

@@ -16,6 +16,7 @@ from scenes import textured_photo
 
 from kogao_core import photo
 from kogao_core.photo import CannotWrite, RefusedOutput, UnreadablePhoto
+from kogao_core.photo.formats import colour, png
 
 XMP = b'<x:xmpmeta xmlns:x="adobe:ns:meta/"><r tiff:Orientation="6" keep="me"/></x:xmpmeta>'
 EXIF = files.exif_block(6, 72, 48)
@@ -122,6 +123,30 @@ def test_one_pixel_is_a_photo(tmp_path, suffix):
     source = photo.read(saved(tmp_path / f"one{suffix}", np.full((1, 1, 3), 90, np.uint8)))
     photo.write(source, inverted(source), tmp_path / f"out{suffix}")
     np.testing.assert_allclose(photo.read(tmp_path / f"out{suffix}").pixels, 165, atol=3)
+
+
+@pytest.mark.parametrize(
+    ("shape", "dtype"),
+    [
+        *(((1, 1), np.uint8), ((1, 3000, 3), np.uint16), ((3000, 1), np.uint16)),
+        *(((900, 700, 3), np.uint8), ((500, 800, 4), np.uint16)),
+    ],
+)
+def test_decoders_find_the_pixels_of_a_png_whatever_the_number_of_threads(
+    tmp_path, monkeypatch, shape, dtype
+):
+    pixels = np.random.default_rng(5).integers(0, 60_000, shape).astype(dtype)
+    source, found = photo.Photo(pixels, tmp_path / "none", "TIFF"), set()
+    for threads in (1, 2, 4):
+        monkeypatch.setattr(png, "default_threads", lambda threads=threads: threads)
+        photo.write(source, pixels, tmp_path / "out.png", force=True)
+        found.add((tmp_path / "out.png").read_bytes())
+    (data,) = found
+    with Image.open(io.BytesIO(data)) as image:
+        image.verify()  # the sums of all chunks
+    with Image.open(io.BytesIO(data)) as image:
+        image.load()  # and that of the stream
+    np.testing.assert_array_equal(colour.decoded_deep(data), pixels)
 
 
 # ---- JPEG -----------------------------------------------------------------------------------

@@ -116,12 +116,11 @@ def test_protection_holds_with_faces_that_touch_brush_strokes_and_lens_correctio
     recipe, photo = Recipe(percent=6, lens=24.0), textured_photo(WIDTH, HEIGHT)
     made = render(photo, row, recipe, protection=still, brushwork=work)
     assert made.one_to_one.min_det > 0.1
-    places = np.stack(np.meshgrid(np.arange(WIDTH), np.arange(HEIGHT)), -1).reshape(-1, 2)
+    places = np.stack(np.meshgrid(np.arange(160, 460), np.arange(90, 660)), -1).reshape(-1, 2)
     covered = share(still.strokes, *places.T.astype(np.float64), np.ones((2, len(places)))) == 0.0
     assert covered.sum() > 4000
-    np.testing.assert_array_equal(
-        made.pixels.reshape(-1, 3)[covered], photo.reshape(-1, 3)[covered]
-    )
+    x, y = places[covered].T
+    np.testing.assert_array_equal(made.pixels[y, x], photo[y, x])
     density = np.arange(400.0, 480.0, 0.7), np.arange(250.0, 450.0, 0.7)
     assert made.field.det_jacobian(*density).min() > 0.0
 

@@ -8,6 +8,7 @@ import sys
 import textwrap
 import threading
 import warnings
+from concurrent.futures import ThreadPoolExecutor
 
 import cv2
 import numpy as np
@@ -15,6 +16,7 @@ import pytest
 from files import directory
 from PIL import Image
 from scenes import textured_photo
+from timeouts import LONGEST_S
 
 from kogao_core import photo
 from kogao_core.base.stderr import hushed
@@ -159,21 +161,21 @@ def test_files_never_get_the_descriptor_of_a_standard_stream(tmp_path):
 def test_opencv_stays_silent_while_any_thread_decodes_and_gets_its_level_back(monkeypatch):
     """Its level is one for all threads; here the first that came is the first to leave."""
     level, levels = cv2.utils.logging.getLogLevel(), []
-    began, go_on = ([threading.Event(), threading.Event()] for _ in range(2))
+    second_began, first_left = threading.Event(), threading.Event()
 
     def decode(data, _):
-        began[data[0]].set()
-        go_on[data[0]].wait()
+        if data[0] == 1:
+            pool.submit(colour.decoded_deep, b"\2")
+            assert second_began.wait(LONGEST_S)
+        else:
+            second_began.set()
+            assert first_left.wait(LONGEST_S)
         levels.append(cv2.utils.logging.getLogLevel())
         return np.zeros((1, 1), np.uint16)
 
     monkeypatch.setattr(cv2, "imdecode", decode)
-    threads = [threading.Thread(target=colour.decoded_deep, args=(bytes([k]),)) for k in range(2)]
-    for thread, there in zip(threads, began, strict=True):
-        thread.start()
-        there.wait()
-    for thread, event in zip(threads, go_on, strict=True):
-        event.set()
-        thread.join()
+    with ThreadPoolExecutor(1) as pool:
+        colour.decoded_deep(b"\1")
+        first_left.set()
     assert levels == [cv2.utils.logging.LOG_LEVEL_SILENT] * 2
     assert cv2.utils.logging.getLogLevel() == level

@@ -542,10 +542,6 @@ def test_bots_are_named_left_out_and_move_no_cell(copy):
     found = counted(copy)
     assert [one.rater for one in found.left_out] == ["b1", "b2", "b3"]
     assert found.shares() == before.shares()
-    ten = Variant("table1", 10.0, 1, 1.0)
-    assert [Share(6, 6), Share(6, 12)] == [
-        found.shares()[ten], found.shares(found.answers)[ten],
-    ]  # fmt: skip
     made = report.report(found)
     captions = [str(one.caption) for one in made.tables[:2]]
     assert [one.rsplit(", ", 1)[1] for one in captions] == ["counted raters", "all raters"]

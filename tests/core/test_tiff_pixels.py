@@ -1,4 +1,4 @@
-"""Uncompressed TIFF pixels are taken from the file and put there as they are."""
+"""Uncompressed TIFF pixels are taken from the file and put there as they are; rare kinds aren't."""
 
 import io
 import tracemalloc
@@ -7,12 +7,16 @@ import cv2
 import files
 import numpy as np
 import pytest
+import tifffile
+from scenes import textured_photo
 
 from kogao_core import photo
 from kogao_core.photo.formats import colour
 from kogao_core.photo.formats import tiff as tiff_format
 from kogao_core.photo.metadata import tiff
 
+DEEP = textured_photo(56, 40, 3).astype(np.uint16) * 257 + 5
+PLANES = np.ascontiguousarray(np.moveaxis(DEEP, 2, 0))
 SHAPES = [(37, 51), (37, 51, 3), (300, 400, 3), (37, 51, 4), (2, 70_000)]
 
 
@@ -81,3 +85,27 @@ def test_a_deep_photo_is_held_once_to_read_it_and_not_again_to_write_it(tmp_path
         tracemalloc.stop()
     assert read_bytes < 1.5 * pixels.nbytes
     assert written_bytes - before < 0.5 * pixels.nbytes
+
+
+@pytest.mark.parametrize(
+    ("pixels", "options"),
+    [
+        (PLANES, {"photometric": "rgb", "planarconfig": "separate"}),
+        ((DEEP / 65535.0).astype(np.float16), {"photometric": "rgb"}),
+        (np.dstack([DEEP, DEEP[..., 0] // 3]), {"photometric": "separated"}),
+        (DEEP.astype(np.uint32), {"photometric": "rgb"}),
+        (DEEP.astype(np.float64), {"photometric": "rgb"}),
+    ],
+    ids=["planes", "half floats", "inks", "32 bits", "64-bit float"],
+)
+def test_rare_layouts_are_refused(tmp_path, pixels, options):
+    tifffile.imwrite(tmp_path / "in.tif", pixels, metadata=None, **options)
+    with pytest.raises(photo.UnreadablePhoto, match="a TIFF of a kind that Kogao doesn't read"):
+        photo.read(tmp_path / "in.tif")
+
+
+@pytest.mark.parametrize("byteorder", "<>")
+def test_a_big_tiff_is_refused(tmp_path, byteorder):
+    tifffile.imwrite(tmp_path / "in.tif", DEEP, bigtiff=True, byteorder=byteorder)
+    with pytest.raises(photo.UnreadablePhoto, match="is a BigTIFF; save it as an ordinary TIFF"):
+        photo.read(tmp_path / "in.tif")
