@@ -37,16 +37,25 @@ def _ibug(face):
 
 def test_what_cant_be_done_is_said_and_leaves_nothing(fails, small_portrait, tmp_path):
     (tmp_path / "text.pts").write_text("hello")
-    (tmp_path / "small.csv").touch()
+    for name in ("small.csv", "small-lattice.png", "empty/text.txt"):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).touch()
     interchange.write(interchange.read(_far(tmp_path)), tmp_path / "far.json")
     export = ("landmarks", "export", small_portrait)
     warp = ("warp", small_portrait, "-o", tmp_path / "out.png")
+    figures = ("experiment", "figures", small_portrait)
+    batch = ("batch", small_portrait, "-o", tmp_path / "out")
+    no_points = "empty has no points for small.jpg; expected small with one of .json"
     for wanted, words, *arguments in (
         (2, "use --force", *export, "--format", "csv", "-o", tmp_path),
         (2, "several photos", *export, small_portrait, "--format", "csv", "-o", tmp_path / "new"),
         (3, "n_points: N", *warp, "--points", tmp_path / "text.pts"),
         (3, "save points of other programs as .csv", *warp, "--points", tmp_path / "old.tem"),
         (3, "another photo or size", *warp, "--points", tmp_path / "far.json"),
+        (2, "use --force", *figures, "-o", tmp_path),
+        (2, "use separate folders", *figures, small_portrait, "-o", tmp_path / "new"),
+        (3, no_points, *figures, "-o", tmp_path / "new", "--points", tmp_path / "empty"),
+        (3, no_points, *batch, "--points", tmp_path / "empty"),
         (2, "combined with --project", *warp, "--points", "x.pts", "--project", "x.kogao.json"),
     ):
         fails(wanted, words, *arguments)
@@ -57,20 +66,6 @@ def _far(folder):
     rows = [f"{9000 + 3 * k},{9000 + (k - 10) ** 2}" for k in range(27)]
     path.write_text("\n".join(["x,y", *rows]))
     return path
-
-
-def test_figures_are_drawn_and_not_over_others(cli, works, small_portrait, tmp_path):
-    arguments = ("experiment", "figures", small_portrait, "-o", tmp_path / "new", "--width", 300)
-    assert "small-landmarks.png" in works(*arguments)
-    assert len(list((tmp_path / "new").glob("small-*.png"))) == 6
-    with Image.open(tmp_path / "new" / "small-lattice.png") as image:
-        assert image.size == (300, 225)
-    code, _, err = cli(*arguments)
-    assert code == 2
-    assert "--force" in err
-    code, _, err = cli(*arguments[:3], small_portrait, "-o", tmp_path / "x")
-    assert (code, (tmp_path / "x").exists()) == (2, False)
-    assert "use separate folders" in err
 
 
 def test_every_command_reads_landmarks_from_files(cli, small_png, tmp_path):
@@ -100,12 +95,3 @@ def test_every_command_reads_landmarks_from_files(cli, small_png, tmp_path):
     code, said, _ = cli("experiment", "study", "make", small_png, "--points", points,
                         "-o", tmp_path / "study", "--lattices", "", "--percents", "4")  # fmt: skip
     assert code == 0
-
-
-def test_missing_landmark_files_are_named(cli, small_png, tmp_path):
-    empty = tmp_path / "empty"
-    empty.mkdir()
-    for command in (("experiment", "figures"), ("batch",)):
-        code, _, err = cli(*command, small_png, "--points", empty, "-o", tmp_path / "out")
-        assert code == 3
-        assert "empty has no points for small.png; expected small with one of .json" in err
