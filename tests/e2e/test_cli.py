@@ -211,12 +211,12 @@ def test_deep_photos_stay_deep(cli, small_png, tmp_path):
 
 
 @pytest.fixture
-def told(warns, portrait, tmp_path):  # noqa: ARG001
-    """Warp the sample with options; return the warnings, and the figures."""
+def told(warns, small_png, tmp_path):
+    """Warp a portrait with options; return the warnings, and the figures."""
 
     def run(*options):
         out, report = tmp_path / "out.png", tmp_path / "report.json"
-        _, said = warns("warp", "--sample", "-o", out, "--json", report, "--force", *options)
+        _, said = warns("warp", small_png, "-o", out, "--json", report, "--force", *options)
         return said, json.loads(report.read_text())
 
     return run
