@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 import json
 import os
 import shutil
@@ -106,10 +105,6 @@ class Browser:
             "Emulation.setDeviceMetricsOverride",
             width=width, height=height, deviceScaleFactor=ratio, mobile=False,
         )  # fmt: skip
-
-    def picture(self) -> bytes:
-        """What is on the screen, as PNG."""
-        return base64.b64decode(self.call("Page.captureScreenshot")["data"])
 
     def kill(self) -> None:
         """End it without a warning, as a crash would."""

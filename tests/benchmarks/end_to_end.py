@@ -29,9 +29,8 @@ from kogao_core.faces.landmarks import MeshSource
 from kogao_core.lab.reports.report import machine
 from kogao_core.lab.reports.spread import in_turns
 
-HERE = Path(__file__).resolve().parent
 _HEAD = ["task", "ratio", "quartiles", "floor / itself", "Kogao", "floor", "unit"]
-FLOOR = (sys.executable, str(HERE / "floors.py"))
+FLOOR = (sys.executable, str(Path(__file__).with_name("floors.py")))
 
 
 @dataclass(frozen=True)
@@ -133,7 +132,7 @@ def editor(sizes: Sizes, folder: Path) -> Iterator[Row]:
         sizes.rounds,
     )  # fmt: skip
     saves = folder / "saves.json"
-    run(sys.executable, HERE / "editing.py", most, sizes.rounds, saves)
+    run(*FLOOR, "saves", most, sizes.rounds, saves)
     yield Row("editor, save a copy, JPEG 25 MP", "ms", **json.loads(saves.read_text()))
 
 

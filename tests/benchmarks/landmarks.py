@@ -60,12 +60,7 @@ class Finding:
         return errors(self.face, self.sample.labels)
 
 
-def measure(source: LandmarkSource, faces: list[Sample]) -> list[Finding]:
-    source.find(faces[0].read())  # reads the model
-    return [_measured(source, sample) for sample in faces]
-
-
-def _measured(source: LandmarkSource, sample: Sample) -> Finding:
+def measured(source: LandmarkSource, sample: Sample) -> Finding:
     rgb = sample.read()
     start = time.perf_counter()
     found = source.find(rgb)
@@ -87,7 +82,8 @@ def table(results: Mapping[str, list[Finding]]) -> Iterator[str]:
             speed = np.median([one.milliseconds for one in group])
             cells = _cells([one.errors for one in group])
             yield f"| {source} | {name} | {found}/{len(group)} | {cells} | {speed:.0f} |"
-    again = [repeatability(one.labels, one.again) for one in _first(results) if one.again]
+    labelled = [one.sample for one in next(iter(results.values()))]
+    again = [repeatability(one.labels, one.again) for one in labelled if one.again]
     yield f"| second pass of labels | wild | {len(again)} | {_cells(again)} | |"
 
 
@@ -170,19 +166,9 @@ def _area_of_points(found: list[Finding], rows: slice) -> float:
     return area_under_curve(confidence[wrong], confidence[~wrong])
 
 
-def _first(results: Mapping[str, list[Finding]]) -> list[Sample]:
-    return [one.sample for one in next(iter(results.values()))]
-
-
 def _cells(rows: list[Errors]) -> str:
     columns = np.array(rows, np.float64).reshape(-1, 3).T
     return " | ".join("{:.2f} ({:.2f}, {:.1f})".format(*summary(column)) for column in columns)
-
-
-def heading() -> str:
-    facts = machine()
-    versions = ", ".join(f"{name} {facts['packages'][name]}" for name in PACKAGES)
-    return f"{date.today()}, {facts['processor']}, {facts['cores']} cores, {versions}"
 
 
 def main() -> None:
@@ -198,13 +184,18 @@ def main() -> None:
     results = {}
     for name in arguments.sources:
         try:
-            results[name] = measure(SOURCES[name](), faces)
+            finder = SOURCES[name]()
+            finder.find(faces[0].read())  # reads the model
+            results[name] = [measured(finder, sample) for sample in faces]
         except AssetMissing as missing:
             print(f"{name}: absent ({missing})")
     if not results:
         parser.exit(1)
     tables = table(results), honesty(results), groups(results)
-    print(heading(), *("\n".join(["", *rows]) for rows in tables), sep="\n")
+    facts = machine()
+    versions = ", ".join(f"{name} {facts['packages'][name]}" for name in PACKAGES)
+    print(f"{date.today()}, {facts['processor']}, {facts['cores']} cores, {versions}")
+    print(*("\n".join(["", *rows]) for rows in tables), sep="\n")
 
 
 if __name__ == "__main__":

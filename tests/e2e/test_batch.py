@@ -12,7 +12,6 @@ import sys
 from pathlib import Path
 from unittest.mock import Mock
 
-import metadata_cases
 import numpy as np
 import pytest
 from few_cases import few_of
@@ -56,17 +55,6 @@ def cli(cli):
 def lines(out):
     text = (out / "kogao-batch.jsonl").read_text(encoding="utf-8")
     return [json.loads(line) for line in text.splitlines()]
-
-
-@pytest.mark.usefixtures("in_process")
-def test_what_a_result_does_not_keep_is_in_the_report(cli, small_portrait, tmp_path):
-    (tmp_path / "a.jpg").write_bytes(small_portrait.read_bytes() + metadata_cases.MP4)
-    for percent, told in ((6, "not kept: the motion photo's video; "), (0, "")):
-        out = tmp_path / str(percent)
-        assert cli(tmp_path / "a.jpg", "-o", out, "-j", 1, "--amount", percent)[0] == 0
-        (line,) = lines(out)
-        assert line["reason"].startswith(told)
-        assert bool(line["reason"]) == bool(told)
 
 
 @pytest.mark.usefixtures("in_process")

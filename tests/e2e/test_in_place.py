@@ -219,15 +219,6 @@ def test_what_would_come_back_as_less_is_refused(fails, small_portrait, tmp_path
     fails(2, words, "warp", "--in-place", path)
 
 
-def test_what_goes_against_it_is_refused(fails):
-    for given, words in (
-        (["--sample"], "--sample can't be combined"),
-        (["x.jpg", "-o", "y.jpg"], "-o can't be combined"),
-        (["x.jpg", "--save-project"], "--save-project can't be combined"),
-    ):
-        fails(2, words, "warp", "--in-place", *given)
-
-
 def test_no_original_is_no_restoring(fails, jpeg):
     fails(2, "no original of", "restore", jpeg)
     fails(2, "no original 1 of", "restore", jpeg, "--original", 1)

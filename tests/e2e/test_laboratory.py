@@ -14,7 +14,7 @@ LABORATORY = "kogao_core.lab"
 
 @pytest.fixture(scope="module")
 def without(tmp_path_factory):
-    """Run a program where the laboratory isn't; return what it prints."""
+    """Run a program without the laboratory and a display; return what it prints."""
     place = tmp_path_factory.mktemp("without")
     for here, there in (
         ("kogao_core",) * 2,
@@ -23,12 +23,14 @@ def without(tmp_path_factory):
     ):
         shutil.copytree(ROOT / here, place / there)
     shutil.rmtree(place / "kogao_core" / "lab")
-    outside = {"PYTHONPATH": str(place), "QT_QPA_PLATFORM": "offscreen", "HOME": str(place)}
+    outside = {"PYTHONPATH": str(place), "HOME": str(place)}
+    screens = ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM")
+    surroundings = {name: value for name, value in os.environ.items() if name not in screens}
 
     def run(*arguments, code=0):
         done = subprocess.run(
             [sys.executable, *map(str, arguments)],
-            cwd=place, env=os.environ | outside, capture_output=True, text=True, check=False,
+            cwd=place, env=surroundings | outside, capture_output=True, text=True, check=False,
         )  # fmt: skip
         assert done.returncode == code, done.stderr
         return done.stdout + done.stderr
@@ -58,7 +60,7 @@ def test_the_command_line_offers_no_experiment_and_warps(without, small_png, tmp
     assert len(list((tmp_path / "out").glob("*.*"))) >= 1
 
 
-def test_the_window_opens_without_it(without, small_png, tmp_path):
+def test_a_picture_of_the_window_needs_neither_it_nor_a_display(without, small_png, tmp_path):
     window = ("-c", "import sys; from kogao_app.__main__ import main; sys.exit(main())")
     without(*window, small_png, "--screenshot", tmp_path / "window.png")
     assert cv2.imread(str(tmp_path / "window.png")) is not None

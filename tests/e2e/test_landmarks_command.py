@@ -37,16 +37,21 @@ def _ibug(face):
 
 def test_what_cant_be_done_is_said_and_leaves_nothing(fails, small_portrait, tmp_path):
     (tmp_path / "text.pts").write_text("hello")
-    (tmp_path / "small.csv").touch()
+    for name in ("small.csv", "empty/text.txt"):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).touch()
     interchange.write(interchange.read(_far(tmp_path)), tmp_path / "far.json")
     export = ("landmarks", "export", small_portrait)
     warp = ("warp", small_portrait, "-o", tmp_path / "out.png")
+    batch = ("batch", small_portrait, "-o", tmp_path / "out")
+    no_points = "empty has no points for small.jpg; expected small with one of .json"
     for wanted, words, *arguments in (
         (2, "use --force", *export, "--format", "csv", "-o", tmp_path),
         (2, "several photos", *export, small_portrait, "--format", "csv", "-o", tmp_path / "new"),
         (3, "n_points: N", *warp, "--points", tmp_path / "text.pts"),
         (3, "save points of other programs as .csv", *warp, "--points", tmp_path / "old.tem"),
         (3, "another photo or size", *warp, "--points", tmp_path / "far.json"),
+        (3, no_points, *batch, "--points", tmp_path / "empty"),
         (2, "combined with --project", *warp, "--points", "x.pts", "--project", "x.kogao.json"),
     ):
         fails(wanted, words, *arguments)
@@ -84,12 +89,3 @@ def test_every_command_reads_landmarks_from_files(cli, small_png, tmp_path):
     code, said, _ = cli("experiment", "study", "make", small_png, "--points", points,
                         "-o", tmp_path / "study", "--lattices", "", "--percents", "4")  # fmt: skip
     assert code == 0
-
-
-def test_missing_landmark_files_are_named(cli, small_png, tmp_path):
-    empty = tmp_path / "empty"
-    empty.mkdir()
-    for command in (("experiment", "domains"), ("batch",)):
-        code, _, err = cli(*command, small_png, "--points", empty, "-o", tmp_path / "out")
-        assert code == 3
-        assert "empty has no points for small.png; expected small with one of .json" in err

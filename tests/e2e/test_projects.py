@@ -37,7 +37,7 @@ def once(small_portrait, tmp_path_factory):
     shutil.copy(small_portrait, path)
     warp = (
         "warp", path, "-o", folder / "first.png", "--amount", 6, "--fit", "approximation",
-        "--protect", "20,20 20,280", "--save-project",
+        "--protect", "20,20 20,280", "--chin-length", -5, "--even-out", 50, "--save-project",
     )  # fmt: skip
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("XDG_DATA_HOME", str(tmp_path_factory.mktemp("data")))
@@ -67,7 +67,9 @@ def test_a_replayed_project_gives_the_same_file(works, kept, tmp_path):
     said = works("warp", kept, "-o", again, *by_project)
     assert f"; edits saved to {sidecar_of(kept)}" in said
     assert again.read_bytes() == first.read_bytes()
-    assert json.loads(sidecar_of(kept).read_text())["photo"]["path"] == "a.jpg"
+    project = json.loads(sidecar_of(kept).read_text())
+    assert project["photo"]["path"] == "a.jpg"
+    assert project["automatic"]["recipe"]["chin_length"] == -5
 
 
 def test_a_photo_written_over_leaves_a_project_about_the_photo_as_it_was(cli, works, kept):
@@ -89,22 +91,6 @@ def test_another_resolution_is_noted_and_kept_at_its_own_size(warns, kept, tmp_p
     assert json.loads(sidecar_of(large).read_text())["photo"]["width"] == 720
 
 
-def test_a_shape_is_kept_and_replayed(works, small_portrait, tmp_path):
-    path = tmp_path / "a.jpg"
-    shutil.copy(small_portrait, path)
-    shape = ("--chin-length", -5, "--left-width", 6, "--even-out", 50)
-    plain, kept, again = (tmp_path / f"{name}.png" for name in "pka")
-    for out, options in (
-        (plain, ()),
-        (kept, (*shape, "--save-project")),
-        (again, ("--project", sidecar_of(path))),
-    ):
-        works("warp", path, "-o", out, *options)
-    recipe = json.loads(sidecar_of(path).read_text())["automatic"]["recipe"]
-    assert (recipe["chin_length"], recipe["left_width"], recipe["even_out"]) == (-5, 6, 50)
-    assert again.read_bytes() == kept.read_bytes() != plain.read_bytes()
-
-
 def test_projects_that_cannot_be_used_are_one_line(fails, kept, tmp_path):
     out, side = tmp_path / "x.png", sidecar_of(kept)
     Image.open(kept).crop((0, 0, 300, 240)).save(tmp_path / "cut.png")
@@ -121,6 +107,7 @@ def test_projects_that_cannot_be_used_are_one_line(fails, kept, tmp_path):
         (("--sample", "--save-project"), "--sample can't be combined"),
         ((kept, "--label", "x" * 101), "label"),
         ((kept, "--label", ""), "label"),
+        ((kept, "--label", "two\nlines"), "one line"),
         ((kept, "--label", "x", "--label-font", bad), "font"),
     ):
         fails(2, words, "warp", *arguments, "-o", out)
@@ -297,15 +284,12 @@ def test_a_result_tells_only_when_asked(cli, works, kept, tmp_path):
     differs = np.abs(before - after).max(axis=2) > 0
     assert differs[270:, 200:].any()
     assert not differs[:256].any()
-    cli("warp", kept, "-o", tmp_path / "zero.jpg", "--amount", 0, "--disclose", "--label", "x")
-    assert (tmp_path / "zero.jpg").read_bytes() == kept.read_bytes()
 
 
-def test_a_batch_tells_and_does_again_when_it_is_to_tell_more(cli, fails, kept, tmp_path):
+def test_a_batch_tells_and_does_again_when_it_is_to_tell_more(cli, kept, tmp_path):
     call = ("batch", kept, "-o", tmp_path / "out", "-j", 1)
     cli(*call)
     assert "1 done" in cli(*call, "--disclose", "--label", "Retouched")[2]
     assert b"humanEdits" in photo.read(tmp_path / "out" / "a.jpg").xmp
     assert "1 skipped" in cli(*call, "--disclose", "--label", "Retouched")[2]
     assert "1 done" in cli(*call, "--disclose")[2]
-    fails(2, "one line", *call, "--label", "two\nlines")

@@ -287,20 +287,6 @@ def test_withdrawn_answers_are_deleted_and_the_debriefing_is_shown(study, addres
     assert "Your answers have been deleted." in page.ask("document.body.innerText")
 
 
-def test_the_page_hints_at_nothing_and_asks_nobody_else(address, browse):
-    page = browse(address)
-    seen(page)
-    said = page.ask("document.documentElement.outerHTML.replace(/<script>.*<.script>/s, '')")
-    for word in ("a.png", "lattice", "centre", "warp", "percent"):
-        assert word not in said.replace("max-width: 100%", "")
-    origin = address.rsplit("/", 2)[0]
-    asked = page.ask("performance.getEntriesByType('resource').map((one) => one.name)")
-    assert asked
-    assert all(one.startswith((origin, "data:")) for one in asked)
-    refused = page.ask("fetch('http://127.0.0.2:9/').then(() => 'reached', () => 'refused')")
-    assert refused == "refused"
-
-
 # ---- how a session is held ------------------------------------------------------------------
 
 

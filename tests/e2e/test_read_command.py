@@ -10,10 +10,10 @@ from kogao_core.recipe import presets
 
 
 @pytest.fixture
-def pair(works, portrait, tmp_path):
+def pair(works, small_png, tmp_path):
     after = tmp_path / "after.png"
-    works("warp", portrait, "-o", after, "--amount", "6", "--no-hold-background")
-    return portrait, after
+    works("warp", small_png, "-o", after, "--amount", "6", "--no-hold-background")
+    return small_png, after
 
 
 def test_a_retouch_becomes_a_project_and_a_preset(works, fails, pair, tmp_path, monkeypatch):

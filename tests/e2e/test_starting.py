@@ -47,14 +47,6 @@ def test_the_editor_says_that_there_is_no_display(arguments, screen):
     ends_in_a_sentence(done, "no display", "kogao-cli")
 
 
-def test_a_picture_of_the_window_needs_no_display(tmp_path, weights):
-    assert weights.is_dir()
-    shot = tmp_path / "window.png"
-    done = start(EDITOR, "--sample", "--screenshot", shot)
-    assert done.returncode == 0, done.stderr
-    assert shot.stat().st_size > 100_000
-
-
 def test_the_editor_names_the_library_that_lacks_and_its_package():
     done = start(LIBRARY.format("libxcb-cursor.so.0") + EDITOR, "--sample", DISPLAY=":7654")
     ends_in_a_sentence(done, "libxcb-cursor.so.0", "apt-get install libxcb-cursor0")

@@ -11,7 +11,6 @@ import subprocess
 import sys
 import urllib.request
 
-import click
 import pytest
 from ratings import judged, log_of
 from scenes import oval_face
@@ -186,18 +185,6 @@ def study(tmp_path):
     """A study whose pictures aren't there: its page is served all the same."""
     plan.save(Study("a-study", ("0" * 16 + ".jpg",), ()), tmp_path / plan.STUDY_FILE)
     return tmp_path
-
-
-def test_rate_is_interrupted_as_soon_as_it_says_how(works, study, monkeypatch):
-    echo = click.echo
-
-    def interrupted(text, **more):
-        echo(text, **more)
-        if "Ctrl-C" in text:
-            raise KeyboardInterrupt
-
-    monkeypatch.setattr(click, "echo", interrupted)
-    assert "Ctrl-C" in works("rate", study, "--no-browser")
 
 
 @pytest.mark.parametrize("ending", [signal.SIGINT, signal.SIGTERM])
