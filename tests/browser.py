@@ -22,7 +22,9 @@ _FLAGS = (
 class Browser:
     """One page. `ask` runs a script in it, and waits for what it promises."""
 
-    def __init__(self, profile: Path, size: tuple[int, int] = (1280, 1000)) -> None:
+    def __init__(
+        self, profile: Path, size: tuple[int, int] = (1280, 1000), *, kept: bool = False
+    ) -> None:
         program = shutil.which("chromium") or shutil.which("chromium-browser")
         if program is None or os.name != "posix":
             pytest.skip("Chromium is absent: the page is driven in none")
@@ -41,20 +43,20 @@ class Browser:
         self._number, self._rest, self._session = 0, b"", None
         self._told: list[dict] = []
         self._context: str | None = None
-        self.afresh()
+        self.afresh(kept=kept)
 
-    def afresh(self) -> None:
-        """Go on as another user's browser would: with a new page, and nothing that was kept."""
+    def afresh(self, *, kept: bool = False) -> None:
+        """Open a new page: of another user without data, or with the data that the profile kept."""
         self._session = None
         if self._context is not None:
             self.call("Target.disposeBrowserContext", browserContextId=self._context)
-        self._context = self.call("Target.createBrowserContext")["browserContextId"]
-        page = self.call(
-            "Target.createTarget", url="about:blank", browserContextId=self._context
-        )  # fmt: skip
+        context = {} if kept else self.call("Target.createBrowserContext")
+        self._context = context.get("browserContextId")
+        page = self.call("Target.createTarget", url="about:blank", **context)
         told = self.call("Target.attachToTarget", targetId=page["targetId"], flatten=True)
         self._session = told["sessionId"]
         self.call("Page.enable")
+        self.call("Emulation.setFocusEmulationEnabled", enabled=True)
         self.call("Page.setLifecycleEventsEnabled", enabled=True)
 
     def call(self, method: str, **parameters):
@@ -89,8 +91,8 @@ class Browser:
     def until(self, script: str):
         """Wait until an expression is true, looking after each painted frame."""
         return self.ask(
-            f"new Promise((done, failed) => {{ const end = performance.now() + {1e3 * LONGEST_S};"
-            f"(function look() {{ if ({script}) done(true); else if (performance.now() > end)"
+            f"new Promise((done, failed) => {{ const end = Date.now() + {1e3 * LONGEST_S};"
+            f"(function look() {{ if ({script}) done(true); else if (Date.now() > end)"
             f"failed(new Error({json.dumps(script)})); else requestAnimationFrame(look); }})() }})"
         )
 
@@ -105,6 +107,13 @@ class Browser:
             "Emulation.setDeviceMetricsOverride",
             width=width, height=height, deviceScaleFactor=ratio, mobile=False,
         )  # fmt: skip
+
+    def close(self) -> None:
+        """End it as a user does: the profile is written."""
+        self._session = None
+        self.call("Browser.close")
+        self._process.wait()
+        self.kill()
 
     def kill(self) -> None:
         """End it without a warning, as a crash would."""

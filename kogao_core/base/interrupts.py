@@ -11,8 +11,7 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from types import FrameType
 
 CODE = 130
@@ -59,18 +58,6 @@ def exit_on_signals(program: str = "", code: int = CODE) -> None:
 def ignore_signals() -> None:
     """Ignore signals from now on: only the interpreter's shutdown is left."""
     _set(signal.SIG_IGN)
-
-
-@contextmanager
-def raised() -> Iterator[None]:
-    """Raise KeyboardInterrupt on a signal inside the ``with`` block, for a waiting server."""
-    before = {number: signal.getsignal(number) for number in _numbers()}
-    _set(signal.default_int_handler)
-    try:
-        yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
 
 
 def _set(handler: Callable[[int, FrameType | None], object] | signal.Handlers) -> None:

@@ -9,10 +9,10 @@ from collections import Counter
 
 import pytest
 from PySide6.QtQml import QJSEngine
-from ratings import judged, taken_back
+from ratings import DISPLAY, graded, judged, line_of, taken_back
 
 from kogao_core.lab.study import page, results
-from kogao_core.lab.study.design import Conduct
+from kogao_core.lab.study.design import SURROUND, Conduct
 from kogao_core.lab.study.plan import Study
 from kogao_core.lab.study.results import Session
 
@@ -25,7 +25,7 @@ SINGLE = Study("single", NAMES[:25], (), (), (NAMES[:25],), (NAMES[:2],))
 def script(qapp, tmp_path, request):  # noqa: ARG001
     """Run an expression of the page's script, as far as it needs no page."""
     shown = page.page(getattr(request, "param", STUDY), tmp_path)
-    found = re.search(r"<script>(.*?)// What keeps", shown, re.DOTALL)
+    found = re.search(r"<script>(.*?)// The browser stores", shown, re.DOTALL)
     text = found[1]
     engine = QJSEngine()
 
@@ -70,6 +70,12 @@ def test_raters_in_turn_judge_every_face_as_often_with_either_keys(script):
 
 
 @pytest.mark.parametrize("script", [DESIGNED], indirect=True)
+@pytest.mark.parametrize("number", ["NaN", "-1", "undefined"])
+def test_a_session_without_a_valid_number_has_faces_drawn_by_chance(script, number):
+    assert script(f"fresh('r1', {number})") == script("fresh('r1')")
+
+
+@pytest.mark.parametrize("script", [DESIGNED], indirect=True)
 def test_pictures_of_one_face_and_twins_dont_follow_one_another(script):
     face_of = {name: number for number, face in enumerate(FACES) for name in face}
     for one in script("Array.from({ length: 100 }, (_, k) => fresh('r' + k, k))"):
@@ -89,17 +95,21 @@ def test_twins_of_a_single_face_are_kept_apart(script):
         assert abs(first - second) > 3
 
 
-def test_what_the_page_saves_is_read_like_the_programs(script, tmp_path):
+def test_what_the_page_saves_is_read(script, tmp_path):
     begun = script("fresh('r1')")
     session = Session(STUDY, "r1", tuple(begun["order"]), keys=begun["keys"])
     for _ in range(26):
         session.take(judged(session, "unnatural"))
+    session.take(graded(session, None))
     session.take(taken_back(session))
-    begun["records"] = [record.to_dict() for record in session.records]
-    assert script(f"standing({json.dumps(begun['records'])}).length") == 25
-    (tmp_path / "ratings-r1.jsonl").write_text(script(f"file({json.dumps(begun)})"))
-    held = results.load(tmp_path / "ratings-r1.jsonl")
+    begun["records"] = [line_of(record) for record in session.records]
+    assert script(f"standing({json.dumps(begun['records'])}).length") == 26
+    path = tmp_path / "ratings-r1.jsonl"
+    path.write_text(script(f"file({json.dumps(begun)})"))
+    held = results.load(path)
     assert held.session(STUDY) == session
+    assert held.records[0].display == DISPLAY
+    assert json.loads(path.read_text().splitlines()[0])["surround"] == SURROUND
 
 
 def test_the_orders_that_the_page_draws_are_even(script):

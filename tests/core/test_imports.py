@@ -24,7 +24,6 @@ ALLOWED = {
     "kogao_core/lab/reports/report.py": "names the processor by `platform` elsewhere",
     "kogao_core/photo/jpeg/coefficients.py": "reads nothing ahead elsewhere",
     "kogao_core/photo/reading.py": "assumes enough memory where there is no /proc/meminfo",
-    "kogao_core/lab/study/server.py": "imports fcntl in a try",
 }
 
 

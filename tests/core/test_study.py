@@ -7,7 +7,6 @@ import io
 import itertools
 import json
 import math
-import os
 import random
 import re
 import shutil
@@ -18,7 +17,7 @@ import numpy as np
 import pytest
 from PIL import Image
 from pseudolocale import PseudoTranslations
-from ratings import DISPLAY, answered, graded, judged, log_of, taken_back
+from ratings import answered, begun, judged, save, taken_back
 from scenes import oval_face, textured_photo
 
 from kogao_core import __version__
@@ -28,7 +27,6 @@ from kogao_core.lab.reports import report as html_page
 from kogao_core.lab.reports.report import Made
 from kogao_core.lab.study import (
     data,
-    design,
     making,
     page,
     plan,
@@ -239,14 +237,13 @@ def test_what_the_page_says_has_its_place_and_no_other(tmp_path):
     assert all(f'"{name}"' in script for name in page.SCRIPT)
 
 
-@pytest.mark.parametrize("served", [False, True])
-def test_the_page_lets_nothing_out_and_loads_nothing(tmp_path, served):
-    text = page.page(STUDY, tmp_path, served=served)
+def test_the_page_lets_nothing_out_and_loads_nothing(tmp_path):
+    text = page.page(STUDY, tmp_path)
     policy = re.search(r'Content-Security-Policy" content="([^"]+)"', text)[1]
     rules = dict(rule.split(" ", 1) for rule in policy.split("; "))
     assert rules["default-src"] == "'none'"
-    assert rules.get("connect-src") == ("'self'" if served else None)
-    assert rules["img-src"] == ("'self' data:" if served else "'self' file: data:")
+    assert "connect-src" not in rules
+    assert rules["img-src"] == "'self' file: data:"
     assert "unsafe" not in policy
     assert not re.search(r"https?:|//[a-z]|@import|url\(|XMLHttp|sendBeacon", text)
     assert "<!--" not in text
@@ -255,28 +252,22 @@ def test_the_page_lets_nothing_out_and_loads_nothing(tmp_path, served):
 # ---- sessions and their files ---------------------------------------------------------------
 
 
-def begun(count=0):
-    """A session with so many answers."""
-    session = Session(STUDY, "r1", NAMES)
-    for k in range(count):
-        session.take(judged(session, "unnatural" if k % 3 else "natural", 300 + 10 * (k % 11)))
-    return session
-
-
 def test_a_session_asks_every_picture_once_and_grades_at_the_end():
-    session, asked = begun(), []
+    session, asked = begun(STUDY), []
     while session.current is not None:
         asked.append(session.current)
         assert session.grading == (len(asked) > len(STUDY.ratings))
         session.take(judged(session))
-    assert tuple(asked) == NAMES
+    assert tuple(asked) == session.order
     assert not session.grading
     with pytest.raises(BadFile, match="wasn't shown"):
-        session.take(Record(31, NAMES[0], answer="natural"))
+        session.take(Record(31, session.order[0], answer="natural"))
 
 
 def test_an_answer_taken_back_is_asked_again_and_both_lines_stay():
-    session = begun(3)
+    session = begun(STUDY)
+    for _ in range(3):
+        session.take(judged(session))
     last = session.answered[-1]
     session.take(taken_back(session))
     assert session.current == last.picture
@@ -300,76 +291,24 @@ def test_records_that_dont_follow_are_refused(record):
         Session(STUDY, "r1", NAMES, [record])
 
 
-def test_what_was_logged_is_read_again(tmp_path):
-    log = log_of(tmp_path / "r.jsonl", STUDY, "r1")
-    while len(log.session.answered) < 29:
-        log.add(judged(log.session))
-    log.add(graded(log.session, None, took_ms=7))
-    log.add(taken_back(log.session))
-    held = results.load(log.path)
-    assert held.records == tuple(log.session.records)
-    assert held.records[0].display == DISPLAY
-    assert (held.study, held.rater, held.torn) == ("a-study", "r1", 0)
-    assert log_of(log.path, STUDY, "r1").session == log.session
-    head = json.loads(log.path.read_text().splitlines()[0])
-    assert head["order"] == list(log.session.order)
-    assert head["surround"] == design.SURROUND
-
-
-def test_a_line_cut_anywhere_loses_at_most_itself_and_the_log_goes_on(tmp_path):
-    whole = log_of(tmp_path / "whole.jsonl", STUDY, "r1")
+@pytest.mark.parametrize("torn", [b"", b'{"format": "kogao-rat\n'])
+def test_a_line_cut_anywhere_loses_only_itself(tmp_path, torn):
+    session, path = begun(STUDY), tmp_path / "r.jsonl"
     for _ in range(3):
-        whole.add(judged(whole.session))
-    written = whole.path.read_bytes()
+        session.take(judged(session))
+    save(session, path)
+    written = path.read_bytes()
     start = written[:-1].rindex(b"\n") + 1
     for end in range(start, len(written) + 1):
-        path = tmp_path / f"cut-{end}.jsonl"
-        path.write_bytes(written[:end])
-        log = log_of(path, STUDY, "r1")
-        kept = len(log.session.answered)
+        path.write_bytes(torn + written[:end])
+        held = results.load(path)
         # A line whose newline alone is missing is whole.
-        assert kept == (3 if end >= len(written) - 1 else 2)
-        log.add(judged(log.session))
-        assert path.read_bytes().startswith(written[:end])
-        again = results.load(path)
-        assert len(again.records) == kept + 1
-        assert again.torn == (start < end < len(written) - 1)
+        is_whole = end >= len(written) - 1
+        assert len(held.records) == 2 + is_whole
+        assert held.torn == bool(torn) + (start < end and not is_whole)
 
 
-def test_a_session_killed_in_its_first_line_begins_again(tmp_path):
-    path = tmp_path / "r.jsonl"
-    path.write_bytes(b'{"format": "kogao-rat')
-    log = log_of(path, STUDY, "r1")
-    log.add(judged(log.session))
-    held = results.load(path)
-    assert (len(held.records), held.torn) == (1, 1)
-
-
-@pytest.mark.parametrize("fails", ["write", "fsync"])
-def test_an_answer_that_couldnt_be_kept_is_found_nowhere_later(tmp_path, monkeypatch, fails):
-    log = log_of(tmp_path / "r.jsonl", STUDY, "r1")
-    log.add(judged(log.session))
-    before, write = log.path.read_bytes(), os.write
-
-    def half(file, data):
-        return write(file, data[: len(data) // 2])
-
-    def full(_):
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr(results.os, fails, half if fails == "write" else full)
-    with pytest.raises(OSError, match=r"part of the line|No space"):
-        log.add(answered(log.session, "unnatural"))
-    monkeypatch.undo()
-    assert log.path.read_bytes() == before
-    assert len(log.session.answered) == 1
-    log.add(answered(log.session, "unnatural"))
-    held = results.load(log.path)
-    assert [record.answer for record in held.records] == ["natural", "unnatural"]
-    assert held.torn == 0
-
-
-HEAD = json.dumps({**results.header(STUDY, "r1", "page"), "keys": "fj", "order": NAMES}) + "\n"
+HEAD = json.dumps({**results.header(STUDY), "rater": "r1", "keys": "fj", "order": NAMES}) + "\n"
 
 
 def line(said, seen='"shown": [960, 720], "window": [1280, 960], "ratio": 1', away=', "away": 0'):
@@ -428,19 +367,12 @@ def test_files_of_version_1_0_0_are_read(made, tmp_path):
         one["side"] = None
     (tmp_path / "k.json").write_text(json.dumps(meanings))
     assert plan.load_key(tmp_path / "k.json") == key
-    log = log_of(tmp_path / "r.jsonl", STUDY, "r1")
-    log.add(judged(log.session))
-    seen = log.path.read_text().replace('"ratio"', '"degrees": 12.5, "distance": 600.0, "ratio"')
-    log.path.write_text(seen)
-    assert results.load(log.path).records == tuple(log.session.records)
-
-
-def test_a_log_of_another_study_is_left_alone(tmp_path):
-    log = log_of(tmp_path / "r.jsonl", STUDY, "r1")
-    before = log.path.read_bytes()
-    with pytest.raises(BadFile, match="another study or rater"):
-        log_of(log.path, STUDY, "r2")
-    assert log.path.read_bytes() == before
+    session, path = begun(STUDY), tmp_path / "r.jsonl"
+    session.take(judged(session))
+    save(session, path)
+    seen = path.read_text().replace('"ratio"', '"degrees": 12.5, "distance": 600.0, "ratio"')
+    path.write_text(seen)
+    assert results.load(path).records == tuple(session.records)
 
 
 def test_a_study_file_cant_name_files_elsewhere(tmp_path):
@@ -476,14 +408,15 @@ def test_intervals_are_wilsons(hits, answers, low, high):
 
 def rated(folder, rater, said, count=None, place=plan.RATINGS_FOLDER, took_ms=900):
     """Write made-up ratings into a copy of a study."""
-    study, key = plan.load_study(folder), plan.load_key(plan.key_path(folder))
-    log = log_of(folder / place / f"{rater}.jsonl", study, rater)
-    while log.session.current is not None and len(log.session.answered) != count:
-        meaning = key.pictures[log.session.current]
+    key, session = plan.load_key(plan.key_path(folder)), begun(plan.load_study(folder), rater)
+    while session.current is not None and len(session.answered) != count:
+        meaning = key.pictures[session.current]
         answer = "unnatural" if said(meaning) else "natural"
-        record = judged(log.session, answer, said(meaning))
-        log.add(dataclasses.replace(record, took_ms=took_ms))
-    return log
+        record = judged(session, answer, said(meaning))
+        session.take(dataclasses.replace(record, took_ms=took_ms))
+    path = folder / place / f"{rater}.jsonl"
+    save(session, path)
+    return session, path
 
 
 @pytest.fixture
@@ -582,12 +515,12 @@ def test_raters_who_guess_are_left_out_without_catch_pictures(copy):
 
 
 def test_answers_before_the_least_time_dont_count(copy):
-    log = rated(copy, "r1", strict, 40)
-    for _ in range(3):
-        log.add(answered(log.session, "unnatural", took_ms=199))
-    log.add(answered(log.session, "unnatural", took_ms=200))
-    while log.session.current is not None:
-        log.add(judged(log.session))
+    session, path = rated(copy, "r1", strict, 40)
+    for took_ms in (199, 199, 199, 200):
+        session.take(answered(session, "unnatural", took_ms))
+    while session.current is not None:
+        session.take(judged(session))
+    save(session, path)
     found = counted(copy)
     assert (len(found.answers), len(found.counted)) == (52, 49)
     assert "below the minimum time: 3" in " ".join(report.notes(found))
@@ -603,10 +536,11 @@ def test_a_rater_can_be_left_out(copy):
 
 
 def test_care_is_told_rater_by_rater(copy):
-    log = rated(copy, "r1", strict, 49)
-    log.add(taken_back(log.session))
-    record = answered(log.session, "natural", took_ms=1400)
-    log.add(dataclasses.replace(record, away_ms=5000))
+    session, path = rated(copy, "r1", strict, 49)
+    session.take(taken_back(session))
+    record = answered(session, "natural", took_ms=1400)
+    session.take(dataclasses.replace(record, away_ms=5000))
+    save(session, path)
     one = counted(copy).raters["r1"]
     assert (one.answers, one.median_ms, one.quick) == (49, 900.0, 0.0)
     assert (one.away_ms, one.taken_back) == (5000, 1)
@@ -713,8 +647,8 @@ def test_r_jamovi_and_jasp_import_the_tables(tmp_path):
 
 
 def test_a_copy_and_an_early_copy_count_once(copy):
-    log = rated(copy, "r1", strict)
-    lines = log.path.read_bytes().splitlines(keepends=True)
+    _, path = rated(copy, "r1", strict)
+    lines = path.read_bytes().splitlines(keepends=True)
     (copy / "ratings-r1.jsonl").write_bytes(b"".join(lines[:10]))
     (copy / "ratings-r1 (1).jsonl").write_bytes(b"".join(lines))
     assert max(share.answers for share in counted(copy).shares().values()) == 2
@@ -732,17 +666,16 @@ def test_who_rated_in_several_studies_is_one_rater(copy, tmp_path):
 def test_ratings_that_cant_be_used_are_named_and_stop_nothing(copy):
     rated(copy, "r0", strict)
     whole = counted(copy)
-    first = rated(copy, "r1", strict, 5)
-    other = rated(copy, "r1", lenient, 50, place="elsewhere")
-    gap = rated(copy, "r2", strict)
-    lines = gap.path.read_bytes().splitlines(keepends=True)
-    gap.path.write_bytes(b"".join([*lines[:9], *lines[10:]]))
+    rated(copy, "r1", strict, 5)
+    _, other = rated(copy, "r1", lenient, 50, place="elsewhere")
+    _, gap = rated(copy, "r2", strict)
+    lines = gap.read_bytes().splitlines(keepends=True)
+    gap.write_bytes(b"".join([*lines[:9], *lines[10:]]))
     (copy / "notes.jsonl").write_text("hello\n")
-    log_of(copy / "stray.jsonl", STUDY, "r1")
-    found = counted(copy, other.path)
+    save(begun(STUDY), copy / "stray.jsonl")
+    found = counted(copy, other)
     why = {path.name: str(reason) for path, reason in found.refused}
     assert set(why) == {"r1.jsonl", "r2.jsonl", "notes.jsonl", "stray.jsonl"}
-    assert first.path.name == other.path.name
     for name, said in (
         ("r1.jsonl", "contradict"),
         ("r2.jsonl", "line 9 is missing"),

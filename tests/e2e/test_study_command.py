@@ -6,19 +6,14 @@ import json
 import os
 import re
 import shutil
-import signal
-import subprocess
-import sys
-import urllib.request
 
 import pytest
-from ratings import judged, log_of
+from ratings import begun, judged, save
 from scenes import oval_face
-from timeouts import LONGEST_S
 
-from kogao_core.lab.study import plan
+from kogao_core.lab.study import making, plan
 from kogao_core.lab.study.design import Conduct
-from kogao_core.lab.study.plan import PictureFigures, Study
+from kogao_core.lab.study.plan import PictureFigures
 from kogao_core.projects import interchange
 
 # One picture of each face.
@@ -33,12 +28,13 @@ def cli(cli):
 def answer_all(folder, rater):
     """Rate everything by a rule: these are nobody's ratings."""
     key = plan.load_key(plan.key_path(folder))
-    log = log_of(folder / plan.RATINGS_FOLDER / f"{rater}.jsonl", plan.load_study(folder), rater)
-    while log.session.current is not None:
-        meaning = key.pictures[log.session.current]
+    session = begun(plan.load_study(folder), rater)
+    while session.current is not None:
+        meaning = key.pictures[session.current]
         strange = meaning.variant.percent > 6.0 or meaning.variant.kind == "catch"
         answer = "unnatural" if strange else "natural"
-        log.add(judged(log.session, answer, 92))
+        session.take(judged(session, answer, 92))
+    save(session, folder / plan.RATINGS_FOLDER / f"{rater}.jsonl")
 
 
 def test_a_study_is_made_answered_and_reported(cli, works, portrait, tmp_path):
@@ -47,6 +43,7 @@ def test_a_study_is_made_answered_and_reported(cli, works, portrait, tmp_path):
         "make", portrait, "-o", folder, "--control", "--satisfaction", "--lattices", "0.5,1"
     )
     assert "25 pictures of 1 face" in said
+    assert f"open {folder / making.PAGE_FILE} in a browser" in said
     if os.name == "posix":
         assert plan.key_path(folder).stat().st_mode & 0o077 == 0
     answer_all(folder, "synthetic-1")
@@ -155,7 +152,6 @@ def test_what_cant_be_done_is_said_and_leaves_nothing(fails, portrait, tmp_path)
         (3, "as UTF-8 text", "make", portrait, "-o", tmp_path / "new", "--consent", tmp_path),
         (3, "text.jpg", "make", tmp_path / "text.jpg", "-o", tmp_path / "new"),
         (3, "contains no study", "report", tmp_path / "full"),
-        (3, "contains no study", "rate", tmp_path / "full"),
         (2, "64 printable letters", "make", portrait, "-o", tmp_path / "new", "--seed", "x" * 65),
         (2, "one --key per folder", "report", "a", "b", "--key", "c"),
     ):
@@ -163,8 +159,6 @@ def test_what_cant_be_done_is_said_and_leaves_nothing(fails, portrait, tmp_path)
 
 
 def test_a_study_that_cant_be_finished_leaves_nothing(cli, portrait, tmp_path, monkeypatch):
-    from kogao_core.lab.study import making
-
     made = []
 
     def full(*arguments, **_):
@@ -178,35 +172,3 @@ def test_a_study_that_cant_be_finished_leaves_nothing(cli, portrait, tmp_path, m
     assert code == 3
     assert "No space left" in err
     assert list(tmp_path.iterdir()) == []
-
-
-@pytest.fixture
-def study(tmp_path):
-    """A study whose pictures aren't there: its page is served all the same."""
-    plan.save(Study("a-study", ("0" * 16 + ".jpg",), ()), tmp_path / plan.STUDY_FILE)
-    return tmp_path
-
-
-@pytest.mark.parametrize("ending", [signal.SIGINT, signal.SIGTERM])
-def test_rate_serves_the_page_until_it_is_interrupted(study, ending):
-    # Whoever starts a program in the background may have it ignore Ctrl-C.
-    start = (
-        "import signal; signal.signal(signal.SIGINT, signal.default_int_handler); "
-        "from kogao_core.cli import main; main()"
-    )
-    words = [sys.executable, "-c", start, "experiment", "study", "rate"]
-    program = subprocess.Popen(
-        [*words, study, "--no-browser"],
-        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-    )  # fmt: skip
-    try:
-        address = program.stdout.readline().strip()
-        with urllib.request.urlopen(address) as page:
-            assert b"Natural or unnatural?" in page.read()
-        assert "Ctrl-C" in program.stdout.readline()
-        program.send_signal(ending)
-        assert program.communicate(timeout=LONGEST_S) == ("", "")
-        assert program.returncode == 0
-    finally:
-        program.kill()
-        program.communicate()

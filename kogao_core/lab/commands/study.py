@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
-import threading
-import webbrowser
 from collections.abc import Callable
-from contextlib import suppress
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, Final, get_args
 
 import click
 
-from kogao_core.base import interrupts
 from kogao_core.base.json_reader import BadFile
 from kogao_core.base.language import Text, tr
 from kogao_core.base.wording import shown
@@ -27,7 +23,6 @@ from kogao_core.lab.study import making, plan, tally
 from kogao_core.lab.study.design import Conduct, Rules, variants
 from kogao_core.lab.study.report import notes
 from kogao_core.lab.study.report import report as made_report
-from kogao_core.lab.study.server import Server
 from kogao_core.lab.subjects import Subject
 from kogao_core.recipe.settings import PAPER_CENTERS, Fit
 
@@ -39,8 +34,8 @@ _TEXT: Final = click.Path(path_type=Path)
 def command() -> None:
     """Ask people which faces look natural (table 1, figures 10 and 11).
 
-    make writes pictures and a rating page without labels; rate serves the page in a browser; report
-    counts the answers. See docs/study.md.
+    make writes pictures and a rating page without labels; report counts the answers. See
+    docs/study.md.
     """
 
 
@@ -202,11 +197,17 @@ def make(**given: Any) -> None:
         progress.end()
     ending.print_text(
         tr(
-            "{folder}: {count} pictures of {faces}; to rate: kogao-cli experiment study rate "
-            "{folder}",
+            "{folder}: {count} pictures of {faces}",
             folder=args.folder,
             count=len(key.pictures),
             faces=common.count_of_faces(len(photos)),
+        )
+    )
+    ending.print_text(
+        tr(
+            "to rate: open {page} in a browser; put the saved files into {folder}",
+            page=args.folder / making.PAGE_FILE,
+            folder=args.folder,
         )
     )
     key_file = plan.key_path(args.folder)
@@ -219,31 +220,6 @@ def _subject(path: Path, args: SimpleNamespace) -> Subject:
     photo = reading.read_photo(path, args.max_megapixels)
     (face,) = select(reading.find_faces(photo, args.landmarks, args.points), "largest")
     return dataclasses.replace(making.subject(photo, face), sha256=reading.hash_of(path))
-
-
-@command.command("rate")
-@click.argument("folder", type=click.Path(path_type=Path))
-@words.option("--no-browser", is_flag=True, help="Print the address only.")
-def rate(folder: Path, no_browser: bool) -> None:
-    """Serve the rating page of the study in FOLDER, in a browser on this machine.
-
-    Each answer is saved in FOLDER/ratings before the next picture. Ctrl-C stops the server.
-    """
-    with ending.stopping(BadFile, ending.UNREADABLE), ending.stopping(OSError, ending.BROKEN):
-        server = Server(folder)
-    # A program that reads the last line may stop the server at once.
-    with server, suppress(KeyboardInterrupt), interrupts.raised():
-        click.echo(server.address)
-        click.echo(tr("Raters can use this address one after another. Ctrl-C stops the server."))
-        if not no_browser:
-            # In a thread: a browser in the terminal keeps the call until it is closed.
-            threading.Thread(target=_browse, args=(server.address,), daemon=True).start()
-        server.serve_forever()
-
-
-def _browse(address: str) -> None:
-    if not webbrowser.open(address):
-        ending.print_message(Text("no browser was found; open the address in a browser"))
 
 
 @command.command("report")

@@ -1,5 +1,5 @@
 "use strict";
-// One rating session in a browser. What stands before its keepers is tested without one.
+// One rating session in a browser.
 const study = "STUDY";
 
 // What the page says, in the language that it was made in.
@@ -63,7 +63,7 @@ function fresh(rater, number) {
   const each = Math.min(study.conduct.faces_each || faces, faces);
   const divisor = (a, b) => (b ? divisor(b, a % b) : a);
   const blocks = faces / divisor(faces, each) || 1;
-  if (number === undefined) number = Math.floor(next() * blocks * 2);
+  if (!(Number.isInteger(number) && number >= 0)) number = Math.floor(next() * blocks * 2);
   const judged = new Set();
   for (let k = 0; k < each; k++) for (const name of study.faces[(number * each + k) % faces]) judged.add(name);
   const block = (names) => {
@@ -90,76 +90,44 @@ function file(session) {
   return [head, ...session.records].map((line) => JSON.stringify(line) + "\n").join("");
 }
 
-// What keeps the sessions: the program that served the page, or this browser. `add` says how the session stands.
-const program = {
-  open: async (rater) => {
-    const told = await ask("sessions/" + rater, {});
-    if (told.records) return told;
-    const { order, keys } = fresh(rater, asked("number") || told.number);
-    return ask("sessions/" + rater, { order, keys });
-  },
-  add: async (session, line) => {
-    const further = await ask("sessions/" + session.rater + "/lines", line);
-    return further.records ? further : Object.assign({}, session, { records: [...session.records, line] });
-  },
-  withdraw: (session) => ask("sessions/" + session.rater + "/withdraw", {}),
-};
+// The browser stores the sessions, by the rater's code. Below, the script needs a browser.
+const place = (rater) => "kogao-ratings:" + study.study + ":" + rater;
 
-async function ask(what, content) {
-  const sent = content && { method: "POST", body: JSON.stringify(content) };
-  let reply;
+function stored(rater) {
   try {
-    reply = await fetch(what, sent);
+    return JSON.parse(localStorage.getItem(place(rater)));
   } catch (problem) {
-    throw new Error(word("ended"));
+    return null;
   }
-  const told = await reply.json();
-  if (!reply.ok && told.problem) throw new Error(told.problem);
-  return told;
 }
 
-const browser = {
-  place: "kogao-ratings:" + study.study + ":",
-  stored: (rater) => {
-    try {
-      return JSON.parse(localStorage.getItem(browser.place + rater));
-    } catch (problem) {
-      return null;
-    }
-  },
-  open: async (rater) => browser.stored(rater) || fresh(rater, asked("number")),
-  add: async (session, line) => {
-    // Another tab may have gone on with the same session.
-    const kept = browser.stored(session.rater);
-    if (kept && kept.records.length > session.records.length) return kept;
-    const next = Object.assign({}, session, { records: [...session.records, line] });
-    try {
-      localStorage.setItem(browser.place + session.rater, JSON.stringify(next));
-    } catch (problem) {
-      // It goes on without: the first page has said so, and the answers can be saved at any time.
-    }
-    return next;
-  },
-  withdraw: async (session) => localStorage.removeItem(browser.place + session.rater),
-};
+// Stores a session; without a session, deletes the stored one.
+function store(rater, session) {
+  try {
+    if (session) localStorage.setItem(place(rater), JSON.stringify(session));
+    else localStorage.removeItem(place(rater));
+  } catch (problem) {
+    // The first page has warned that this browser stores nothing.
+  }
+}
 
 // What the address says of the session: its number, or the rater's code under one of the names that are usual.
 function asked(...names) {
   const said = new URLSearchParams(location.search);
-  const value = names.map((name) => said.get(name)).find((one) => one);
-  return value && names[0] === "number" ? Number(value) : value;
+  return names.map((name) => said.get(name)).find((one) => one);
 }
 
 if (typeof document !== "undefined") begin();
 
 function begin() {
   const part = (id) => document.getElementById(id);
-  const keeper = study.served ? program : browser;
   const { conduct } = study;
   // Few scales, CSS px a px, so that few conditions differ: a session has the largest that fits when it begins.
   const scales = [1, 3 / 4, 1 / 2, 3 / 8, 1 / 3];
   const fixed = conduct.size !== "fit";
   let session = null;
+  // Number of lines in the file that was saved last.
+  let saved = 0;
   let scale = null;
   // After how many answers the last pause was.
   let pausedAt = null;
@@ -168,7 +136,6 @@ function begin() {
   let away = 0;
   let leftAt = null;
   let ready = false;
-  let busy = false;
   let touched = false;
 
   const done = () => standing(session.records).length;
@@ -184,7 +151,6 @@ function begin() {
 
   function welcome() {
     const pictures = study.ratings.length;
-    for (const told of document.querySelectorAll(study.served ? ".alone" : ".served")) told.remove();
     // Which key says what is known once a session has begun; its buttons tell.
     if (conduct.swap_keys) for (const told of document.querySelectorAll(".two")) told.remove();
     document.body.classList.toggle("grades", study.satisfaction.length > 0);
@@ -202,10 +168,10 @@ function begin() {
     const code = crypto.getRandomValues(new Uint8Array(4));
     part("rater").value = given ? given.toLowerCase() : kept("kogao-rater")
       || [...code].map((byte) => byte.toString(16).padStart(2, "0")).join("");
-    part("rater").readOnly = Boolean(given);
+    // The browser doesn't check the pattern of a read-only code.
+    part("rater").readOnly = Boolean(given) && part("rater").checkValidity();
     name_keys("fj");
     only("start");
-    if (study.served) return;
     try {
       localStorage.setItem("kogao-study", "1");
     } catch (problem) {
@@ -230,13 +196,9 @@ function begin() {
     part("answers").classList.toggle("swapped", keys === "jf");
   }
 
-  async function open(rater) {
-    try {
-      session = await keeper.open(rater);
-    } catch (problem) {
-      return say("warning", problem.message);
-    }
-    say("warning", "");
+  function open(rater) {
+    saved = 0;
+    session = stored(rater) || fresh(rater, parseInt(asked("number"), 10));
     kept("kogao-rater", rater);
     name_keys(session.keys || "fj");
     part("mine").textContent = word("code", { rater });
@@ -351,21 +313,18 @@ function begin() {
     }));
   }
 
-  async function add(said) {
-    if (busy) return;
-    busy = true;
-    const line = Object.assign({ n: session.records.length + 1 }, said);
-    try {
-      session = await keeper.add(session, line);
-    } catch (problem) {
-      return trouble(problem.message);
-    } finally {
-      busy = false;
+  function add(said) {
+    // Another tab may have continued the session.
+    const newest = stored(session.rater);
+    const behind = newest && newest.records.length > session.records.length;
+    if (behind) {
+      session = newest;
+    } else {
+      session.records.push(Object.assign({ n: session.records.length + 1 }, said));
+      store(session.rater, session);
     }
     show();
-    if (session.records[session.records.length - 1] !== line) {
-      trouble(word("elsewhere"));
-    }
+    if (behind) trouble(word("elsewhere"));
   }
 
   const present = () => document.visibilityState === "visible" && document.hasFocus();
@@ -413,30 +372,27 @@ function begin() {
     link.href = URL.createObjectURL(new Blob([file(session)], { type: "application/jsonl" }));
     link.click();
     setTimeout(() => URL.revokeObjectURL(link.href), 10000);
+    saved = session.records.length;
   }
 
-  async function withdraw() {
-    if (busy || !confirm(word("withdraw_sure"))) return;
-    try {
-      await keeper.withdraw(session);
-    } catch (problem) {
-      return trouble(problem.message);
-    }
+  function withdraw() {
+    if (!confirm(word("withdraw_sure"))) return;
+    store(session.rater, null);
     only("end");
     part("said").textContent = word("withdrawn");
     say("debriefing", conduct.debriefing);
     say("completion", "");
-    for (const told of document.querySelectorAll("#end .alone, #again, .withdraw")) told.remove();
+    for (const told of document.querySelectorAll("#end .save, #hand, #again, .withdraw")) told.remove();
     session = null;
     part("thanks").focus();
   }
 
   function finish() {
     only("end");
-    part("said").textContent = word("said", { n: done(), rater: session.rater });
+    part("said").textContent = word("said", { n: done() });
     say("debriefing", conduct.debriefing);
     say("completion", conduct.completion_code && word("completion", { code: conduct.completion_code }));
-    if (part("hand")) part("hand").textContent = word("hand", { file: "ratings-" + session.rater + ".jsonl" });
+    part("hand").textContent = word("hand", { file: "ratings-" + session.rater + ".jsonl" });
     part("thanks").focus();
   }
 
@@ -469,6 +425,9 @@ function begin() {
   document.addEventListener("visibilitychange", attend);
   for (const button of document.querySelectorAll(".withdraw")) button.addEventListener("click", withdraw);
   addEventListener("resize", relay);
+  addEventListener("beforeunload", (event) => {
+    if (session && session.records.length > saved) event.preventDefault();
+  });
   document.addEventListener("keydown", (event) => {
     if (!part("pause").hidden && event.key === "Enter") {
       event.preventDefault();

@@ -22,23 +22,18 @@ PAGE: Final = {
     "title": Text("Natural or unnatural?"),
     "back_key": Text("undo the last answer"),
     "then": Text("After these, you grade some pictures from 0 to 100."),
-    "stop_alone": Text(
+    "stop": Text(
         "You may stop at any time and continue later in this browser. You may withdraw: all "
         "your answers are deleted at once."
-    ),
-    "stop_served": Text(
-        "You may stop at any time and continue later. You may withdraw: all your answers are "
-        "deleted at once."
     ),
     "withdraw": Text("Withdraw my answers"),
     "kept": Text(
         "The study stores your answers, the time of each answer and the size of the pictures "
         "under the code below. No name and no address are stored."
     ),
-    "stay_alone": Text(
+    "stay": Text(
         "The data stays on this computer until you save the file at the end and hand over the file."
     ),
-    "stay_served": Text("The data stays on this computer."),
     "window": Text("Make this window as large as possible, and keep this size."),
     "again": Text("Keep the code: to continue later, type the same code."),
     "agree": Text("I have read this and agree to take part."),
@@ -54,7 +49,6 @@ PAGE: Final = {
     "take_back": Text("Undo"),
     "save_so_far": Text("Save answers so far"),
     "thanks": Text("Thank you"),
-    "close": Text("You may close this page."),
     "save": Text("Save my answers"),
     "last_back": Text("Undo the last answer"),
 }
@@ -87,10 +81,6 @@ SCRIPT: Final = {
         "You will see {n} pictures one after another. For each picture, answer quickly: does "
         "the face look natural or unnatural?"
     ),
-    "ended": Text(
-        "Kogao was closed. All answers are saved. Start Kogao again and continue with your "
-        "code on the new page."
-    ),
     "keeps_nothing": Text(
         "This browser stores no data for local files. Finish the session without a break and "
         "save at the end."
@@ -106,7 +96,7 @@ SCRIPT: Final = {
     "elsewhere": Text(
         "This session was continued in another window. This window continues from there."
     ),
-    "said": Text("{n} answers are stored under the code {rater}."),
+    "said": Text("{n} answers are stored in this browser only. Save them as a file."),
     "withdraw_sure": Text("Delete all your answers? This can't be undone."),
     "withdrawn": Text("Your answers have been deleted."),
     "hand": Text("Hand the file {file} to the person who invited you."),
@@ -114,17 +104,16 @@ SCRIPT: Final = {
 """Texts of `page.js`, which fills in the fields."""
 
 
-def page(study: Study, folder: Path, *, served: bool = False) -> str:
+def page(study: Study, folder: Path) -> str:
     """Return the page for the folder of the pictures, in the current language.
 
     The content security policy allows the page's script and style (by digest) and pictures of the
     folder. All other requests are blocked.
     """
     style = _part("page.css").replace("SURROUND", SURROUND)
-    script = _part("page.js").replace('"STUDY"', _data(study, folder, served))
-    reached = "connect-src 'self'; img-src 'self' data:" if served else "img-src 'self' file: data:"
+    script = _part("page.js").replace('"STUDY"', _data(study, folder))
     policy = (
-        f"default-src 'none'; {reached}; script-src {_digest(script)}; "
+        f"default-src 'none'; img-src 'self' file: data:; script-src {_digest(script)}; "
         f"style-src {_digest(style)}; base-uri 'none'; form-action 'none'"
     )
     filled = {"POLICY": policy, "STYLE": style, "SCRIPT": script}
@@ -136,13 +125,12 @@ def page(study: Study, folder: Path, *, served: bool = False) -> str:
     return text
 
 
-def _data(study: Study, folder: Path, served: bool) -> str:
+def _data(study: Study, folder: Path) -> str:
     content = {
         **study.to_dict(),
-        "header": results.header(study, "", "page"),
+        "header": results.header(study),
         "box": _box(study, folder),
         "least_ms": LEAST_MS,
-        "served": served,
         "words": {name: translated(text) for name, text in SCRIPT.items()},
     }
     return json.dumps(content).replace("<", "\\u003c")

@@ -1,22 +1,17 @@
-"""Log of one rater's answers: an append-only file with one line of JSON per answer.
+"""Ratings: files of one rater's answers, saved by the page, with one line of JSON per answer.
 
-Each answer is on the disk before the next picture is shown. An undone answer gets a further line.
-A program killed while writing leaves an incomplete last line, which readers ignore; the next answer
-begins on a new line.
+An undone answer gets a further line. Incomplete lines are ignored: earlier versions wrote each
+answer at once and could be killed.
 """
 
 from __future__ import annotations
 
-import errno
-import json
-import os
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final, Literal
 
 from kogao_core import __version__
-from kogao_core.base.atomic import check_target
 from kogao_core.base.json_reader import BadFile, Node, parse, read
 from kogao_core.base.language import Text
 from kogao_core.lab.study import plan
@@ -49,7 +44,7 @@ class Display:
 
 @dataclass(frozen=True, slots=True)
 class Record:
-    """One line of a log: an answer, or the undo of the last answer."""
+    """One line of ratings: an answer, or the undo of the last answer."""
 
     number: int  # number of the line in the session, from 1
     picture: str  # name
@@ -62,23 +57,6 @@ class Record:
     took_ms: int = 0
     away_ms: int = 0
     display: Display | None = None  # None for an undo
-
-    @property
-    def skipped(self) -> bool:
-        """True for an answer without a value."""
-        return not self.back and self.answer is None and self.grade is None
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return plain JSON values."""
-        line: dict[str, Any] = {"n": self.number, "picture": self.picture}
-        if self.back:
-            return {**line, "back": True}
-        line |= {"grade": self.grade} if self.answer is None else {"answer": self.answer}
-        line |= {"ms": self.took_ms, "away": self.away_ms}
-        if self.display is not None:
-            seen = self.display
-            line |= {"shown": list(seen.shown), "window": list(seen.window), "ratio": seen.ratio}
-        return line
 
 
 @dataclass(slots=True)
@@ -155,8 +133,6 @@ class Session:
             raise BadFile(
                 Text("line {number} is about a picture that wasn't shown then", number=number)
             )
-        elif record.skipped and record.picture not in self.study.satisfaction:
-            raise BadFile(Text("line {number} has no answer", number=number))
 
     def take(self, record: Record) -> None:
         """Add a record after `check`. Raises BadFile."""
@@ -178,74 +154,26 @@ class Ratings:
     order: tuple[str, ...]  # in which the pictures are shown
     keys: Keys  # for natural and unnatural
     records: tuple[Record, ...]  # the lines in their order
-    torn: int  # number of incomplete lines, left by a killed program
+    torn: int  # number of incomplete lines, for example of a killed program
 
     def session(self, study: Study) -> Session:
-        """Return the logged session. Raises BadFile."""
+        """Return the session. Raises BadFile."""
         return Session(study, self.rater, self.order, list(self.records), self.keys)
 
 
-class Log:
-    """File of a session, opened to append; a new file stores the given order."""
-
-    def __init__(
-        self, path: Path, study: Study, rater: str, order: Sequence[str], keys: Keys = "fj"
-    ) -> None:
-        self.path = path
-        check_target(path)
-        data = path.read_bytes() if path.exists() else b""
-        self._on_new_line = not data or data.endswith(b"\n")
-        if b"\n" in data:
-            logged = load(path)
-            if (logged.study, logged.rater) != (study.identity, rater):
-                raise BadFile(Text("{path} contains ratings of another study or rater", path=path))
-            self.session = logged.session(study)
-        else:
-            self.session = Session(study, rater, tuple(order), keys=keys)
-            path.parent.mkdir(parents=True, exist_ok=True)
-            self._write({**header(study, rater, "program"), "keys": keys, "order": order})
-
-    def add(self, record: Record) -> None:
-        """Write a record to the disk, then add the record to the session. Raises BadFile."""
-        self.session.check(record)
-        self._write(record.to_dict())
-        self.session.take(record)
-
-    def _write(self, line: dict[str, Any]) -> None:
-        text = json.dumps(line, allow_nan=False) + "\n"
-        data = (text if self._on_new_line else "\n" + text).encode()
-        flags = os.O_WRONLY | os.O_APPEND | os.O_CREAT | getattr(os, "O_BINARY", 0)
-        file = os.open(self.path, flags, 0o644)
-        try:
-            size = os.fstat(file).st_size
-            try:
-                if os.write(file, data) != len(data):
-                    raise OSError(errno.ENOSPC, Text("only a part of the line was written"))
-                os.fsync(file)
-            except OSError:
-                # Remove the incomplete line: the repeated answer would be in the file twice.
-                os.ftruncate(file, size)
-                raise
-        finally:
-            os.close(file)
-        self._on_new_line = True
-
-
-def header(study: Study, rater: str, via: str) -> dict[str, Any]:
-    """Return the first line of a log, without the order of the pictures."""
+def header(study: Study) -> dict[str, Any]:
+    """Return the first line of ratings, without rater, keys and order."""
     return {
         "format": _FORMAT,
         "version": VERSION,
         "study": study.identity,
-        "rater": rater,
-        "via": via,
         "program": __version__,
         "surround": SURROUND,
     }
 
 
 def load(path: Path) -> Ratings:
-    """Read a log, written by the program or saved by the page. Raises BadFile."""
+    """Read a file of ratings. Raises BadFile."""
     data = read(path, _MOST_BYTES)
     if len(data) > _MOST_BYTES:
         raise BadFile(Text("{path} is too large for a rating file", path=path))
@@ -289,7 +217,7 @@ def record(node: Node) -> Record:
     if node.field("back").value is not None:
         node.only(("n", "picture", "back")).field("back").flag()
         return Record(number, picture, back=True)
-    # Logs of 1.0.0 have degrees of visual angle and a viewing distance.
+    # Files of 1.0.0 have degrees of visual angle and a viewing distance.
     viewed = ("ms", "away", "shown", "window", "ratio", "degrees", "distance")
     took, away = (node.field(name).whole(0, _LONGEST_MS) for name in viewed[:2])
     display = _display(node)

@@ -298,7 +298,7 @@ def tally(
 
 
 def _rating_files(folder: Path) -> list[Path]:
-    """Return the rating files in a study folder: written by the program, or handed in."""
+    """Return the rating files in a study folder."""
     places = (folder, folder / plan.RATINGS_FOLDER)
     found = sorted(path for place in places for path in place.glob(f"*{results.SUFFIX}"))
     return found[:_MOST_FILES]
