@@ -103,6 +103,19 @@ def _at(line: Array, length: npt.ArrayLike) -> Array:
     return np.column_stack(columns)
 
 
+def sampled(strokes: Strokes, step_px: float) -> tuple[Array, Array, Array]:
+    """Return places along strokes (N, 2), the length that each stands for, and its radius, px."""
+    places, lengths, radii = [], [], []
+    for stroke in strokes:
+        length = float(arc_lengths(stroke.points_px)[-1])
+        count = max(1, int(np.ceil(length / step_px)))
+        places.append(_at(stroke.points_px, (np.arange(count) + 0.5) / count * length))
+        # A dot is as long as wide.
+        lengths.append(np.full(count, (length + 2.0 * stroke.radius_px) / count))
+        radii.append(np.full(count, stroke.radius_px))
+    return np.concatenate(places), np.concatenate(lengths), np.concatenate(radii)
+
+
 def _part(line: Array, start: float, end: float) -> Array:
     """Return the corners of a line from one length along it to another."""
     along = arc_lengths(line)

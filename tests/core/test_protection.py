@@ -1,5 +1,6 @@
 """Protected places keep their pixels and the face beside them is undamaged."""
 
+import dataclasses
 import itertools
 
 import cv2
@@ -9,13 +10,15 @@ from scenes import oval_face, textured_photo
 
 from kogao_core.background.lines import bends, straight_lines
 from kogao_core.base.geometry import Affine
+from kogao_core.faces.targets import aim
 from kogao_core.pipeline import render
 from kogao_core.recipe.recipe import SETTINGS, Recipe
 from kogao_core.warp.brush import Brushwork
-from kogao_core.warp.field import Field
+from kogao_core.warp.field import Field, shown_at
 from kogao_core.warp.lattice import Grid, Lattice
 from kogao_core.warp.one_to_one import protected_slopes
 from kogao_core.warp.protection import Protection, Stroke, axes, share
+from kogao_core.warp.surround import near_protected
 
 WIDTH, HEIGHT = 960, 720
 RECIPE = Recipe(percent=8)
@@ -71,8 +74,8 @@ def strokes_round(face):
 def test_no_stroke_round_a_face_squeezes_the_picture_or_holds_the_whole_face_back(percent):
     face = oval_face(WIDTH, HEIGHT, size=0.5)
     photo, recipe = textured_photo(WIDTH, HEIGHT), Recipe(percent=percent)
-    free = render(photo, [face], recipe).one_to_one.min_det
-    least = []
+    unprotected = render(photo, [face], recipe)
+    free, moved = unprotected.one_to_one.min_det, []
     for protection in strokes_round(face):
         made = render(photo, [face], recipe, protection=protection)
         assert made.shares == (1.0,)
@@ -85,8 +88,56 @@ def test_no_stroke_round_a_face_squeezes_the_picture_or_holds_the_whole_face_bac
         ]
         far = np.min(apart, axis=0) > 0.3 * np.ptp(face.outline[:, 0])
         assert shares[far].min(initial=1.0) > 0.9
-        least.append(shares.min())
-    assert np.mean(np.array(least) < 0.95) > 0.5, "the strokes are too far away to show anything"
+        assert shares[far].mean() > 0.98
+        places = np.concatenate([_dense(s.points_px) for s in protection.strokes])
+        moved.append(np.hypot(*unprotected.field.at(places).T).max())
+    assert np.mean(np.array(moved) > 2.0) > 0.8, "the strokes are too far away to show anything"
+
+
+@pytest.mark.parametrize("percent", [4.0, 8.0, -6.0])
+def test_a_face_keeps_its_shape_beside_protected_places_and_shrinks_by_the_whole_amount(percent):
+    face = oval_face(WIDTH, HEIGHT, size=0.5)
+    photo, recipe = np.zeros((HEIGHT, WIDTH), np.uint8), Recipe(percent=percent)
+    (ear, chin), width = face.outline[[2, 10]], np.ptp(face.outline[:, 0])
+    upright = Protection().with_stroke([ear - (0.05 * width, y) for y in (250.0, -200.0)], 8.0)
+    below = Protection().with_stroke([chin + np.array((x, 14.0)) for x in (-80.0, 80.0)], 6.0)
+    eye = Protection().with_stroke([face.eyes[:2].mean(axis=0)], 0.1 * width)
+    for protection in (upright, below, eye):
+        made = render(photo, [face], recipe, protection=protection)
+        shown = shown_at(made.field, face.points)
+        similarity, _ = cv2.estimateAffinePartial2D(face.points, shown, method=cv2.LMEDS)
+        expected = face.points @ similarity[:, :2].T + similarity[:, 2]
+        assert np.sqrt(((shown - expected) ** 2).sum(axis=1).mean()) < 0.01 * width
+        assert np.linalg.det(similarity[:, :2]) == pytest.approx((1 - percent / 100) ** 2, rel=0.02)
+
+
+def test_a_stroke_that_approaches_a_face_moves_its_targets_gradually():
+    face = oval_face(WIDTH, HEIGHT, size=0.5)
+    pairs, step = aim(face, RECIPE), 3.0
+    x = np.arange(5.0, face.outline[:, 0].max(), step)
+    strokes = [(Stroke([(at, 300.0), (at, 500.0)], 4.0),) for at in x]
+    targets = np.array([near_protected([pairs], [face], one)[0].target_px for one in strokes])
+    np.testing.assert_array_equal(targets[0], pairs.target_px)
+    shifts = np.hypot(*np.diff(targets[:, 0], axis=0).T)
+    assert 0.0 < shifts.max() < 0.3 * step
+
+
+def test_targets_placed_by_hand_and_faces_that_move_alone_ignore_protected_places():
+    face = oval_face(WIDTH, HEIGHT, size=0.5)
+    near = (Stroke(face.outline[:4] - (9.0, 0.0), 4.0),)
+    targets = np.full_like(face.outline, np.nan)
+    targets[3] = face.outline[3] + (2.0, 5.0)
+    by_hand = dataclasses.replace(face, targets=targets)
+    before = aim(by_hand, RECIPE)
+    (after,) = near_protected([before], [by_hand], near)
+    moved = np.hypot(*(after.target_px - before.target_px).T)
+    assert moved[3] == 0.0
+    np.testing.assert_allclose(np.delete(moved, 3), moved[0])
+    assert moved[0] > 1.0
+    alone = aim(face, Recipe(percent=8, scope="face"))
+    (unchanged,) = near_protected([alone], [face], near)
+    np.testing.assert_array_equal(unchanged.target_px, alone.target_px)
+    np.testing.assert_array_equal(unchanged.center_px, alone.center_px)
 
 
 def _dense(line):
