@@ -331,9 +331,12 @@ def near_protected(
     sizes = [HeadFrame.of(face).height_px for face in faces]
     if not (strokes and sizes):
         return tuple(pairs)
-    places, lengths, radii = sampled(strokes, min(sizes) / _SAMPLES)
-    found = []
+    every, found = sampled(strokes, min(sizes) / _SAMPLES), []
     for pair, face, size in zip(pairs, faces, sizes, strict=True):
+        reach = every[:, 3:] + _ATTRACTED * size
+        low, high = face.points.min(axis=0) - reach, face.points.max(axis=0) + reach
+        near = every[((every[:, :2] > low) & (every[:, :2] < high)).all(axis=1)]
+        places, (lengths, radii) = near[:, :2], near[:, 2:].T
         away = (away_px(places, face.points) - radii) / (_ATTRACTED * size)
         weights = lengths / size * smoothstep(1.0 - away)
         shift = weights @ (places - pair.center_px) / (_OWN_WEIGHT + weights.sum())

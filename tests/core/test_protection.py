@@ -6,6 +6,7 @@ import itertools
 import cv2
 import numpy as np
 import pytest
+from edges_along import held_along
 from scenes import oval_face, textured_photo
 
 from kogao_core.background.lines import bends, straight_lines
@@ -17,7 +18,7 @@ from kogao_core.warp.brush import Brushwork
 from kogao_core.warp.field import Field, shown_at
 from kogao_core.warp.lattice import Grid, Lattice
 from kogao_core.warp.one_to_one import protected_slopes
-from kogao_core.warp.protection import Protection, Stroke, axes, share
+from kogao_core.warp.protection import Protection, Stroke, axes, sampled, share
 from kogao_core.warp.surround import near_protected
 
 WIDTH, HEIGHT = 960, 720
@@ -94,6 +95,22 @@ def test_no_stroke_round_a_face_squeezes_the_picture_or_holds_the_whole_face_bac
     assert np.mean(np.array(moved) > 2.0) > 0.8, "the strokes are too far away to show anything"
 
 
+def test_strokes_beside_held_lines_keep_their_pixels_and_squeeze_nothing():
+    face = oval_face(WIDTH, HEIGHT, size=0.5)
+    photo, frame = textured_photo(WIDTH, HEIGHT), door_frame(face)
+    held = held_along([frame, [(200.0, 640.0), (760.0, 620.0)]], [face])
+    for protection in itertools.islice(strokes_round(face), 1, None, 4):
+        made = render(photo, [face], RECIPE, protection=protection, held=held)
+        assert made.shares == (1.0,)
+        assert made.one_to_one.certified
+        assert made.one_to_one.min_det > 0.55
+        assert made.field.lattices != made.unheld.lattices
+        places = np.concatenate([_dense(s.points_px) for s in protection.strokes])
+        x, y = np.rint(places[((places > 0) & (places < (WIDTH - 1, HEIGHT - 1))).all(axis=1)]).T
+        at = y.astype(int), x.astype(int)
+        np.testing.assert_array_equal(made.pixels[at], photo[at])
+
+
 @pytest.mark.parametrize("percent", [4.0, 8.0, -6.0])
 def test_a_face_keeps_its_shape_beside_protected_places_and_shrinks_by_the_whole_amount(percent):
     face = oval_face(WIDTH, HEIGHT, size=0.5)
@@ -120,6 +137,14 @@ def test_a_stroke_that_approaches_a_face_moves_its_targets_gradually():
     np.testing.assert_array_equal(targets[0], pairs.target_px)
     shifts = np.hypot(*np.diff(targets[:, 0], axis=0).T)
     assert 0.0 < shifts.max() < 0.3 * step
+
+
+@pytest.mark.parametrize("step_px", [1e-9, 40.0])
+def test_places_along_strokes_are_limited_and_stand_for_the_whole_length(step_px):
+    strokes = Stroke([(0.0, 0.0), (3000.0, 4000.0)], 5.0), Stroke([(9.0, 9.0)], 5.0)
+    places = sampled(strokes, step_px)
+    assert len(places) <= 20_002
+    assert places[:, 2].sum() == pytest.approx(5000.0 + 2.0 * 10.0)
 
 
 def test_targets_placed_by_hand_and_faces_that_move_alone_ignore_protected_places():
