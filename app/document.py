@@ -26,6 +26,7 @@ from kogao_core.recipe.recipe import FACE_FIELDS, Recipe
 from kogao_core.warp.brush import UNTOUCHED, Brushwork
 from kogao_core.warp.lens import LensCorrection
 from kogao_core.warp.protection import NOTHING, Protection
+from kogao_core.warp.surround import near_protected
 
 if TYPE_CHECKING:
     from .render.pictures import PicturePyramid
@@ -57,7 +58,8 @@ class State(Sheet):
     def pairs(self) -> tuple[Pairs, ...]:
         """Landmarks, targets and centre of every face, switched off faces included."""
         seen = self._lensed or repeat(None)
-        return tuple(map(aim, self.faces, repeat(self.recipe), seen, repeat(self.image)))
+        aimed = tuple(map(aim, self.faces, repeat(self.recipe), seen, repeat(self.image)))
+        return near_protected(aimed, self.seen, self.protection.strokes)
 
     @property
     def seen(self) -> Sequence[Face]:

@@ -38,7 +38,7 @@ from kogao_core.warp.limits import check_corners, check_strokes
 from kogao_core.warp.measures import achieved_percent, protected_shares
 from kogao_core.warp.one_to_one import OneToOne, check_one_to_one
 from kogao_core.warp.protection import NOTHING, Protection
-from kogao_core.warp.surround import surrounds_of
+from kogao_core.warp.surround import near_protected, surrounds_of
 
 # The stages in order, with visible names; all time measurements use these keys.
 STAGES: Final = {
@@ -346,7 +346,8 @@ def render(
             lens = LensCorrection.of(faces, recipe, edges)
             seen = lens.faces or faces
             recipes = [recipe.of_face(face.recipe) for face in faces]
-            requested = tuple(map(aim, faces, recipes, seen, repeat(edges)))
+            aimed = tuple(map(aim, faces, recipes, seen, repeat(edges)))
+            requested = near_protected(aimed, seen, protection.strokes)
             pairs = (
                 tuple(attenuated_near_edge(pair, edges) for pair in requested)
                 if recipe.guard

@@ -27,6 +27,7 @@ from kogao_core.warp.fit import Problem, quantised
 from kogao_core.warp.frame import edges_px, zero_on_edges
 from kogao_core.warp.guard import LEAST_DET, bisected, is_safe
 from kogao_core.warp.lattice import ORDER, Grid, Lattice, basis, groups
+from kogao_core.warp.lens import away_px
 from kogao_core.warp.one_to_one import least_det
 
 # All lengths are in lattice spacings. A row counts nothing so near to a landmark, and in full so
@@ -181,9 +182,9 @@ class _Steady:
         )
         triples, normals, weights = _near_rows(edges, self.room, swept, h)
         near = near[self.room.reaches(near)]
-        near = _thinned(near[_away(near, swept, h) > _TOUCHING], 0.5 * h)
+        near = _thinned(near[away_px(near, swept) > _TOUCHING * h], 0.5 * h)
         # Nearly exact where a neighbour is clear of the face, soft where both meet.
-        clear = _away(near, swept, h) / _TOUCHING - np.array([[1.0], [2.0]])
+        clear = away_px(near, swept) / (_TOUCHING * h) - np.array([[1.0], [2.0]])
         soft, exact = np.clip(clear, 0.0, 1.0) ** 2
         self._edges, self._normals = len(weights), normals
         self.weights = np.concatenate([weights, _NEIGHBOUR * soft + _STILL * exact])
@@ -337,7 +338,7 @@ def _near_rows(
     places, normals, weights = edges.places_px, edges.normals, edges.weights
     on = room.reaches(places.reshape(-1, 2)).reshape(-1, 3).any(axis=1)
     places, normals, weights = places[on], normals[on], weights[on]
-    apart = _away(places.reshape(-1, 2), landmarks, h).reshape(-1, 3).min(axis=1, initial=np.inf)
+    apart = away_px(places.reshape(-1, 2), landmarks).reshape(-1, 3).min(axis=1) / h
     weights = weights * np.clip((apart - _FREE) / (_ALL - _FREE), 0.0, 1.0) ** 2
     on = weights > 0.0
     return places[on], normals[on], weights[on]
@@ -357,14 +358,6 @@ def _edge_places(problem: Problem, room: Lattice) -> Iterator[tuple[int, Array]]
                 places = np.empty((len(along), 2))
                 places[:, axis], places[:, 1 - axis] = edge, along
                 yield axis, places
-
-
-def _away(places: Array, landmarks: Array, h: float) -> Array:
-    """Return the distance of places from the nearest landmark, (N,)."""
-    places, landmarks = places - landmarks[0], landmarks - landmarks[0]
-    # One product of matrices takes a third of the time of differences.
-    nearest = ((landmarks**2).sum(axis=1)[:, None] - 2.0 * landmarks @ places.T).min(axis=0)
-    return np.asarray(np.sqrt(np.maximum(nearest + (places**2).sum(axis=1), 0.0)) / h)
 
 
 def _face_places(outline: Array, h: float) -> Array:

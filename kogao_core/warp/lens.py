@@ -345,8 +345,12 @@ def _nearness(heads: Sequence[Head]) -> Array:
 
 def away_px(points: Array, others_px: Array) -> Array:
     """Return the distance of points (N, 2) from the nearest of others (M, 2), (N,), px."""
-    apart = points[:, None] - others_px
-    return np.asarray(np.hypot(apart[..., 0], apart[..., 1]).min(axis=1, initial=np.inf))
+    start = points[:1].sum(axis=0)
+    points, others_px = points - start, others_px - start
+    # One product of matrices takes a third of the time of differences.
+    apart = (others_px**2).sum(axis=1)[:, None] - 2.0 * others_px @ points.T
+    nearest = apart.min(axis=0, initial=np.inf) + (points**2).sum(axis=1)
+    return np.asarray(np.sqrt(np.maximum(nearest, 0.0)))
 
 
 def _apart(rho: Array) -> Array:

@@ -86,14 +86,7 @@ def check_protection(protection: Protection, image: Box) -> None:
         )
         if 2.0 * stroke.radius_px > widest:
             raise OutOfBounds(
-                Text(
-                    "protected line {number} has a width of {width:g} px, on a photo whose longer "
-                    "side is {longer:g} px; at most {widest:g} px are allowed",
-                    number=number,
-                    width=2.0 * stroke.radius_px,
-                    longer=longer,
-                    widest=widest,
-                )
+                Text("protected line {number} is wider than {px:g} px", number=number, px=widest)
             )
 
 

@@ -22,6 +22,7 @@ from kogao_core.base.geometry import Affine, Array, arc_lengths, frozen, smooths
 from kogao_core.base.language import Text
 
 _LEAST_STEP_PX: Final = 0.25  # between the places where an eraser may cut a stroke
+_MOST_PLACES: Final = 20_000  # of `sampled`, beside one for each stroke
 # The fade is this many times as wide as the displacement is long.
 WIDTH: Final = 4.0
 # A stroke has no effect where its u is at least this.
@@ -101,6 +102,19 @@ def _at(line: Array, length: npt.ArrayLike) -> Array:
     along = arc_lengths(line)
     columns = [np.interp(np.atleast_1d(length), along, line[:, axis]) for axis in (0, 1)]
     return np.column_stack(columns)
+
+
+def sampled(strokes: Strokes, step_px: float) -> Array:
+    """Return places along strokes, the length each stands for and its radius, (N, 4), px."""
+    lengths = [float(arc_lengths(stroke.points_px)[-1]) for stroke in strokes]
+    step_px, parts = max(step_px, sum(lengths) / _MOST_PLACES), []
+    for stroke, length in zip(strokes, lengths, strict=True):
+        count = max(1, int(np.ceil(length / step_px)))
+        places = _at(stroke.points_px, (np.arange(count) + 0.5) / count * length)
+        # A dot is as long as wide.
+        each = (length + 2.0 * stroke.radius_px) / count, stroke.radius_px
+        parts.append(np.column_stack([places, np.tile(each, (count, 1))]))
+    return np.concatenate(parts)
 
 
 def _part(line: Array, start: float, end: float) -> Array:

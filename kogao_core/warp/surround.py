@@ -34,6 +34,7 @@ from kogao_core.recipe.recipe import Recipe
 from kogao_core.warp.field import inverted
 from kogao_core.warp.frame import edges_px
 from kogao_core.warp.lens import NO_LENS, NOBODY, LensCorrection, away_px
+from kogao_core.warp.protection import Strokes, sampled
 
 # The head moves whole up to this rho: straight up, which reaches past the crown, and straight
 # down. Straight to the sides it is 1. Larger values move more hair, more neck.
@@ -70,6 +71,11 @@ _NEAR: Final = (0.75, 1.0)
 _STEEP: Final = (0.6, 0.9)
 _ROOM: Final = 5.0  # width of that room, in moves; larger: less squeezed, more background moves
 _DEPTH: Final = 0.4  # the rho from which it moves the face; larger: a steeper cheek
+# Protected places up to this far from a landmark attract the pivot, in eyes-to-chin distances.
+_ATTRACTED: Final = 0.5
+# The pivot's own weight against a protected line as long as the eyes-to-chin distance.
+_OWN_WEIGHT: Final = 0.25
+_SAMPLES: Final = 20  # of such a line
 _DIRECTIONS: Final = 73  # in which the ends of the displaced region are sampled
 _TURN: Final = 2.0 * np.pi
 _STEPS: Final = 3  # of a fixed-point iteration, each ten times nearer to the solution
@@ -312,6 +318,34 @@ class _FaceBoundary:
     def moved_px(self, angles: Array, moves_px: Array) -> Array:
         """Return `moves_px` or `hairline_px` of the rim in directions of shape (N,); (N, 2), px."""
         return np.stack([np.interp(angles, self.angles, move) for move in moves_px.T], axis=-1)
+
+
+def near_protected(
+    pairs: Sequence[Pairs], faces: Sequence[Face], strokes: Strokes
+) -> tuple[Pairs, ...]:
+    """Move the pivot of each head towards protected places nearby, and all targets alike.
+
+    A head that shrinks about such a place moves little there and keeps its shape. Targets placed by
+    hand stay.
+    """
+    sizes = [HeadFrame.of(face).height_px for face in faces]
+    if not (strokes and sizes):
+        return tuple(pairs)
+    every, found = sampled(strokes, min(sizes) / _SAMPLES), []
+    for pair, face, size in zip(pairs, faces, sizes, strict=True):
+        reach = every[:, 3:] + _ATTRACTED * size
+        low, high = face.points.min(axis=0) - reach, face.points.max(axis=0) + reach
+        near = every[((every[:, :2] > low) & (every[:, :2] < high)).all(axis=1)]
+        places, (lengths, radii) = near[:, :2], near[:, 2:].T
+        away = (away_px(places, face.points) - radii) / (_ATTRACTED * size)
+        weights = lengths / size * smoothstep(1.0 - away)
+        shift = weights @ (places - pair.center_px) / (_OWN_WEIGHT + weights.sum())
+        moved = pair.target_px + pair.head_share * shift
+        if face.targets is not None:
+            moved = np.where(np.isnan(face.targets), moved, pair.target_px)
+        center = pair.center_px + (shift if pair.head_share else 0.0)
+        found.append(dataclasses.replace(pair, target_px=moved, center_px=center))
+    return tuple(found)
 
 
 def surrounds_of(

@@ -54,6 +54,8 @@ def test_a_brush_stroke_protects_and_is_one_undo_step(opened, pixels):
     np.testing.assert_array_equal(opened.shown, expected(opened, pixels))
     moved = np.hypot(*opened.editor.view.frame.rendering.field.at(stroke.points_px).T)
     assert moved.max() == 0.0
+    (drawn,), (listed,) = opened.editor.view.frame.rendering.pairs, opened.state.pairs
+    np.testing.assert_allclose(listed.target_px, drawn.target_px, atol=1e-6)
     assert "points move less" in opened.panel("protect").reduced.text()
     assert opened.editor.document.undo.count() == 1
     assert opened.editor.document.undo.undoText() == "Protect"

@@ -1,22 +1,26 @@
 """Protected places keep their pixels and the face beside them is undamaged."""
 
+import dataclasses
 import itertools
 
 import cv2
 import numpy as np
 import pytest
+from edges_along import held_along
 from few_cases import few_of
 from scenes import oval_face, textured_photo
 
 from kogao_core.background.lines import bends, straight_lines
 from kogao_core.base.geometry import Affine
+from kogao_core.faces.targets import aim
 from kogao_core.pipeline import render
 from kogao_core.recipe.recipe import SETTINGS, Recipe
 from kogao_core.warp.brush import Brushwork
-from kogao_core.warp.field import Field
+from kogao_core.warp.field import Field, shown_at
 from kogao_core.warp.lattice import Grid, Lattice
 from kogao_core.warp.one_to_one import protected_slopes
-from kogao_core.warp.protection import Protection, Stroke, axes, share
+from kogao_core.warp.protection import Protection, Stroke, axes, sampled, share
+from kogao_core.warp.surround import near_protected
 
 WIDTH, HEIGHT = 960, 720
 RECIPE = Recipe(percent=8)
@@ -72,8 +76,8 @@ def strokes_round(face):
 def test_no_stroke_round_a_face_squeezes_the_picture_or_holds_the_whole_face_back(percent):
     face = oval_face(WIDTH, HEIGHT, size=0.5)
     photo, recipe = textured_photo(WIDTH, HEIGHT), Recipe(percent=percent)
-    free = render(photo, [face], recipe).one_to_one.min_det
-    least = []
+    unprotected = render(photo, [face], recipe)
+    free, moved = unprotected.one_to_one.min_det, []
     for protection in strokes_round(face):
         made = render(photo, [face], recipe, protection=protection)
         assert made.shares == (1.0,)
@@ -86,8 +90,80 @@ def test_no_stroke_round_a_face_squeezes_the_picture_or_holds_the_whole_face_bac
         ]
         far = np.min(apart, axis=0) > 0.3 * np.ptp(face.outline[:, 0])
         assert shares[far].min(initial=1.0) > 0.9
-        least.append(shares.min())
-    assert np.mean(np.array(least) < 0.95) > 0.5, "the strokes are too far away to show anything"
+        assert shares[far].mean() > 0.98
+        places = np.concatenate([_dense(s.points_px) for s in protection.strokes])
+        moved.append(np.hypot(*unprotected.field.at(places).T).max())
+    assert np.mean(np.array(moved) > 2.0) > 0.8, "the strokes are too far away to show anything"
+
+
+def test_strokes_beside_held_lines_keep_their_pixels_and_squeeze_nothing():
+    face = oval_face(WIDTH, HEIGHT, size=0.5)
+    photo, frame = textured_photo(WIDTH, HEIGHT), door_frame(face)
+    held = held_along([frame, [(200.0, 640.0), (760.0, 620.0)]], [face])
+    for protection in itertools.islice(strokes_round(face), 1, None, 4):
+        made = render(photo, [face], RECIPE, protection=protection, held=held)
+        assert made.shares == (1.0,)
+        assert made.one_to_one.certified
+        assert made.one_to_one.min_det > 0.55
+        assert made.field.lattices != made.unheld.lattices
+        places = np.concatenate([_dense(s.points_px) for s in protection.strokes])
+        x, y = np.rint(places[((places > 0) & (places < (WIDTH - 1, HEIGHT - 1))).all(axis=1)]).T
+        at = y.astype(int), x.astype(int)
+        np.testing.assert_array_equal(made.pixels[at], photo[at])
+
+
+@pytest.mark.parametrize("percent", [4.0, 8.0, -6.0])
+def test_a_face_keeps_its_shape_beside_protected_places_and_shrinks_by_the_whole_amount(percent):
+    face = oval_face(WIDTH, HEIGHT, size=0.5)
+    photo, recipe = np.zeros((HEIGHT, WIDTH), np.uint8), Recipe(percent=percent)
+    (ear, chin), width = face.outline[[2, 10]], np.ptp(face.outline[:, 0])
+    upright = Protection().with_stroke([ear - (0.05 * width, y) for y in (250.0, -200.0)], 8.0)
+    below = Protection().with_stroke([chin + np.array((x, 14.0)) for x in (-80.0, 80.0)], 6.0)
+    eye = Protection().with_stroke([face.eyes[:2].mean(axis=0)], 0.1 * width)
+    for protection in (upright, below, eye):
+        made = render(photo, [face], recipe, protection=protection)
+        shown = shown_at(made.field, face.points)
+        similarity, _ = cv2.estimateAffinePartial2D(face.points, shown, method=cv2.LMEDS)
+        expected = face.points @ similarity[:, :2].T + similarity[:, 2]
+        assert np.sqrt(((shown - expected) ** 2).sum(axis=1).mean()) < 0.01 * width
+        assert np.linalg.det(similarity[:, :2]) == pytest.approx((1 - percent / 100) ** 2, rel=0.02)
+
+
+def test_a_stroke_that_approaches_a_face_moves_its_targets_gradually():
+    face = oval_face(WIDTH, HEIGHT, size=0.5)
+    pairs, step = aim(face, RECIPE), 3.0
+    x = np.arange(5.0, face.outline[:, 0].max(), step)
+    strokes = [(Stroke([(at, 300.0), (at, 500.0)], 4.0),) for at in x]
+    targets = np.array([near_protected([pairs], [face], one)[0].target_px for one in strokes])
+    np.testing.assert_array_equal(targets[0], pairs.target_px)
+    shifts = np.hypot(*np.diff(targets[:, 0], axis=0).T)
+    assert 0.0 < shifts.max() < 0.3 * step
+
+
+@pytest.mark.parametrize("step_px", [1e-9, 40.0])
+def test_places_along_strokes_are_limited_and_stand_for_the_whole_length(step_px):
+    strokes = Stroke([(0.0, 0.0), (3000.0, 4000.0)], 5.0), Stroke([(9.0, 9.0)], 5.0)
+    places = sampled(strokes, step_px)
+    assert len(places) <= 20_002
+    assert places[:, 2].sum() == pytest.approx(5000.0 + 2.0 * 10.0)
+
+
+def test_targets_placed_by_hand_and_faces_that_move_alone_ignore_protected_places():
+    face = oval_face(WIDTH, HEIGHT, size=0.5)
+    near = (Stroke(face.outline[:4] - (9.0, 0.0), 4.0),)
+    targets = np.full_like(face.outline, np.nan)
+    targets[3] = face.outline[3] + (2.0, 5.0)
+    by_hand = dataclasses.replace(face, targets=targets)
+    before = aim(by_hand, RECIPE)
+    (after,) = near_protected([before], [by_hand], near)
+    moved = np.hypot(*(after.target_px - before.target_px).T)
+    assert moved[3] == 0.0
+    np.testing.assert_allclose(np.delete(moved, 3), moved[0])
+    assert moved[0] > 1.0
+    alone = aim(face, Recipe(percent=8, scope="face"))
+    (unchanged,) = near_protected([alone], [face], near)
+    np.testing.assert_array_equal(unchanged.target_px, alone.target_px)
+    np.testing.assert_array_equal(unchanged.center_px, alone.center_px)
 
 
 def _dense(line):
