@@ -24,6 +24,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
+# Of each test: processor time, s, and keys of the constants in the functions that it calls.
+Reach = dict[int, tuple[float, set[str]]]
 ROOT = Path(__file__).resolve().parents[2]
 ROOMS = ("kogao_core/warp", "kogao_core/background", "kogao_core/faces")
 SCENES = "test_pinned.py"  # most mutants change a stored scene
@@ -69,21 +71,9 @@ class Constant(NamedTuple):
     name: str
 
     @property
-    def is_private(self) -> bool:
-        """Whether no other module may import it."""
-        return self.name.startswith("_")
-
-    @property
     def key(self) -> str:
         """The name, with the module's if it is private."""
-        return ".".join(self) if self.is_private else self.name
-
-
-class Cost(NamedTuple):
-    """What a passing test takes and reaches."""
-
-    seconds: float  # processor time
-    names: set[str]  # keys of the constants in the functions that it calls
+        return ".".join(self) if self.name.startswith("_") else self.name
 
 
 def assigned(module: str) -> Iterator[tuple[str, ast.expr, set[str]]]:
@@ -125,7 +115,7 @@ def changed(value: Any, factor: float) -> tuple[Any, ...]:
 
 def modules_of(constant: Constant) -> list[str]:
     """Return the modules that can use a constant by its name."""
-    if constant.is_private:
+    if constant.key != constant.name:
         return [constant.module]
     here = [name for name, one in sys.modules.items() if is_ours(getattr(one, "__file__", None))]
     return [name for name in here if hasattr(sys.modules[name], constant.name)]
@@ -190,7 +180,7 @@ class Mutants:
 
     def pytest_runtestloop(self, session: pytest.Session) -> bool:
         """Print each survivor, the neutral constants, and the counts."""
-        costs = in_fork(self._recorded, session.items)
+        reach = in_fork(self._recorded, session.items)
         found = [one for room in self._rooms for one in constants(room)]
         survivors = 0
         for one in found:
@@ -198,10 +188,10 @@ class Mutants:
             if reason := NEUTRAL.get(full.removeprefix("kogao_core.")):
                 print(f"{full}: changes no result: {reason}", flush=True)
                 continue
-            factors = [f"x {k:g}" for k in (0.5, 2.0) if self._survives(session, costs, one, k)]
-            survivors += bool(factors)
-            if factors:
-                print(f"{full}: survives {' and '.join(factors)}", flush=True)
+            alive = [k for k in (0.5, 2.0) if self._survives(session.items, reach, one, k)]
+            survivors += bool(alive)
+            if alive:
+                print(f"{full}: survives {' and '.join(f'x {k:g}' for k in alive)}", flush=True)
         print(f"{len(found)} constants, {survivors} survive halving or doubling")
         return True
 
@@ -210,8 +200,8 @@ class Mutants:
         item.config.hook.pytest_runtest_protocol(item=item, nextitem=None)
         return not self._failed
 
-    def _recorded(self, items: Sequence[pytest.Item]) -> dict[int, Cost]:
-        """Return the cost of each passing test by its number."""
+    def _recorded(self, items: Sequence[pytest.Item]) -> Reach:
+        """Return processor time and reached constants of each passing test by its number."""
         codes: set[CodeType] = set()
 
         def note(frame: FrameType, event: str, _: object) -> None:
@@ -227,20 +217,23 @@ class Mutants:
             passes = self._passes(item)
             sys.setprofile(None)
             if passes:
-                found[number] = Cost(time.process_time() - start, names_in(list(codes)))
+                found[number] = time.process_time() - start, keys_in(list(codes))
         return found
 
     def _survives(
-        self, session: pytest.Session, costs: dict[int, Cost], constant: Constant, factor: float
+        self, items: Sequence[pytest.Item], reach: Reach, constant: Constant, factor: float
     ) -> bool:
         """Return whether no test notices a changed constant. The likeliest tests run first."""
         keys = {one.key for one in with_derived(constant)}
-        reach = [number for number, cost in costs.items() if keys & cost.names]
-        scenes = {number for number in reach if session.items[number].path.name == SCENES}
         order = sorted(
-            reach, key=lambda one: (-self._kills.get(one, 0), one not in scenes, costs[one].seconds)
+            (number for number, (_, reached) in reach.items() if keys & reached),
+            key=lambda one: (
+                -self._kills.get(one, 0),
+                items[one].path.name != SCENES,
+                reach[one][0],
+            ),
         )
-        killer = in_fork(self._killer, [session.items[one] for one in order], constant, factor)
+        killer = in_fork(self._killer, [items[one] for one in order], constant, factor)
         if killer is not None and killer >= 0:
             self._kills[order[killer]] = len(self._kills) + 1
         return killer is None
@@ -254,7 +247,7 @@ class Mutants:
         return next((place for place, one in enumerate(items) if not self._passes(one)), None)
 
 
-def names_in(codes: Sequence[CodeType]) -> set[str]:
+def keys_in(codes: Sequence[CodeType]) -> set[str]:
     """Return the keys of the constants that these functions of ours use."""
     found = set()
     for code in codes:
