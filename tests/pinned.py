@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any, Final
 
 import cv2
+import heads
 import numpy as np
 
 from kogao_core.background.find import BackgroundFinder, held_of, measure
@@ -22,6 +23,8 @@ from kogao_core.faces.doubt import AllDoubted, choose, verdicts
 from kogao_core.faces.face import Face
 from kogao_core.faces.landmarks import MeshSource
 from kogao_core.faces.landmarks.aam.source import AamSource
+from kogao_core.faces.landmarks.edges import ALONG, MOVES, settle
+from kogao_core.faces.landmarks.mesh import Mesh, MeshInput, Passes, _sure_corners, box_of
 from kogao_core.faces.landmarks.sources import template_face
 from kogao_core.photo import read
 from kogao_core.pipeline import render
@@ -40,6 +43,7 @@ _TOLERANCES: Final = {
     "displacement": 0.012,
     "bends": 0.03,
     "edges": 0.05,
+    "searched": 0.005,
 }
 
 
@@ -223,6 +227,27 @@ def statements() -> dict[str, Any]:
     }
 
 
+def steps_of_the_search() -> dict[str, Any]:
+    """Return faces of computed heads, and outlines of computed edges."""
+    found = [(k, one) for k, some in enumerate(heads.ON_THE_BRINK) for one in heads.found(some)]
+    rng = np.random.default_rng(1)
+    odds = 3.0 * rng.normal(size=(ALONG, len(MOVES))), 3.0 * rng.normal(size=ALONG)
+    face, noise = (
+        template_face((128.0, 120.0), 150.0),
+        rng.integers(0, 256, (256, 256, 3), np.uint8),
+    )
+    one = Mesh(face.outline, face.eyes, face.mouth, face.outline, box_of(face), presence=1.0)
+    other = dataclasses.replace(one, eyes=one.eyes + 1.0)
+    crop = MeshInput(cv2.GaussianBlur(noise, (0, 0), 4.0), Affine.similarity(1.0, 0.0, (0.0, 0.0)))
+    return {
+        "corners": _rounded(
+            _sure_corners(Passes(one, one, other, crop), np.full(21, 0.6)), _DIGITS
+        ),
+        "searched": _rounded([(k, *one.eye_center, one.score) for k, one in found], _DIGITS),
+        "settled": _rounded([settle(*odds, beards=beards) for beards in (True, False)], _DIGITS),
+    }
+
+
 def aam_faces() -> dict[str, Any]:
     """Return what the AAM finds on a sample and under a mask."""
     source = AamSource()
@@ -237,6 +262,7 @@ def all_results() -> Iterator[tuple[str, Any]]:
     """Yield the name and the result of each scene."""
     yield from ((name, result(name)) for name in SCENES)
     yield "aam", aam_faces()
+    yield "search", steps_of_the_search()
     yield "statements", statements()
 
 
@@ -262,4 +288,7 @@ def _rounded(values: Any, digits: int) -> Any:
 
 
 if __name__ == "__main__":
-    FILE.write_text(json.dumps(dict(all_results()), separators=(",", ":")), encoding="utf-8")
+    lines = (
+        f'"{name}":{json.dumps(found, separators=(",", ":"))}' for name, found in all_results()
+    )
+    FILE.write_text("{\n" + ",\n".join(lines) + "\n}\n", encoding="utf-8")

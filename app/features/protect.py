@@ -14,7 +14,7 @@ from PySide6.QtGui import QAction, QActionGroup
 from PySide6.QtWidgets import QPushButton, QWidget
 
 from kogao_core.base.geometry import Array
-from kogao_core.warp.measures import NEARLY_WHOLE
+from kogao_core.warp.measures import reduced
 from kogao_core.warp.protection import NOTHING
 
 from ..i18n import tr
@@ -199,15 +199,13 @@ class Protect(StrokeFeature):
         self._show_need()
 
     def _show_reduced(self, frame: RenderedFrame) -> None:
-        every = [share for shares in frame.rendering.protected_shares for share in shares]
-        reduced = [share for share in every if share < NEARLY_WHOLE]
-        message = ""
-        if reduced:
+        shares, message = frame.rendering.protected_shares, ""
+        if slowed := reduced(shares):
             message = tr(
                 "{n} of {count} outline points move less, one by {percent:.0f} % of its way",
-                n=len(reduced),
-                count=len(every),
-                percent=100 * min(reduced),
+                n=len(slowed),
+                count=sum(map(len, shares)),
+                percent=100 * min(slowed),
             )
         self.panel.show_reduced(message)
 

@@ -18,22 +18,20 @@ from kogao_core.background.people import PersonLook
 from kogao_core.base.geometry import Affine, Array
 from kogao_core.faces.landmarks.pixels import Pyramid
 
-# Grey levels per px of the look at which an edge begins to count, and counts in full.
-_WEAK: Final = 2.0
-_STRONG: Final = 8.0
-_BLUR_PX: Final = 0.8
+_WEAK: Final = 2.0  # weaker edges don't count; grey levels per px of the look
+_STRONG: Final = 8.0  # stronger edges count in full; the same unit
+_BLUR_PX: Final = 0.8  # blur before the gradient (standard deviation); larger: less noise
 # People are grown by this before edges count: hair stands off. All lengths below are in lattice
 # spacings unless they are px of the look.
 _MARGIN: Final = 0.25
-_DIRECTIONS: Final = 12
+_DIRECTIONS: Final = 12  # directions of an edge over a half turn; larger: slower
 _POOL_PX: Final = 4  # edges are summed over squares of this side
 _SPREAD: Final = 0.6  # standard deviation of the blur of the sums
 # An edge stands out by what its direction has beyond this many times the median of all: texture
 # has the same in all directions.
 _TEXTURE: Final = 1.5
-_ARMS: Final = (1.0, 2.0, 4.0)
-_WEIGHT: Final = 2000.0
-_LEAST_DENSITY: Final = 0.02
+_ARMS: Final = (1.0, 2.0, 4.0)  # distances between the three places of a row
+_WEIGHT: Final = 2000.0  # weight of a row of full contrast; larger: straighter edges
 # Subtracted from each weight, so that rows fade out instead of coming and going.
 _LEAST: Final = 2e-3
 # Rows so near to a line that is let go lose all weight; from twice as far, none.
@@ -95,7 +93,7 @@ def edges_of(photo: Pyramid, look: PersonLook, spacing_px: float) -> Edges:
     axis = np.arange(0.5 * h, side, h)
     places = np.stack(np.meshgrid(axis, axis), -1).reshape(-1, 2)
     own, turn, around = (sample.all_of(values, places) for values in (density, offset, near))
-    place, channel = np.nonzero(own > _LEAST_DENSITY)
+    place, channel = np.nonzero(own > 0.0)
     here = own[place, channel]
     direction = np.asarray(channel + np.clip(turn[place, channel] / here, -1.0, 1.0), np.float64)
     weight = sample.at(places[place], direction) * here / np.maximum(around[place, channel], 1e-6)

@@ -36,7 +36,7 @@ from kogao_core.warp.field import Field
 # Lines end this far from the mask of people, in sides of a face: hair extends beyond the mask.
 _APART: Final = 0.03
 _CUTS: Final = 256  # samples along a line where the mask is read
-_HALF: Final = 0.5
+_HALF: Final = 0.5  # places of more opacity are people
 _HAIR_COUNTS: Final = Text("lines of hair and clothes count as lines of the background")
 # Lines this near to a released line are the same line. Unit: the shortest line that counts.
 _SAME: Final = 0.3

@@ -18,14 +18,14 @@ HoldingName = Literal["held", "gave way", "let go", ""]
 # Half a pixel is where a bend in a straight edge begins to be seen.
 SEEN_PX: Final = 0.5
 _SHORTEST: Final = 0.04  # in the photo's longer side; shorter lines are texture
-_SAMPLES: Final = 64
+_SAMPLES: Final = 64  # places along a line where its bend is measured
 _LEAST_PX: Final = 10  # shortest line of the detector, which fails on images of 5 rows
 _DETECTOR_PX: Final = 1600  # longer side of the detector's image; larger: more noise, slower
 _ASIDE_PX: Final = 3  # an edge is searched this far on both sides of a line, detector px
 _STEPS: Final = 4  # samples per px of that search
 _SMOOTH: Final = 7  # length of the moving average along a line, samples
 _MEAN: Final = np.full((1, 3), 1.0 / 3.0)  # weights of red, green and blue
-_PLAIN: Final = np.uint8(128)
+_PLAIN: Final = np.uint8(128)  # grey level painted over people
 
 
 @dataclass(frozen=True, slots=True)

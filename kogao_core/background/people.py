@@ -30,7 +30,7 @@ _REACH_PX: Final = 8
 _EDGE: Final = 2.5
 # A crop is used if at least this share of its face is segmented as a person.
 _LEAST_SURE: Final = 0.8
-_HALF: Final = 0.5
+_HALF: Final = 0.5  # places of more opacity are people
 _FREE, _TAKEN = np.uint8(1), np.uint8(2)  # 0: outside all crops
 _LEAST_OTHER: Final = 0.1  # side of the smallest figure that is a person, in sides of a face
 _EVERY_PX: Final = 4  # distance between points in a neighbour, px of the network

@@ -17,7 +17,7 @@ from kogao_core.faces.face import Face
 from kogao_core.photo import Photo
 from kogao_core.pipeline import STAGES, Rendering
 from kogao_core.recipe.recipe import SETTINGS, Recipe
-from kogao_core.warp.measures import NEARLY_WHOLE, asked_percent
+from kogao_core.warp.measures import asked_percent, reduced
 
 _LABEL_COLUMNS: Final = 15
 _LEAST_PERCENT: Final = 0.005  # a smaller change prints "unchanged"
@@ -94,8 +94,7 @@ class WarpReport:
             yield Text(
                 "brush strokes limited to {limits}, more would fold the picture", limits=limits
             )
-        shares = (share for shares in rendering.protected_shares for share in shares)
-        if slowed := [share for share in shares if share < NEARLY_WHOLE]:
+        if slowed := reduced(rendering.protected_shares):
             yield Text.counted(
                 len(slowed),
                 "{n} outline point moves less because of protection, {least:.0f} % of its way",

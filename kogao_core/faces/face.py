@@ -17,8 +17,8 @@ from kogao_core.base.language import Text
 from kogao_core.base.wording import shown
 from kogao_core.recipe.recipe import Recipe
 
-OUTLINE_POINTS: Final = 21
-FOREHEAD_POINTS: Final = 13
+OUTLINE_POINTS: Final = 21  # landmarks from ear to ear round the chin (section 3.1)
+FOREHEAD_POINTS: Final = 13  # points over the forehead, without the ends of the outline
 
 
 @dataclass(frozen=True, slots=True)

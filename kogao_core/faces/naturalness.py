@@ -18,8 +18,8 @@ from kogao_core.faces.targets import Pairs
 from kogao_core.recipe.recipe import Recipe
 
 DISTANCES: Final = (2.0, 4.0, 6.0, 8.0, 10.0)  # % of D
-SUBJECTS: Final = 25
-STUDENTS: Final = 32
+SUBJECTS: Final = 25  # faces of the survey
+STUDENTS: Final = 32  # people who answered
 LARGEST_NATURAL: Final = 6.0  # % of D
 # % of answers, one row for each centre candidate. 6.825 is as printed. Every other value is a
 # multiple of 0.625 (one answer in 160), so 6.875 may have been meant.

@@ -28,17 +28,17 @@ from kogao_core.warp.lattice import Grid, Lattice, meet
 from kogao_core.warp.one_to_one import fade_is_safe
 
 BrushKind = Literal["push", "restore"]
-_SPACINGS: Final = 4.0  # of the lattice in a brush's radius
-# Places along its way in a radius.
-_STEPS: Final = 8.0
-_COARSEST: Final = 1.5  # spacings, of what a restore takes its share of
-LEAST_FALLOFF: Final = 0.4  # sharper ones fall between control points
-# Lattices are joined while that takes no more than so many times their own control points.
+_SPACINGS: Final = 4.0  # lattice spacings in a brush's radius; larger: finer strokes, slower
+_STEPS: Final = 8.0  # steps along a stroke in a brush's radius; larger: smoother strokes, slower
+# A restore refines coarser lattices to this spacing, in spacings of its own lattice.
+_COARSEST: Final = 1.5
+LEAST_FALLOFF: Final = 0.4  # least softness of a brush; harder edges fall between control points
+# Two lattices are joined if the result has at most this many times their control points.
 _JOINED: Final = 1.5
-# Lattices and shares after some strokes. While one is drawn, those before it stay as they are.
+# Lattices and shares after some strokes. While a stroke is drawn, earlier strokes don't change.
 _Drawn = tuple[tuple[Lattice, ...], tuple[float, ...]]
 _KEPT: dict[bytes, _Drawn] = {}
-_MOST_KEPT: Final = 32
+_MOST_KEPT: Final = 32  # cached results; larger values take more memory
 _LOCK: Final = Lock()
 
 

@@ -30,12 +30,12 @@ LEAST_DET: Final = 0.4
 _AIM: Final = 0.42
 # The same for the bound of `protected_slopes`, which must stay below 1.
 _MOST_SLOPE: Final = 0.98
-# Control points so near to a cell that needs a limit get all of the limit, and so much farther
-# away they are free again, in lattice spacings.
+# Control points up to this distance from a cell that needs a limit get the whole limit, in lattice
+# spacings.
 _NEAR: Final = 1.0
-_FADE: Final = 2.5
-_ROUNDS: Final = 8
-_BISECTIONS: Final = 10
+_FADE: Final = 2.5  # distance over which the limit fades beyond, in lattice spacings
+_ROUNDS: Final = 8  # most rounds of limits, each near the cells that still squeeze
+_BISECTIONS: Final = 10  # steps of `bisected`; each halves the error
 
 # The same as `LEAST_DET` for strokes of a brush: a user squeezes there on purpose.
 _LEAST_DET_OF_STROKES: Final = LEAST_DET / 2.0

@@ -138,6 +138,11 @@ def protected_shares(field: Field, pairs: Sequence[Pairs]) -> tuple[tuple[float,
     return tuple(found)
 
 
+def reduced(shares: Sequence[Sequence[float]]) -> list[float]:
+    """Return the `protected_shares` of all landmarks that count as reduced."""
+    return [share for each in shares for share in each if share < NEARLY_WHOLE]
+
+
 def toward_center_percent(pairs: Pairs, moved_px: Array) -> float:
     """Return the mean move of landmarks towards the centre, % of D.
 

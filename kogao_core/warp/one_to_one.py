@@ -22,7 +22,7 @@ from kogao_core.warp.field import Field
 from kogao_core.warp.lattice import Lattice, groups, meet
 from kogao_core.warp.protection import slope_bound
 
-SAMPLES_PER_CELL: Final = 8
+SAMPLES_PER_CELL: Final = 8  # samples of det J per cell and axis; larger: surer, slower
 _PLACES: Final = (np.arange(SAMPLES_PER_CELL) + 0.5) / SAMPLES_PER_CELL
 
 # Choi and Lee (2000): a lattice can't fold if all control points move less than this, in spacings.

@@ -31,12 +31,12 @@ SPANS_PX: Final = (512, 256, 128, 64)
 ROWS_PX: Final = 32
 # Most pixels per call of cv2.remap: above 98,000, OpenCV starts threads that compete with ours.
 CALL_PX: Final = 2**16
-BLOCK_HEIGHT_PX: Final = 128
+BLOCK_HEIGHT_PX: Final = 128  # height of the blocks that are resampled or skipped
 SMALL_BLOCK_HEIGHT_PX: Final = 64  # block height in small images
 _SMALL_IMAGE_PX: Final = 2_000_000  # largest area of a small image
 _THREAD_PX: Final = 400_000  # pixels per thread: starting a thread costs about as much
 _MARGIN_PX: Final = 256  # source pixels around a strip; doubled until no displacement is longer
-KERNEL_REACH_PX: Final = 8
+KERNEL_REACH_PX: Final = 8  # source pixels around a block, twice the reach of Lanczos 4
 
 
 class LatticeMap:

@@ -1,6 +1,7 @@
 """The committed appearance model: what it finds, and which files it refuses."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from itertools import islice
 from pathlib import Path
 
 import cv2
@@ -16,7 +17,9 @@ from scenes import apart_percent, mirrored, resized, turned
 from kogao_core.base import assets
 from kogao_core.faces.landmarks import MeshSource, ModelRefused
 from kogao_core.faces.landmarks.aam.model import read
-from kogao_core.faces.landmarks.aam.source import MODEL, AamSource
+from kogao_core.faces.landmarks.aam.source import MODEL, AamSource, HaarFaces
+from kogao_core.faces.landmarks.blazeface import Detection
+from kogao_core.faces.landmarks.pixels import Pyramid
 
 SAMPLES = ("average", "women", "men")
 
@@ -68,6 +71,19 @@ def test_without_networks_it_starts_from_haar_boxes(
     other, turn = turned(picture, degrees, cv2.BORDER_REPLICATE)
     (face,) = AamSource().find(other)
     assert apart_percent(face, upright.mapped(turn)) < 1.5
+
+
+@needs_opencv_4("it has no Haar cascades")
+def test_the_cascade_finds_small_and_turned_faces() -> None:
+    def boxes(side_px: int) -> Iterator[list[Detection]]:
+        wall = np.full((512, 512, 3), picture[0, 0], np.uint8)
+        wall[200 : 200 + side_px, 200 : 200 + side_px] = cv2.resize(picture, (side_px, side_px))
+        return HaarFaces().boxes(Pyramid(wall))
+
+    picture = sample("average")
+    assert [bool(next(boxes(side_px))) for side_px in (30, 56)] == [False, True]
+    picture, _ = turned(picture, -30.0, cv2.BORDER_REPLICATE)
+    assert [len(one) for one in islice(boxes(300), 3)] == [0, 0, 1]
 
 
 @pytest.mark.usefixtures("weights")

@@ -147,7 +147,11 @@ def test_strange_files_are_refused_in_a_sentence(tmp_path, name):
 @pytest.mark.parametrize(
     ("name", "content", "words"),
     [
-        ("a.json", b'{"faces": [{"outline": [' + b"0," * 50_000 + b"0]}]}", "landmarks together"),
+        (
+            "a.json",
+            b'{"faces": [{"outline": [' + b"0," * 50_000 + b"0]}]}",
+            "50000 landmarks together",
+        ),
         ("a.csv", b"x,y\n" + b"1,2\n" * 400_001, "too many lines"),
         ("a.pts", b"1 " * 100_000 + b"\n", "too long ones, for landmarks"),
     ],

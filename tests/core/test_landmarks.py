@@ -3,7 +3,6 @@
 import sys
 import threading
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -150,6 +149,17 @@ def test_patterns_have_no_face(source: MeshSource, pattern: str) -> None:
     assert source.find(patterns[pattern]) == []
 
 
+@pytest.mark.parametrize(("share", "level", "looked"), [(0.17, 2, False), (0.5, 3, True)])
+def test_a_view_of_a_bare_wall_needs_no_network(
+    source: MeshSource, share: float, level: int, looked: bool
+) -> None:
+    """The levels spread by 0.75 and by 1.5 (standard deviation)."""
+    wall = np.zeros((256, 256, 3), np.uint8)
+    wall[:, : int(share * 256)] = level
+    look = source._detector.look(Pyramid(wall), Square(np.array([127.5, 127.5]), 256.0), 0.5)
+    assert (look.most > 0.0) is looked
+
+
 def test_one_source_serves_several_threads(source: MeshSource) -> None:
     picture = np.random.default_rng(4).integers(0, 256, (48, 48, 3), np.uint8)
     with ThreadPoolExecutor(4) as pool:
@@ -213,46 +223,6 @@ def test_who_is_done_first_does_not_decide_what_is_found(monkeypatch: pytest.Mon
 
     (face,) = search.faces(Pyramid(np.zeros((100, 100, 3), np.uint8)), Detector(), fit)
     assert np.array_equal(face.points, oval_face(100, 100, size=better.score).points)
-
-
-class Stirred:
-    """A detector that finds nothing, but is stirred so far by every view; it keeps the views."""
-
-    def __init__(self, most: float, boxes: list[Detection] | None = None) -> None:
-        self.views: list[Square] = []
-        self._look = Look(boxes or [], most)
-
-    def look(self, _: Pyramid, view: Square, __: float) -> Look:
-        self.views.append(view)
-        return replace(self._look, boxes=[one for one in self._look.boxes if not view.degrees])
-
-
-def test_a_view_that_stirs_the_detector_is_turned_and_no_other() -> None:
-    blank = Pyramid(np.zeros((900, 1200), np.uint8))
-    still, stirred = Stirred(0.09), Stirred(0.17)
-    for detector in (still, stirred):
-        assert search.faces(blank, detector, lambda _: None) == []
-    upright = {one.center_px.tobytes() + bytes([round(one.side_px / 100)]) for one in still.views}
-    assert len(still.views) == len(upright) + 3, "but for the last look, from afar"
-    assert len(stirred.views) == 4 * len(upright)
-
-
-@pytest.mark.parametrize(
-    ("leans", "beside", "again"),
-    [(5.0, 0.45, True), (5.0, 0.2, False), (5.0, None, True), (95.0, 0.2, True)],
-)
-def test_company_is_looked_for_where_it_is_likely(
-    leans: float, beside: float | None, again: bool
-) -> None:
-    """Beside a small sure face that leans, was seen with somebody, or wasn't seen closely."""
-    box = Detection(np.array([500.0, 500.0]), 40.0, leans, 0.9)
-    other = Detection(np.array([560.0, 500.0]), 40.0, leans, beside or 0.0)
-    fitted = search.Fitted(oval_face(), box, None if beside is None else [other])
-    detector = Stirred(0.9, [box])
-    blank = Pyramid(np.zeros((1000, 1000), np.uint8))
-    search.faces(blank, detector, lambda _: fitted, lambda _: None)
-    wide = [one for one in detector.views if one.side_px == search.COMPANY_SIDES * box.side_px]
-    assert [one.degrees for one in wide] == [leans] * again
 
 
 def test_a_missing_network_is_named_with_a_way_out(

@@ -17,7 +17,13 @@ from kogao_core.faces.face import Face
 from kogao_core.pipeline import render
 from kogao_core.recipe.recipe import PAPER, Recipe
 from kogao_core.warp.field import shown_at
-from kogao_core.warp.lens import distance_m, distance_note, nose_percent, stretch_percent
+from kogao_core.warp.lens import (
+    STRETCH_SEEN_PERCENT,
+    distance_m,
+    distance_note,
+    nose_percent,
+    stretch_percent,
+)
 from kogao_core.warp.protection import Protection
 
 WIDTH, HEIGHT = 900, 600
@@ -198,10 +204,11 @@ def test_the_result_is_a_continuous_function_of_where_a_face_is():
 
 
 def test_the_meter_says_how_much_longer_a_head_is_than_wide():
-    for x in (0.0, 150.0, 400.0):
-        face = off_axis(on_axis(30.0), (x, 0.0), 26.0)
-        expected = 100.0 * (np.hypot(1.0, x / focal_px(26.0)) - 1.0)
-        assert stretch_percent(face, 26.0, PHOTO) == pytest.approx(expected, abs=0.02)
+    for slope, reported in ((0.0, False), (0.11, False), (0.18, True), (0.5, True)):
+        face = off_axis(on_axis(30.0), (slope * focal_px(26.0), 0.0), 26.0)
+        percent = stretch_percent(face, 26.0, PHOTO)
+        assert percent == pytest.approx(100.0 * (np.hypot(1.0, slope) - 1.0), abs=0.02)
+        assert (percent >= STRETCH_SEEN_PERCENT) is reported
 
 
 def adult(distance, aside, *, yaw=0.0, nod=0.0):

@@ -6,7 +6,15 @@ import numpy as np
 import pytest
 from scenes import oval_face
 
-from kogao_core.faces.naturalness import DISTANCES, UNNATURAL, judge, percent_of, worst
+from kogao_core.faces.naturalness import (
+    DISTANCES,
+    STUDENTS,
+    SUBJECTS,
+    UNNATURAL,
+    judge,
+    percent_of,
+    worst,
+)
 from kogao_core.faces.targets import aim
 from kogao_core.recipe.recipe import PAPER, Recipe
 
@@ -39,6 +47,7 @@ def test_a_centre_that_nobody_was_asked_about_is_judged_by_the_worst():
 
 def test_the_papers_choice_is_the_most_natural():
     table = np.array(UNNATURAL)
+    assert (SUBJECTS, STUDENTS) == (25, 32)
     assert np.unravel_index(table.argmin(), table.shape) == (1, 1)
     assert not judge(6.0, 2).warns
     assert judge(6.1, 2).warns

@@ -8,6 +8,8 @@ from kogao_core.faces.landmarks import outline, template_face
 from kogao_core.faces.landmarks.mesh import EYES
 from kogao_core.faces.landmarks.outline import forehead, joined, silhouette
 
+LEFT_EAR, RIGHT_EAR = 234, 454  # points of the mesh
+
 
 def oval_mesh() -> Array:
     """A mesh whose rim lies on an ellipse of 200 x 260; the other points crowd its middle."""
@@ -66,13 +68,13 @@ def test_a_mirrored_mesh_gives_the_mirrored_outline() -> None:
 
 def test_a_turned_head_keeps_its_cheek() -> None:
     mesh = oval_mesh()
-    mesh[435] = mesh[outline.RIGHT_EAR] + (15.0, 60.0)
+    mesh[435] = mesh[RIGHT_EAR] + (15.0, 60.0)
     assert outline_of(mesh)[:, 0].max() > mesh[435, 0] - 5.0
 
 
 def test_a_nose_never_becomes_the_outline() -> None:
     mesh = oval_mesh()
-    mesh[[1, 4, 5]] = mesh[outline.LEFT_EAR] + (-80.0, 40.0)
+    mesh[[1, 4, 5]] = mesh[LEFT_EAR] + (-80.0, 40.0)
     np.testing.assert_array_equal(outline_of(mesh), outline_of(oval_mesh()))
 
 

@@ -24,5 +24,9 @@ def test_the_aam_finds_the_stored_faces():
     assert pinned.difference("aam", pinned.aam_faces(), STORED["aam"]) == ""
 
 
+def test_computed_heads_are_searched_as_stored():
+    assert pinned.difference("search", pinned.steps_of_the_search(), STORED["search"]) == ""
+
+
 def test_template_faces_are_judged_as_stored():
     assert pinned.difference("statements", pinned.statements(), STORED["statements"]) == ""

@@ -18,6 +18,7 @@ from kogao_core.recipe.recipe import SETTINGS, Recipe
 from kogao_core.warp.brush import Brushwork
 from kogao_core.warp.field import Field, shown_at
 from kogao_core.warp.lattice import Grid, Lattice
+from kogao_core.warp.measures import reduced
 from kogao_core.warp.one_to_one import protected_slopes
 from kogao_core.warp.protection import Protection, Stroke, axes, sampled, share
 from kogao_core.warp.surround import near_protected
@@ -199,6 +200,10 @@ def test_protection_holds_with_faces_that_touch_brush_strokes_and_lens_correctio
     np.testing.assert_array_equal(made.pixels[y, x], photo[y, x])
     density = np.arange(400.0, 480.0, 0.7), np.arange(250.0, 450.0, 0.7)
     assert made.field.det_jacobian(*density).min() > 0.0
+
+
+def test_a_landmark_counts_as_reduced_below_95_percent_of_its_way():
+    assert reduced([(1.0, 0.97), (0.93, 0.4)]) == [0.93, 0.4]
 
 
 def test_the_faded_displacement_has_the_slopes_it_says_and_keeps_its_bound():

@@ -15,7 +15,7 @@ from kogao_core.base.threads import ObjectPool
 from kogao_core.faces.doubt import ON_ITS_HEAD
 from kogao_core.faces.landmarks.pixels import Pyramid, planes, read_network, sharpened
 
-INPUT_PX: Final = 256
+INPUT_PX: Final = 256  # side of the input of detector, mesh and segmentation
 SAME_FACE_IOU: Final = 0.3  # boxes with a larger overlap (intersection over union) are one face
 # Width of the wide and the close view, in sides of the face. In the wide view upright faces score
 # 0.90 to 0.97, upside-down and false faces less. The close view rejects other false faces.

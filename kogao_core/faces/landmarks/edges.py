@@ -33,7 +33,7 @@ LAYERS: Final[tuple[Layer, ...]] = (
     (12, OUTPUTS, 1, 1, 1),
 )
 LAST: Final = len(LAYERS) - 1  # this layer has no rectifier
-ALONG: Final = 41
+ALONG: Final = 41  # lines across an outline
 ACROSS: Final = np.arange(-24.0, 51.0)  # steps from inside to outside
 MOVES: Final = np.arange(-14, 41)  # steps where the edge may be; large values allow long beards
 UNIT: Final = 100  # steps per outer inter-ocular distance
@@ -56,7 +56,7 @@ _CHANGE: Final = 1.5  # deviation between neighbouring lines, in steps; smaller:
 _SAME: Final = 3.0  # scores within this many steps of the result count for the confidence
 # Exponent of each line's evidence: neighbouring lines see overlapping pixels.
 _OWN_SHARE: Final = 0.5
-_NEIGHBOURS: Final = np.array([0.1, 0.2, 0.4, 0.2, 0.1])
+_NEIGHBOURS: Final = np.array([0.1, 0.2, 0.4, 0.2, 0.1])  # weights of a mean of confidences
 # 0 for lines at the chin, 1 for lines at a cheek.
 _CHEEK: Final = np.clip(2.0 * np.abs(np.linspace(-1.0, 1.0, ALONG)) - 0.5, 0.0, 1.0)[:, None]
 _AT_CHIN: Final = np.where(MOVES > 0, _OUTWARDS, _INWARDS)

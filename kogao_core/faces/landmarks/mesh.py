@@ -38,7 +38,6 @@ LEAST_SCORE: Final = 0.5
 # Least score next to a sure face of similar size: half a face behind a head scores 0.3 to 0.5.
 LEAST_IN_COMPANY: Final = 0.3
 
-_SURFACE: Final = 468  # the last ten points are the irises
 _CROP: Final = 1.5  # side of the crop, in sides of the face
 # Another face's features, enlarged by `_AROUND_FEATURES`, may attract the mesh if they are within
 # `_BESIDE` half sides of the face's box. Farther features move the mesh by less than 1 %.
@@ -55,12 +54,11 @@ _MOST_PASSES: Final = 3  # more passes drift away from hard faces
 # correct fits are above 3, half of the wrong fits below -3, a cat at 1.0.
 _PRESENCE_MIDDLE: Final = -1.5
 _PRESENCE_WIDTH: Final = 0.75  # of that sigmoid, in log-odds; larger: a softer decision
-_NO_PRESENCE: Final = -8.0  # log-odds; a lower value rejects the face
+_NO_PRESENCE: Final = -8.0  # log-odds; a lower value ends the passes early
 # Weight of the wide view in the score: it separates faces better than the close view, and both
 # together separate best.
 WIDE_SHARE: Final = 0.7
 _DOUBT: Final = 0.86  # a face with a lower score is also fitted upside down
-_UPSIDE_DOWN: Final = 0.5  # least probability of the rotated view for a second fit
 # Weight of an upside-down face's score against an upright face's. On 75 portraits with drawn masks,
 # scarfs and veils, the false face scored more than the true face in a third, up to 1.22 times as
 # much.
@@ -173,7 +171,7 @@ def _read(points: Array, presence: float, *, mirrored: bool) -> Mesh | None:
         outline, rim = silhouette(points, eyes), forehead(points, eyes)
     except ValueError:
         return None
-    box = _box(points[:_SURFACE], eyes[3] - eyes[0])
+    box = _box(points, eyes[3] - eyes[0])
     return Mesh(outline, eyes, mouth, rim, box, presence)
 
 
@@ -312,7 +310,7 @@ class MeshSource:
             if are_opposite(boxes[0], other):
                 return other
         over = replace(boxes[0], degrees=boxes[0].degrees + 180.0, score=0.0)
-        return over if self._detector.sight(image, over, WIDE) > _UPSIDE_DOWN else None
+        return over if self._detector.sight(image, over, WIDE) > LEAST_SCORE else None
 
     def _fit_in(self, image: Pyramid, box: Detection, least: float) -> search.Fitted | None:
         passes = self._network.settled(image, box)

@@ -14,9 +14,6 @@ from kogao_core.base.geometry import Array, arc_lengths
 from kogao_core.base.language import Text
 from kogao_core.faces.face import FOREHEAD_POINTS, OUTLINE_POINTS
 
-LEFT_EAR: Final = 234
-RIGHT_EAR: Final = 454
-
 # Ends of an outline on the silhouette: this far below the line through the outer eye corners, in
 # distances between these corners. 0 is the eye line, as in mark-ups of 68 points and in hand labels
 # of studio faces (0.04 below the line on average, 0.08 variation between faces).

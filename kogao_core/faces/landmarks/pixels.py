@@ -25,7 +25,7 @@ _SHARP: Final = np.array([0.20, 0.30, 0.43, 0.67], np.float32)
 # Exponent of the gain of an octave. Soft faces lack most at the fine end of each octave, so the
 # gain is larger than the missing detail.
 _RAISED: Final = 2.0
-_MOST_RAISED: Final = 10.0
+_MOST_RAISED: Final = 10.0  # largest gain of an octave; larger values amplify noise
 # Below this many source px per result px, sample with a cubic, which is smooth between large px.
 _ENLARGED: Final = 0.5
 

@@ -12,10 +12,10 @@ from kogao_core.base.geometry import Array
 from kogao_core.faces.landmarks.aam.fitting import Grey
 from kogao_core.faces.landmarks.aam.model import Floats, carried
 from kogao_core.faces.landmarks.mesh import EYES
-from kogao_core.faces.landmarks.outline import LEFT_EAR, RIGHT_EAR
 
 from .detected import SURFACE
 
+_EARS: Final = (234, 454)  # points of the mesh
 _GRID: Final = 40
 _RING: Final = 24
 _RING_UNITS: Final = 2.15
@@ -62,7 +62,7 @@ def _depth(view: FaceCrop, center: Array) -> Floats:
     angles = np.linspace(0.0, 2.0 * np.pi, _RING, endpoint=False)
     circle = np.column_stack([np.cos(angles), np.sin(angles)])
     ring = center[:2] + _RING_UNITS * unit * circle
-    behind = view.mesh[[LEFT_EAR, RIGHT_EAR], 2].max()
+    behind = view.mesh[list(_EARS), 2].max()
     known = view.mesh[:SURFACE:4]
     at = np.linspace(0.0, side - 1.0, _GRID)
     grid = np.stack(np.meshgrid(at, at), axis=-1).reshape(-1, 2)

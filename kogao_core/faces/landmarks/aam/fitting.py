@@ -23,7 +23,7 @@ from kogao_core.faces.landmarks.aam.points import MIRROR
 from kogao_core.faces.landmarks.pixels import Pyramid
 
 UNIT_PX: Final = 64.0  # outer inter-ocular distance in a crop; the finest scale needs 52
-HALF_UNITS: Final = 2.4
+HALF_UNITS: Final = 2.4  # half side of a crop, in outer inter-ocular distances
 
 Grey = npt.NDArray[np.uint8]
 Light = Callable[[Grey], Grey]

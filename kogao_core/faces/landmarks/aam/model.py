@@ -22,14 +22,16 @@ from kogao_core.faces.landmarks.blazeface import Detection
 
 Floats = npt.NDArray[np.float32]
 
-DIRECTIONS: Final = 8
-_SMOOTH_PX: Final = 1.0
-_POOL_PX: Final = 1.5
-_CONTRAST_PX: Final = 4.0
+# The model is learnt with these values; others need a new model.
+DIRECTIONS: Final = 8  # directions of the gradient over a full turn
+_SMOOTH_PX: Final = 1.0  # blur before the gradient (standard deviation); larger: less noise
+_POOL_PX: Final = 1.5  # blur of each direction; larger: edges may lie farther off
+_CONTRAST_PX: Final = 4.0  # blur of the contrast that edge strengths are divided by
 _MARGIN: Final = 0.3  # of the outer inter-ocular distance; faces differ from the mean by less
+# Radius round a landmark whose residual counts for its confidence, in the same unit.
 _NEAR: Final = 0.12
 PLACING: Final = 4  # the first modes of a shape place the face: scale, turn, two shifts
-_MOST_DEVIATIONS: Final = 3.0
+_MOST_DEVIATIONS: Final = 3.0  # limit of each mode, in its standard deviations
 
 
 def directions(grey: npt.NDArray[np.uint8]) -> Floats:
@@ -50,7 +52,7 @@ def directions(grey: npt.NDArray[np.uint8]) -> Floats:
     return np.asarray(np.sqrt(pooled / np.sqrt(energy + 1.0)[..., None]), np.float32)
 
 
-_BINS: Final = np.arange(DIRECTIONS, dtype=np.float32)
+_BINS: Final = np.arange(DIRECTIONS, dtype=np.float32)  # number of each direction
 
 
 def sampled(features: Floats, places: Floats) -> Floats:

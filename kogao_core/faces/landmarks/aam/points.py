@@ -18,7 +18,6 @@ _BROWS: Final = (71, 72, 73, 74, 75, 76, 84, 83, 77, 78, 79, 80, 81, 82, 86, 85)
 _NOSE: Final = (51, 57, 52, 58, 54, 60, 61, 62, 63, 64, 55, 69, 68, 67, 66)
 _LIPS: Final = (87, 88, 89, 90, 91, 92, 93, 108, 107, 106, 105, 104)
 INNER_LABELS: Final = _EYES + _BROWS + _NOSE + _LIPS
-COUNT: Final = OUTLINE_POINTS + len(INNER_LABELS)
 
 _OPPOSITE: Final = {
     **dict(zip((18, 19, 20, 21, 22, 30, 29, 28), (27, 26, 25, 24, 23, 31, 32, 33), strict=True)),

@@ -25,10 +25,11 @@ from kogao_core.faces.landmarks.mesh import LEAST_IN_COMPANY, LEAST_SCORE, WIDE_
 from kogao_core.faces.landmarks.pixels import Pyramid
 
 MODEL: Final = "models/aam.npz"
+# Exponent of the residual in the trust; larger values separate good and bad fits more sharply.
 _STEEP: Final = 4
 _MOST_NEAR: Final = 1.25  # limit of a landmark's residual, relative to the face's limit
+# Side of the picture that the cascade searches, px. The cascade's smallest face is 20 px.
 _LOOK_PX: Final = 512
-_LEAST_FACE_PX: Final = 24
 # Rotations for the cascade, degrees, upright first; the cascade tolerates about 15 degrees of tilt.
 _TURNS: Final = (0.0, 30.0, -30.0, 90.0, -90.0, 180.0)
 # Side and downward shift of BlazeFace's squares relative to the cascade's, on shared photographs.
@@ -156,7 +157,7 @@ class HaarFaces:
     def _boxes(self, picture: Pyramid, view: Square) -> list[Detection]:
         to_image = view.to_image.after(Affine.resize(INPUT_PX / _LOOK_PX, INPUT_PX / _LOOK_PX))
         grey = cv2.cvtColor(picture.sample(to_image, _LOOK_PX), cv2.COLOR_RGB2GRAY)
-        found = self._cascade.detectMultiScale(grey, minSize=(_LEAST_FACE_PX, _LEAST_FACE_PX))
+        found = self._cascade.detectMultiScale(grey)
         return [
             Detection(
                 to_image((x + width / 2.0 - 0.5, y + (0.5 + _DOWN) * width - 0.5)),
