@@ -100,14 +100,6 @@ def test_the_next_photo_is_counted_from_the_open_one(strip):
     assert strip.editor.document.path.name == "b.png"
 
 
-def test_an_empty_folder_leaves_the_strip_alone(strip, tmp_path):
-    (tmp_path / "empty").mkdir()
-    strip.editor.strip.show_places([tmp_path / "empty"])
-    strip.settle()
-    assert "No photos" in strip.say()
-    assert strip.editor.strip.film.count() == 6
-
-
 @pytest.mark.parametrize("late_step", ["synced", "keep_history", "open_photo"])
 def test_a_photo_that_is_opened_during_its_sync_gets_the_settings(strip, monkeypatch, late_step):
     """The photo is shown before the sync writes, while it writes, or read before, shown after."""

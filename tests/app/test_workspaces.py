@@ -201,6 +201,9 @@ def test_what_the_mouse_does_is_said_where_marks_step_back(window):
 def test_the_film_strip_stays_through_a_switch(window, photo):
     window.editor.strip.show_places([photo.parent])
     window.settle()
+    film = window.editor.strip.film
+    assert film.isVisible()
+    assert film.height() == film.minimumHeight(), "one row; the rest is the photo's"
     for key in (KEYS.Key_2, KEYS.Key_3, KEYS.Key_1):
         window.key(key, ALT)
         assert "strip" in docks_of(window)
