@@ -71,6 +71,11 @@ class Driver:
         self.editor.files.open(path)
         self.settle()
 
+    def leave(self) -> None:
+        """Close the window as its user does, and wait until it has closed."""
+        self.window.close()
+        self.qtbot.waitUntil(lambda: not self.window.isVisible())
+
     def key(self, key: Qt.Key, *modifiers: Qt.KeyboardModifier) -> None:
         """Press a key that holds in the whole window."""
         QTest.keyClick(self.window, key, _combined(modifiers))

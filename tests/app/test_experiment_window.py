@@ -162,7 +162,7 @@ def test_one_photo_is_one_trial_from_when_it_is_seen_with_its_corrections(
         wait_ms(round(1000 * seconds))
         driver.key(KEYS.Key_Return, CONTROL)
     by_hand, automatic = trials.read(storage.data / TRIALS)
-    assert (by_hand.photo, by_hand.mode, by_hand.landmarks) == ("portrait.png", "manual", 11)
+    assert (by_hand.photo, by_hand.mode, by_hand.landmarks) == ("portrait.png", "manual", 5)
     assert by_hand.looking_s == pytest.approx(6.2)
     assert by_hand.setting_s == pytest.approx(22.8)
     assert by_hand.corrections_s == pytest.approx((2.2, 1.2))

@@ -61,7 +61,7 @@ def test_a_selected_face_gets_settings_of_its_own(two, pixels):
     assert two.editor.document.undo.count() == 1
 
 
-def test_the_panel_shows_the_selected_faces_values(two):
+def test_the_panel_shows_and_sets_the_selected_faces_values(two):
     choose(two, 1)
     two.press_key(percent(two), KEYS.Key_End)
     two.settle()
@@ -74,13 +74,6 @@ def test_the_panel_shows_the_selected_faces_values(two):
     choose(two, 0)
     assert percent(two).value() == 40
     assert two.panel("recipe").owner.note.text() == "except 1"
-
-
-def test_the_photos_settings_leave_a_face_with_its_own_alone(two):
-    choose(two, 1)
-    two.press_key(percent(two), KEYS.Key_End)
-    two.settle()
-    choose(two, 0)
     two.press_key(percent(two), KEYS.Key_Home)
     two.settle()
     assert [two.state.recipe_of(face).percent for face in (0, 1)] == [15.0, 0.0]
@@ -96,20 +89,20 @@ def test_settings_that_are_there_already_are_no_step(two):
     assert two.editor.document.undo.count() == 1, "but they become its own"
 
 
-@pytest.mark.parametrize("row", [0, 1])
-def test_the_way_back_to_the_photos_settings(two, row):
+def test_the_way_back_to_the_photos_settings(two):
     choose(two, 1)
     two.press_key(percent(two), KEYS.Key_End)
     two.settle()
-    choose(two, row)
     button = two.panel("recipe").owner.button
-    assert button.isVisible()
-    QTest.mouseClick(button, Qt.MouseButton.LeftButton)
-    two.settle()
-    assert two.state.faces[0].recipe is None
-    assert not button.isVisible()
-    two.key(KEYS.Key_Z, CONTROL)
-    assert two.state.faces[0].recipe.percent == 15.0
+    for row in (0, 1):
+        choose(two, row)
+        assert button.isVisible()
+        QTest.mouseClick(button, Qt.MouseButton.LeftButton)
+        two.settle()
+        assert two.state.faces[0].recipe is None
+        assert not button.isVisible()
+        two.key(KEYS.Key_Z, CONTROL)
+        assert two.state.faces[0].recipe.percent == 15.0
 
 
 def test_what_only_the_photo_can_choose_stays_the_photos(two):

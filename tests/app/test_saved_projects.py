@@ -49,7 +49,7 @@ def worked(start, photo):
     return driver
 
 
-def test_a_project_comes_back_with_its_photo(worked, start, photo):
+def test_a_project_comes_back_with_its_photo_and_reset_is_one_undo_step(worked, start, photo):
     file = sidecar_of(photo)
     assert not worked.window.isWindowModified()
     project = load(file)
@@ -63,26 +63,15 @@ def test_a_project_comes_back_with_its_photo(worked, start, photo):
     other.settle()
     assert load(file).automatic.recipe.percent == other.state.recipe.percent
     assert not other.window.isWindowModified()
-
-
-def test_a_shape_is_typed_and_comes_back_with_the_project(two, start, photo):
-    two.editor.recipe.choose(1)
-    panel = two.panel("recipe")
-    before = two.shown.copy()
-    panel.shape.button.click()
-    for field, typed in (("cheeks_width", "-6"), ("left_width", "5 %"), ("even_out", "75")):
-        QTest.keyClick(panel.sliders[field].slider, KEYS.Key_Return)
-        QTest.keyClicks(panel.sliders[field].field, typed)
-        QTest.keyClick(panel.sliders[field].field, KEYS.Key_Return)
-    two.settle()
-    own = two.state.faces[1].recipe
-    assert (own.cheeks_width, own.left_width, own.even_out) == (-6.0, 5.0, 75.0)
-    assert two.state.faces[0].recipe is None
-    assert (two.shown != before).any()
-    two.settle()
-    other = start(photo)
-    assert other.state.faces[1].recipe == own
-    np.testing.assert_array_equal(other.shown, two.shown)
+    before = other.state
+    other.window.actions_by_name["reset-photo"].trigger()
+    other.settle()
+    assert other.state.recipe == other.editor.document.first_recipe
+    assert not other.state.protection.strokes
+    found = worked.editor.document.base.faces[0].outline
+    np.testing.assert_array_equal(other.state.faces[0].outline, found)
+    other.editor.history.undo()
+    assert other.state is before
 
 
 @pytest.mark.usefixtures("worked")
@@ -100,21 +89,6 @@ def test_a_photo_with_a_project_is_read_and_hashed_once(start, photo, monkeypatc
     driver.change_something()
     driver.settle()
     assert sorted(calls) == ["hash", "read"]
-
-
-@pytest.mark.usefixtures("worked")
-def test_reset_photo_is_one_undo_step(worked, start, photo):
-    other = start(photo)
-    before = other.state
-    other.window.actions_by_name["reset-photo"].trigger()
-    other.settle()
-    assert other.state.recipe == other.editor.document.first_recipe
-    assert not other.state.protection.strokes
-    np.testing.assert_array_equal(
-        other.state.faces[0].outline, worked.editor.document.base.faces[0].outline
-    )
-    other.editor.history.undo()
-    assert other.state is before
 
 
 def test_a_renamed_photo_finds_its_edits_and_undo_steps_by_its_content(
@@ -140,23 +114,17 @@ def test_a_renamed_photo_finds_its_edits_and_undo_steps_by_its_content(
     assert sidecar.kept(twice, storage.edits) == sidecar_of(renamed), "the newest edits"
 
 
-def test_a_photo_moved_without_its_edits_finds_them_but_a_copy_does_not(
-    worked, start, photo, tmp_path, storage
-):
+@pytest.mark.usefixtures("worked")
+def test_a_photo_moved_without_its_edits_finds_them_but_a_copy_does_not(photo, tmp_path, storage):
     elsewhere = tmp_path / "elsewhere" / "other.png"
     elsewhere.parent.mkdir()
     shutil.copy(photo, elsewhere)
     assert sidecar.kept(elsewhere, storage.edits) is None, "the original has them"
     photo.unlink()
-    other = start(elsewhere)
-    np.testing.assert_array_equal(other.shown, worked.shown)
-    assert other.state.recipe.percent == worked.state.recipe.percent
+    assert sidecar.kept(elsewhere, storage.edits) == sidecar_of(photo)
 
 
-@pytest.mark.parametrize("answer", ["Keep mine", "Take theirs"])
-def test_what_another_window_has_kept_since_is_told_and_chosen_between(
-    worked, start, photo, answer
-):
+def test_what_another_window_has_kept_since_is_told_and_chosen_between(worked, start, photo):
     file = sidecar_of(photo)
     other = start(photo)
     step(other, 9.0)
@@ -170,11 +138,16 @@ def test_what_another_window_has_kept_since_is_told_and_chosen_between(
     worked.window.close()
     assert "changed elsewhere" in worked.dialog(QMessageBox).informativeText()
     worked.answer("Cancel")
-    worked.take_step(answer)
+    worked.take_step("Keep mine")
     worked.settle()
-    wanted = 11.0 if answer == "Keep mine" else 9.0
-    assert worked.state.recipe.percent == load(file).automatic.recipe.percent == wanted
+    assert worked.state.recipe.percent == load(file).automatic.recipe.percent == 11.0
     assert not worked.window.isWindowModified()
+    step(other, 7.0)
+    other.settle()
+    other.take_step("Take theirs")
+    other.settle()
+    assert other.state.recipe.percent == load(file).automatic.recipe.percent == 11.0
+    assert not other.window.isWindowModified()
 
 
 def test_a_resized_photo_takes_its_project_along_and_says_so(worked, start, photo):
@@ -231,12 +204,8 @@ def test_a_path_inside_a_project_is_never_followed(worked, empty, photo, tmp_pat
         assert load(file).automatic.recipe.percent == empty.state.recipe.percent
 
 
-@pytest.mark.parametrize(
-    "text",
-    ["nonsense", "[" * 9999, '{"format": "kogao-project", "version": 99}', '{"format": 3}', ""],
-)
-def test_a_hostile_project_is_one_sentence_and_loses_nothing(start, photo, text):
-    file = sidecar_of(photo)
+def test_a_hostile_project_is_one_sentence_and_loses_nothing(start, photo):
+    file, text = sidecar_of(photo), "[" * 9999
     file.write_text(text)
     driver = start(photo)
     assert driver.say().count("\n") == 0
@@ -284,7 +253,7 @@ def test_where_the_folder_cant_be_written_edits_are_kept_in_the_users_own(
     step(other, 8.0)
     other.settle()
     assert load(sidecar_of(photo)).automatic.recipe.percent == 8.0
-    assert start(photo).state.recipe.percent == 8.0, "the newest one counts"
+    assert sidecar.kept(photo, storage.edits) == sidecar_of(photo), "the newest one counts"
 
 
 def test_who_wants_nothing_beside_photos_has_nothing_there(opened, start, photo, storage):
@@ -300,7 +269,7 @@ def test_who_wants_nothing_beside_photos_has_nothing_there(opened, start, photo,
     preferences.prefer(opened.editor.projects.settings, preferences.EDITS, "")
     step(opened, 8.0)
     opened.settle()
-    assert start(photo).state.recipe.percent == 8.0
+    assert load(sidecar_of(photo)).automatic.recipe.percent == 8.0
 
 
 def test_where_nothing_at_all_can_be_written_it_is_asked(opened, photo, read_only):
@@ -313,8 +282,7 @@ def test_where_nothing_at_all_can_be_written_it_is_asked(opened, photo, read_onl
     opened.answer("Cancel")
     assert opened.window.isVisible()
     read_only.clear()
-    opened.window.close()
-    opened.qtbot.waitUntil(lambda: not opened.window.isVisible())
+    opened.leave()
     assert load(sidecar_of(photo)).automatic.recipe.percent == 9.0
 
 
@@ -372,8 +340,7 @@ def test_undo_and_history_come_back(opened, start, photo):
     opened.key(KEYS.Key_Z, CONTROL)
     opened.settle()
     before = opened.editor.document.steps.texts
-    opened.window.close()
-    opened.qtbot.waitUntil(lambda: not opened.window.isVisible())
+    opened.leave()
     other = start(photo)
     assert other.state.recipe.percent == 7.0
     assert not other.window.isWindowModified()
@@ -422,20 +389,10 @@ def test_moving_along_and_closing_ask_nothing_and_lose_nothing(opened, start, ph
         assert not opened.window.findChildren(QMessageBox)
     assert opened.state.recipe.percent == 9.0
     step(opened, 3.0)
-    opened.window.close()
-    opened.qtbot.waitUntil(lambda: not opened.window.isVisible())
+    opened.leave()
     assert load(sidecar_of(photo)).automatic.recipe.percent == 3.0
     assert load(sidecar_of(other)).automatic.recipe.percent == 8.0
     assert start(photo).state.recipe.percent == 3.0
-
-
-def test_a_copy_is_not_the_edit_and_the_edit_is_there_again(opened, start, photo, tmp_path):
-    step(opened, 7.0)
-    opened.editor.files.save(tmp_path / "copy.png")
-    opened.settle()
-    opened.window.close()
-    opened.qtbot.waitUntil(lambda: not opened.window.isVisible())
-    assert start(photo).state.recipe.percent == 7.0
 
 
 def edited_while_sought(start, photo, source):

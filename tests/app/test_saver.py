@@ -37,10 +37,13 @@ def other(tmp_path):
 
 
 @pytest.fixture
-def search(source):
-    """A slow search for faces: it ends once it is set."""
+def searched(start, source, photo):
+    """An editor whose search for faces is slow, and what lets the search end."""
     gate, source.find = held_back(source.find)
-    yield gate
+    driver = start()
+    driver.editor.files.read(photo)
+    driver.qtbot.waitUntil(lambda: driver.editor.document.photo is not None)
+    yield driver, gate
     gate.set()
 
 
@@ -219,10 +222,8 @@ def test_a_refused_save_closes_nothing(opened, photo):
     assert opened.window.isWindowModified()
 
 
-def test_faces_found_while_a_copy_is_written_are_no_change(start, search, disk, photo, tmp_path):
-    driver = start()
-    driver.editor.files.read(photo)
-    driver.qtbot.waitUntil(lambda: driver.editor.document.photo is not None)
+def test_faces_found_while_a_copy_is_written_are_no_change(searched, disk, tmp_path):
+    driver, search = searched
     driver.editor.files.save(tmp_path / "copy.png")
     search.set()
     driver.qtbot.waitUntil(lambda: len(driver.state.faces) == 1)
@@ -231,24 +232,10 @@ def test_faces_found_while_a_copy_is_written_are_no_change(start, search, disk, 
     assert not driver.window.isWindowModified()
 
 
-def test_a_gesture_during_the_search_for_faces_stays(start, search, photo):
-    driver = start()
-    driver.editor.files.read(photo)
-    driver.qtbot.waitUntil(lambda: driver.editor.document.photo is not None)
-    driver.editor.recipe.set_field("percent", 8.0)
-    search.set()
-    driver.settle()
-    assert driver.state.recipe.percent == 8.0
-    assert len(driver.state.faces) == 1
-    assert driver.window.isWindowModified()
-
-
-def test_a_damaged_photo_leaves_the_search_in_the_present_one_alone(start, search, photo, tmp_path):
+def test_a_damaged_photo_leaves_the_search_in_the_present_one_alone(searched, tmp_path):
+    driver, search = searched
     broken = tmp_path / "broken.jpg"
     broken.write_bytes(b"\xff\xd8\xff\xe0 not a photo")
-    driver = start()
-    driver.editor.files.read(photo)
-    driver.qtbot.waitUntil(lambda: driver.editor.document.photo is not None)
     driver.editor.files.read(broken)
     driver.qtbot.waitUntil(lambda: "broken.jpg" in driver.say())
     search.set()
