@@ -1,7 +1,5 @@
 """Unsaved work outlives a killed program."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 import os
@@ -24,7 +22,6 @@ from kogao_app.storage import Storage
 from kogao_app.view_state import Handle
 from PySide6.QtCore import QPoint, Qt
 from scenes import textured_photo
-from test_saver import step
 from timeouts import LONGEST_S, held_back
 
 from kogao_core.photo import read
@@ -290,9 +287,9 @@ def test_an_old_file_goes_although_its_first_successor_was_never_written(left, e
     looked(empty)
     empty.take_step("Restore")
     empty.qtbot.waitUntil(lambda: empty.state.recipe.percent == 5.0)
-    step(empty, 9.0)
+    empty.set("percent", 9.0)
     assert left[0].exists(), "no other file holds the work yet"
-    step(empty, 10.0)
+    empty.set("percent", 10.0)
     gate.set()
     empty.settle()
     assert 9.0 not in written, "nothing was replaced: this test shows nothing"
