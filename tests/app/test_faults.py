@@ -1,13 +1,13 @@
 """What nobody expected: said in the bar, written down, and the work goes on."""
 
-from __future__ import annotations
-
 import sys
 import threading
 
 import pytest
 from kogao_app.faults import Faults
 from PySide6.QtCore import Qt, QTimer
+
+pytestmark = pytest.mark.usefixtures("one_window")
 
 
 @pytest.fixture

@@ -1,7 +1,5 @@
 """What lies round the work: presets, recent photos, film strip, palette, keys, panels."""
 
-from __future__ import annotations
-
 import shutil
 from collections import Counter
 
@@ -39,14 +37,6 @@ ALT = Qt.KeyboardModifier.AltModifier
 in_one_window = pytest.mark.usefixtures("one_window")
 
 
-def choose(menu, words):
-    """Open a menu and choose the entry that says `words`."""
-    menu.aboutToShow.emit()
-    action = next(action for action in menu.actions() if words in action.text())
-    assert action.isEnabled()
-    action.trigger()
-
-
 def drop(driver, *paths):
     data = QMimeData()
     data.setUrls([QUrl.fromLocalFile(str(path)) for path in paths])
@@ -68,8 +58,7 @@ def drop_data(driver, data):
 @in_one_window
 def test_the_history_lists_gestures_and_leads_back(opened):
     opened.change_something()
-    opened.editor.recipe.set_field("lattice", 2.0)
-    opened.editor.document.commit()
+    opened.set("lattice", 2.0)
     view = opened.panel("history")
     texts = [view.model().index(row, 0).data() for row in range(view.model().rowCount())]
     rows = ["As it was opened", "Warp distance 4.0 → 5.0 % of D", "Lattice 1.0 → 2.0"]
@@ -86,10 +75,8 @@ def test_the_history_lists_gestures_and_leads_back(opened):
     assert said.hint_text == "Done again: Warp distance 4.0 → 5.0 % of D"
 
 
-@pytest.mark.usefixtures("unkept")
-def test_opening_another_photo_asks_before_changes_are_lost(opened, tmp_path):
-    other = tmp_path / "other.png"
-    assert cv2.imwrite(str(other), textured_photo(seed=3))
+@pytest.mark.usefixtures("unkept", "one_window")
+def test_opening_another_photo_asks_before_changes_are_lost(opened, other):
     opened.change_something()
     for answer in ("Cancel", "Discard"):
         drop(opened, other)
@@ -103,7 +90,7 @@ def test_opening_another_photo_asks_before_changes_are_lost(opened, tmp_path):
 
 @in_one_window
 def test_the_papers_settings_are_a_preset(opened):
-    choose(opened.window.menus["presets"], "The paper's")
+    opened.choose("presets", "The paper's")
     assert opened.state.recipe == PAPER
     assert opened.editor.document.undo.undoText() == "Preset The paper's"
 
@@ -116,10 +103,11 @@ def test_settings_are_kept_under_a_name_and_used_again(opened, start, photo):
     QTest.keyClicks(line, "Wedding")
     QTest.keyClick(line, KEYS.Key_Return)
     other = start(photo)
-    choose(other.window.menus["presets"], "Wedding")
+    other.choose("presets", "Wedding")
     assert other.state.recipe.percent == 5.0
     removal = next(a for a in other.window.menus["presets"].actions() if a.menu()).menu()
-    choose(removal, "Wedding")
+    removal.aboutToShow.emit()
+    next(one for one in removal.actions() if "Wedding" in one.text()).trigger()
     other.window.menus["presets"].aboutToShow.emit()
     assert "Wedding" not in [a.text() for a in other.window.menus["presets"].actions()]
 
@@ -127,18 +115,19 @@ def test_settings_are_kept_under_a_name_and_used_again(opened, start, photo):
 @in_one_window
 def test_a_preset_gives_a_chosen_face_settings_of_its_own(opened):
     opened.editor.recipe.choose(0)
-    choose(opened.window.menus["presets"], "Small face")
+    opened.choose("presets", "Small face")
     assert opened.state.faces[0].recipe.percent == 6.0
     assert opened.state.recipe.percent == 4.0
 
 
+@in_one_window
 def test_the_menu_opens_the_folder_of_preset_files(opened, storage, monkeypatch):
     shown = []
     monkeypatch.setattr(QDesktopServices, "openUrl", shown.append)
-    choose(opened.window.menus["presets"], "Open preset folder")
+    opened.choose("presets", "Open preset folder")
     assert shown == [QUrl.fromLocalFile(str(storage.presets))]
     (storage.presets / "Laid here.json").write_text('{"percent": 7}')
-    choose(opened.window.menus["presets"], "Laid here")
+    opened.choose("presets", "Laid here")
     assert opened.state.recipe.percent == 7.0
 
 
@@ -161,10 +150,10 @@ def test_opened_photos_are_offered_again(opened, start, photo, tmp_path):
     later.window.menus["recent"].aboutToShow.emit()
     texts = [action.text() for action in later.window.menus["recent"].actions()]
     assert texts[:2] == ["a&&b.png", "portrait.png"]
-    choose(later.window.menus["recent"], "portrait.png")
+    later.choose("recent", "portrait.png")
     later.settle()
     assert later.editor.document.path == photo
-    choose(later.window.menus["recent"], "Clear list")
+    later.choose("recent", "Clear list")
     later.window.menus["recent"].aboutToShow.emit()
     assert not any("portrait" in action.text() for action in later.window.menus["recent"].actions())
 
@@ -486,17 +475,18 @@ def test_without_a_photo_the_window_says_what_to_do(empty, photo):
     empty.open(photo)
 
 
-def test_without_a_photo_the_last_ones_are_offered(opened, start, photo):
-    later = start()
-    links = [
-        label for label in later.editor.recent.empty.findChildren(QLabel) if "href" in label.text()
-    ]
-    folder, link = links
-    assert photo.parent.name in folder.text()
-    assert "portrait.png" in link.text()
-    link.linkActivated.emit("#")
-    later.settle()
-    assert later.editor.document.path == photo
+def test_without_a_photo_the_last_ones_and_their_folder_are_offered(opened, start, photo):
+    later, at_last = start(), start()
+    for driver, place in ((later, 1), (at_last, 0)):
+        labels = driver.editor.recent.empty.findChildren(QLabel)
+        folder, link = (label for label in labels if "href" in label.text())
+        assert photo.parent.name in folder.text()
+        assert "portrait.png" in link.text()
+        (folder, link)[place].linkActivated.emit("#")
+        driver.settle()
+        assert driver.editor.document.path == photo
+    assert not later.editor.strip.film.count()
+    assert at_last.editor.strip.film.count() == 1
     assert opened.editor.document.path == photo
 
 
