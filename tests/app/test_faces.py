@@ -1,7 +1,5 @@
 """Each face with settings of its own, and settings carried from face to face and photo to photo."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from kogao_app.view_state import Handle
@@ -9,7 +7,6 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtTest import QTest
 
-from kogao_core.pipeline import render
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.warp import fit
 
@@ -56,8 +53,7 @@ def test_a_selected_face_gets_settings_of_its_own(two, pixels):
     assert spoken == "Face 2, by hand, own settings, 15 %"
     rows = two.panel("faces").list
     assert rows.sizeHintForColumn(0) <= rows.viewport().width(), "no row is cut"
-    expected = render(pixels, two.state.active, two.state.recipe).pixels
-    np.testing.assert_array_equal(two.shown, expected)
+    np.testing.assert_array_equal(two.shown, two.rendered(pixels))
     assert two.editor.document.undo.count() == 1
 
 
@@ -165,8 +161,7 @@ def test_settings_that_ask_for_too_much_are_said_and_undone(start, photo, pixels
 
     driver.key(KEYS.Key_F, CONTROL)
     driver.settle()
-    expected = render(pixels, driver.state.active, driver.state.recipe).pixels
-    np.testing.assert_array_equal(driver.shown, expected)
+    np.testing.assert_array_equal(driver.shown, driver.rendered(pixels))
 
 
 def test_settings_of_nothing_to_warp_show_the_photo(two, pixels):

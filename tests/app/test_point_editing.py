@@ -1,7 +1,5 @@
 """Points in hand: neighbours that follow, both sides at once, a landmark called by a click."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from few_cases import few_of
