@@ -5,6 +5,7 @@ from __future__ import annotations
 import struct
 
 import numpy as np
+from skimage.color import deltaE_ciede2000
 
 _D50 = np.array([0.9642, 1.0, 0.8249])
 _D65_XY, D50_XY = (0.3127, 0.3290), (0.3457, 0.3585)
@@ -97,24 +98,4 @@ def lab_of_srgb(values: np.ndarray) -> np.ndarray:
 
 def delta_e_2000(first: np.ndarray, second: np.ndarray) -> np.ndarray:
     """Return the CIEDE2000 difference of L*a*b* colours, last axis L*, a*, b*."""
-    (l1, a1, b1), (l2, a2, b2) = np.moveaxis(first, -1, 0), np.moveaxis(second, -1, 0)
-    mean_c = (np.hypot(a1, b1) + np.hypot(a2, b2)) / 2
-    g = 1.5 - 0.5 * np.sqrt(mean_c**7 / (mean_c**7 + 25.0**7))
-    a1, a2 = g * a1, g * a2
-    c1, c2 = np.hypot(a1, b1), np.hypot(a2, b2)
-    h1, h2 = (np.degrees(np.arctan2(b, a)) % 360 for b, a in ((b1, a1), (b2, a2)))
-    coloured = c1 * c2 > 0
-    dh = np.where(coloured, (h2 - h1 + 180) % 360 - 180, 0.0)
-    mean_l, mean_c = (l1 + l2) / 2, (c1 + c2) / 2
-    apart = np.abs(h1 - h2) > 180
-    mean_h = np.where(coloured, (h1 + h2 + np.where(apart, 360, 0)) / 2, h1 + h2)
-    t = 1.0 - 0.17 * np.cos(np.radians(mean_h - 30)) + 0.24 * np.cos(np.radians(2 * mean_h))
-    t += 0.32 * np.cos(np.radians(3 * mean_h + 6)) - 0.20 * np.cos(np.radians(4 * mean_h - 63))
-    light = 1 + 0.015 * (mean_l - 50) ** 2 / np.sqrt(20 + (mean_l - 50) ** 2)
-    sc, sh = 1 + 0.045 * mean_c, 1 + 0.015 * mean_c * t
-    turn = np.radians(60 * np.exp(-(((mean_h % 360 - 275) / 25) ** 2)))
-    rotation = -2 * np.sqrt(mean_c**7 / (mean_c**7 + 25.0**7)) * np.sin(turn)
-    chroma = (c2 - c1) / sc
-    hue = 2 * np.sqrt(c1 * c2) * np.sin(np.radians(dh / 2)) / sh
-    lightness = (l2 - l1) / light
-    return np.sqrt(lightness**2 + chroma**2 + hue**2 + rotation * chroma * hue)
+    return deltaE_ciede2000(first, second)
