@@ -307,12 +307,8 @@ def other(tmp_path: Path) -> Path:
 
 
 @pytest.fixture
-def storage(
-    request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> Storage:
+def storage(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Storage:
     """Where the editor keeps its things; `main` finds the same places."""
-    if LASTING and "one_window" in request.fixturenames:
-        return LASTING[0].editor.recipe.storage
     for name in ("CONFIG", "DATA"):
         monkeypatch.setenv(f"XDG_{name}_HOME", str(tmp_path / "home" / name.lower()))
     return Storage.of_user()

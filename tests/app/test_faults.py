@@ -7,8 +7,6 @@ import pytest
 from kogao_app.faults import Faults
 from PySide6.QtCore import Qt, QTimer
 
-pytestmark = pytest.mark.usefixtures("one_window")
-
 
 @pytest.fixture
 def faults(opened, storage, qtbot):

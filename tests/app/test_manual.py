@@ -249,7 +249,8 @@ def test_the_clock_stops_on_apply_and_goes_on_with_the_next_mark(manual, photo):
     manual.qtbot.waitUntil(lambda: clock.elapsed_s > 0.0)
     other = photo.with_name("other.png")  # the same one would go on where it was left
     other.write_bytes(photo.read_bytes())
-    manual.open(other)
+    manual.editor.files.read(other)
+    manual.settle()
     assert clock.elapsed_s == 0.0
     assert manual.state.mode == "automatic"
 

@@ -39,7 +39,8 @@ def test_a_result_starts_untouched_and_leads_to_its_photo(opened, start, photo, 
     assert "own result" not in other.say()
 
 
-def test_a_batch_of_a_folder_leaves_results_alone_and_says_so(opened, photo, storage, tmp_path):
+def test_a_batch_of_a_folder_leaves_results_alone_and_says_so(opened, photo, tmp_path):
+    storage = opened.editor.strip.storage
     copied(opened, tmp_path / "copy.png")
     folder, went = tmp_path / "out", []
     order = Order((photo, tmp_path / "copy.png"), folder, RetouchJob())
@@ -112,7 +113,7 @@ def test_keys_pass_results_over(strip):
         assert strip.editor.document.path.name == name
 
 
-def test_settings_go_to_those_that_are_chosen_and_to_nobody_else(strip, storage):
+def test_settings_go_to_those_that_are_chosen_and_to_nobody_else(strip):
     strip.window.actions_by_name["give-settings"].trigger()
     assert "Select other photos" in strip.say()
     click_on(strip, 3)
@@ -124,9 +125,9 @@ def test_settings_go_to_those_that_are_chosen_and_to_nobody_else(strip, storage)
     assert strip.editor.document.path.name == "a.png", "choosing opens nothing"
     strip.window.actions_by_name["give-settings"].trigger()
     strip.settle()
-    folder = strip.editor.document.path.parent
-    kept = {name: sidecar.kept(folder / f"{name}.png", storage.edits) for name in "abcd"}
-    kept["result"] = sidecar.kept(folder / "a_kogao.png", storage.edits)
+    folder, edits = strip.editor.document.path.parent, strip.editor.strip.storage.edits
+    kept = {name: sidecar.kept(folder / f"{name}.png", edits) for name in "abcd"}
+    kept["result"] = sidecar.kept(folder / "a_kogao.png", edits)
     held = {name: load(file).automatic for name, file in kept.items() if file}
     assert {name: sheet.recipe.percent for name, sheet in held.items()} == dict.fromkeys("abc", 8.0)
     assert all(len(sheet.faces) == 1 for sheet in held.values())

@@ -142,14 +142,14 @@ def pixels(image):
 
 
 @pytest.mark.parametrize("own", [False, True])
-def test_a_thumbnail_shows_the_edits(strip, storage, own):
+def test_a_thumbnail_shows_the_edits(strip, own):
     editor = strip.editor
     if own:
         prefer(editor.strip.settings, EDITS, "own")
     path, film = editor.document.path, editor.strip.film
     before, icon = pixels(thumbnail(path)), film.item(0).icon().cacheKey()
     strip.edit(6.0)
-    edited = pixels(thumbnail(path, edits=storage.edits))
+    edited = pixels(thumbnail(path, edits=editor.strip.storage.edits))
     assert edited.shape == before.shape
     apart = np.abs(edited - before)
     assert apart.max() > 20

@@ -120,7 +120,6 @@ def test_a_preset_gives_a_chosen_face_settings_of_its_own(opened):
     assert opened.state.recipe.percent == 4.0
 
 
-@in_one_window
 def test_the_menu_opens_the_folder_of_preset_files(opened, storage, monkeypatch):
     shown = []
     monkeypatch.setattr(QDesktopServices, "openUrl", shown.append)
