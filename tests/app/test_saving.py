@@ -97,7 +97,8 @@ def test_nothing_is_disclosed_by_default(opened, jpeg, tmp_path):
     np.testing.assert_array_equal(copy.pixels, opened.shown)
 
 
-def test_a_record_and_a_label_are_written_and_remembered(opened, start, jpeg, tmp_path):
+def test_a_record_and_a_label_are_written_and_remembered(start, jpeg, tmp_path):
+    opened = start()
     opened.open(jpeg)
     options = Options(opened)
     options.set(record=True, labelled=True, label="retouched by hand")
