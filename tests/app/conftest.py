@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import os
+import threading
 
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
@@ -27,13 +28,14 @@ from kogao_app.view_state import Following, Handle
 from kogao_app.widgets import messages
 from kogao_app.widgets.controls import Fold
 from kogao_app.window import Window
+from kogao_app.workspaces import WORKSPACES
 from PySide6.QtCore import QEvent, QPoint, QPointF, Qt, QTimer
 from PySide6.QtGui import QFont, QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QFileDialog, QMessageBox, QWidget
 from pytestqt.qtbot import QtBot
 from scenes import KnownFaces, oval_face, textured_photo
-from timeouts import LONGEST_S
+from timeouts import LONGEST_S, held_back
 
 from kogao_core.background import find as background
 from kogao_core.background.people import PersonFinder, PersonMask
@@ -41,7 +43,10 @@ from kogao_core.base.geometry import Image
 from kogao_core.faces.face import Face
 from kogao_core.faces.landmarks.pixels import Pyramid
 from kogao_core.lab.reports.report import Table
+from kogao_core.pipeline import render
 from kogao_core.recipe.recipe import Recipe
+
+SIZE = 1100, 760  # of a window, px
 
 
 class Driver:
@@ -60,6 +65,12 @@ class Driver:
         """The pixels on screen, at full resolution."""
         return self.editor.view.frame.rendering.pixels
 
+    def rendered(self, pixels: Image) -> Image:
+        """What the core makes of the photo's pixels and the state."""
+        edits = self.state.done
+        strokes = {"protection": edits.protection, "brushwork": edits.brushwork}
+        return render(pixels, edits.faces, edits.recipe, **strokes).pixels
+
     def panel(self, feature: str) -> QWidget:
         """The panel that a feature adds to the window."""
         return getattr(self.editor, feature).panel
@@ -70,6 +81,11 @@ class Driver:
     def open(self, path: Path) -> None:
         self.editor.files.open(path)
         self.settle()
+
+    def leave(self) -> None:
+        """Close the window as its user does, and wait until it has closed."""
+        self.window.close()
+        self.qtbot.waitUntil(lambda: not self.window.isVisible())
 
     def key(self, key: Qt.Key, *modifiers: Qt.KeyboardModifier) -> None:
         """Press a key that holds in the whole window."""
@@ -120,6 +136,12 @@ class Driver:
         )
         QApplication.sendEvent(over, wheel)
 
+    def workspaces(self) -> Iterator[str]:
+        """Show each workspace in turn, and yield its name."""
+        for name in WORKSPACES:
+            self.window.actions_by_name[f"workspace-{name}"].trigger()
+            yield name
+
     def unfold(self) -> None:
         """Open every group that opens and closes under its title."""
         for fold in self.window.findChildren(Fold):
@@ -131,6 +153,41 @@ class Driver:
         A gesture goes on until it is committed.
         """
         self.editor.live._rest.setInterval(round(2000 * LONGEST_S))
+
+    def set(self, field: str, value: object) -> None:
+        """Set a field of the recipe as one undo step."""
+        self.editor.recipe.set_field(field, value)
+        self.editor.document.commit()
+
+    def edit(self, percent: float) -> None:
+        """Set the warp distance as one undo step, and wait until the edit is kept."""
+        self.set("percent", percent)
+        self.settle()
+
+    def save(self, path: Path) -> None:
+        """Save a copy, and wait until it is written."""
+        self.editor.files.save(path)
+        self.settle()
+
+    def to_front(self) -> None:
+        self.window.activateWindow()
+        self.qtbot.waitUntil(self.window.isActiveWindow)
+
+    def choose(self, menu: str, words: str) -> None:
+        """Open a menu and choose the entry that says `words`."""
+        self.window.menus[menu].aboutToShow.emit()
+        action = next(one for one in self.window.menus[menu].actions() if words in one.text())
+        assert action.isEnabled()
+        action.trigger()
+
+    def align(self) -> QPoint:
+        """Pan the photo's pixels onto the screen's, and return where its corner lies."""
+        corner = self.canvas.to_screen(np.array([-0.5, -0.5]))
+        at = corner.toPoint()
+        self.canvas.start_pan(corner)
+        self.canvas.pan_to(at.toPointF())
+        self.canvas.end_pan()
+        return at
 
     def change_something(self) -> None:
         """Make the warp distance larger by a key; it is one undo step."""
@@ -180,12 +237,14 @@ class LastingDriver(Driver):
     def tidy(self, workspace: str) -> None:
         """Put back what a photo doesn't bring along, as it was at first."""
         self.editor.document.abort()
-        self.editor.document.undo.setIndex(0)  # nobody is asked about work half done
+        # Nobody is asked about work half done.
+        self.editor.document.begin_with(self.editor.document.base)
         for widget in QApplication.topLevelWidgets():
             if widget is not self.window and widget.isVisible():
                 widget.close()
         while self.window.bar.dismiss():
             pass
+        self.window.resize(*SIZE)
         self.window.activateWindow()
         self.editor.recipe.choose(None)
         self.editor.workspaces.show(workspace)
@@ -236,6 +295,14 @@ def encoded() -> bytes:
 def photo(tmp_path: Path, encoded: bytes) -> Path:
     path = tmp_path / "portrait.png"
     path.write_bytes(encoded)
+    return path
+
+
+@pytest.fixture
+def other(tmp_path: Path) -> Path:
+    """Another photo beside the first."""
+    path = tmp_path / "other.png"
+    assert cv2.imwrite(str(path), textured_photo(seed=5))
     return path
 
 
@@ -313,7 +380,7 @@ def _collected() -> Iterator[None]:
 
 
 def _shown(driver: Driver) -> Driver:
-    driver.window.resize(1100, 760)
+    driver.window.resize(*SIZE)
     with driver.qtbot.waitExposed(driver.window):
         driver.window.show()
     return driver
@@ -377,7 +444,7 @@ def start(
             driver.editor.recipe.begin_with(Recipe(percent=4.0))
         # The question of the first save has been answered.
         settings = driver.editor.save_options.settings
-        if lasts or not settings.contains("saving/record"):
+        if driver in LASTING or not settings.contains("saving/record"):
             settings.setValue("saving/record", False)
         # A double click of the last test leaves the button down.
         QTest.mouseRelease(driver.window, Qt.MouseButton.LeftButton, pos=QPoint(1, 1))
@@ -445,6 +512,19 @@ def text_size(qapp: QApplication) -> Iterator[Callable[[float], None]]:
 
     yield scale
     qapp.setFont(before)
+
+
+@pytest.fixture
+def searched(
+    start: Callable[[], Driver], source: KnownFaces, photo: Path
+) -> Iterator[tuple[Driver, threading.Event]]:
+    """An editor whose search for the photo's faces is slow, and what lets the search end."""
+    gate, source.find = held_back(source.find)
+    driver = start()
+    driver.editor.files.read(photo)
+    driver.qtbot.waitUntil(lambda: driver.editor.document.photo is not None)
+    yield driver, gate
+    gate.set()
 
 
 @pytest.fixture

@@ -1,7 +1,5 @@
 """A photo that something shows through lies on a checkerboard, before and after alike."""
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 import pytest
@@ -14,7 +12,6 @@ from test_overlays import hide_marks, pixels_of
 
 from kogao_core.base.display import rgba8
 from kogao_core.photo import read
-from kogao_core.pipeline import render
 
 pytestmark = pytest.mark.usefixtures("one_window")
 
@@ -31,6 +28,14 @@ def cut_out(tmp_path):
     return path, pixels
 
 
+@pytest.fixture
+def bare(start, cut_out):
+    """An editor with that photo and no marks over it."""
+    driver = start(cut_out[0])
+    hide_marks(driver)
+    return driver
+
+
 def greys(driver, x, y):
     """The colours of two neighbouring squares of the screen round a point of the photo."""
     picture = pixels_of(driver)
@@ -40,23 +45,20 @@ def greys(driver, x, y):
 
 
 @pytest.mark.parametrize("look", ["light", "dark"])
-def test_what_is_clear_shows_squares_of_the_theme(start, cut_out, look, qapp):
-    driver = start(cut_out[0])
-    hide_marks(driver)
-    driver.window.dress(theme.apply(qapp, look))
+def test_what_is_clear_shows_squares_of_the_theme(bare, look, qapp):
+    bare.window.dress(theme.apply(qapp, look))
     colours = theme.LIGHT if look == "light" else theme.DARK
     board = {tuple(bytes.fromhex(grey[1:])) for grey in (colours.window, colours.line)}
-    assert set(greys(driver, 60, 60)) == board
-    assert not set(greys(driver, 440, 60)) & board
-    driver.key(Qt.Key.Key_Backslash)
+    assert set(greys(bare, 60, 60)) == board
+    assert not set(greys(bare, 440, 60)) & board
+    bare.key(Qt.Key.Key_Backslash)
 
 
 def test_glass_mixes_the_photo_with_the_squares(start, cut_out):
     path, pixels = cut_out
     driver = start(path)
     hide_marks(driver)
-    driver.editor.recipe.set_field("percent", 0.0)
-    driver.editor.document.commit()
+    driver.set("percent", 0.0)
     driver.key(Qt.Key.Key_1)
     driver.settle()
     at = np.array([240, 40])
@@ -70,37 +72,31 @@ def test_glass_mixes_the_photo_with_the_squares(start, cut_out):
     assert min(np.abs(shown - one).max() for one in mixed) <= 4.0
 
 
-def test_a_preview_lies_on_the_board_and_not_on_the_last_picture(start, cut_out):
-    driver = start(cut_out[0])
-    hide_marks(driver)
-    before = greys(driver, 60, 60)
-    driver.pause_never()
-    driver.editor.recipe.set_field("percent", 9.0)
-    driver.qtbot.waitUntil(lambda: not driver.editor.view.frame.whole)
-    assert greys(driver, 60, 60) == before
-    driver.editor.document.commit()
-    driver.settle()
-    assert greys(driver, 60, 60) == before
+def test_a_preview_lies_on_the_board_and_not_on_the_last_picture(bare):
+    before = greys(bare, 60, 60)
+    bare.pause_never()
+    bare.editor.recipe.set_field("percent", 9.0)
+    bare.qtbot.waitUntil(lambda: not bare.editor.view.frame.whole)
+    assert greys(bare, 60, 60) == before
+    bare.editor.document.commit()
+    bare.settle()
+    assert greys(bare, 60, 60) == before
 
 
-def test_the_original_the_wipe_and_the_loupe_show_the_board_too(start, cut_out):
-    driver = start(cut_out[0])
-    hide_marks(driver)
-    before = greys(driver, 60, 60)
-    driver.canvas.show_original(True)
-    assert greys(driver, 60, 60) == before
-    driver.canvas.show_original(False)
-    driver.key(Qt.Key.Key_W)
-    assert greys(driver, 60, 60) == before
+def test_the_original_the_wipe_and_the_loupe_show_the_board_too(bare):
+    before = greys(bare, 60, 60)
+    bare.canvas.show_original(True)
+    assert greys(bare, 60, 60) == before
+    bare.canvas.show_original(False)
+    bare.key(Qt.Key.Key_W)
+    assert greys(bare, 60, 60) == before
 
 
-def test_the_difference_shows_what_has_changed_in_alpha(start, cut_out):
-    driver = start(cut_out[0])
-    hide_marks(driver)
-    driver.key(Qt.Key.Key_X)
-    picture = pixels_of(driver)
+def test_the_difference_shows_what_has_changed_in_alpha(bare):
+    bare.key(Qt.Key.Key_X)
+    picture = pixels_of(bare)
     assert picture.max() > 30
-    corner = driver.canvas.to_screen(np.array([5.0, 5.0])).toPoint()
+    corner = bare.canvas.to_screen(np.array([5.0, 5.0])).toPoint()
     assert picture[corner.y(), corner.x()].max() == 0
 
 
@@ -116,11 +112,9 @@ def test_a_copy_keeps_its_alpha_and_what_is_shown_is_what_is_saved(start, cut_ou
     path, pixels = cut_out
     driver = start(path)
     copy = tmp_path / "copy.png"
-    driver.editor.files.save(copy)
-    driver.settle()
-    expected = render(pixels, driver.state.active, driver.state.recipe).pixels
-    np.testing.assert_array_equal(read(copy).pixels, expected)
-    np.testing.assert_array_equal(driver.shown, expected)
+    driver.save(copy)
+    np.testing.assert_array_equal(read(copy).pixels, driver.rendered(pixels))
+    np.testing.assert_array_equal(driver.shown, driver.rendered(pixels))
 
 
 def test_what_is_clear_lends_no_colour_to_the_smaller_levels():

@@ -1,7 +1,5 @@
 """In Compare both modes lie side by side, with their times and what to do next."""
 
-from __future__ import annotations
-
 import re
 
 import numpy as np
@@ -10,6 +8,8 @@ from kogao_app.document import State
 from kogao_app.features.both import _as_text
 from PySide6.QtCore import Qt
 from scenes import oval_face
+
+pytestmark = pytest.mark.usefixtures("one_window")
 
 KEYS, CONTROL = Qt.Key, Qt.KeyboardModifier.ControlModifier
 NONE = "–"  # noqa: RUF001
@@ -69,9 +69,7 @@ def test_a_hand_that_marked_nothing_has_no_time(comparing):
         return {mode: [cell.text() for cell in row] for mode, row in rows}
 
     comparing.key(KEYS.Key_F3)
-    comparing.editor.recipe.set_field("percent", 6.0)
-    comparing.editor.document.commit()
-    comparing.settle()
+    comparing.edit(6.0)
     assert comparing.editor.manual.clock.elapsed_s > 0.0
     assert times()["manual"] == [NONE] * 3
     assert NONE not in times()["automatic"]

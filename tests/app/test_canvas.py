@@ -1,7 +1,5 @@
 """Fine screens, and a window that answers while it works."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys
@@ -81,8 +79,7 @@ def test_the_window_answers_while_it_works(empty, source, photo, tmp_path, monke
     empty.settle()
     empty.key(KEYS.Key_F, Qt.KeyboardModifier.ControlModifier)
     empty.settle()
-    empty.editor.files.save(tmp_path / "copy.png")
-    empty.settle()
+    empty.save(tmp_path / "copy.png")
     assert (tmp_path / "copy.png").is_file()
     assert window.answered == {"read", "find", "render", "write"}
     assert window.stalled == set()

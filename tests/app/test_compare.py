@@ -11,6 +11,8 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QToolBar, QToolButton
 from test_overlays import hide_marks, pixels_of
 
+pytestmark = pytest.mark.usefixtures("one_window")
+
 KEYS = Qt.Key
 NONE = Qt.KeyboardModifier.NoModifier
 
@@ -119,11 +121,7 @@ def test_the_view_beside_shows_the_photo_as_it_was(bare):
 
 def test_the_difference_is_black_outside_and_amplified_inside(bare, pixels):
     bare.key(KEYS.Key_1)
-    corner = bare.canvas.to_screen(np.array([-0.5, -0.5]))
-    bare.canvas.start_pan(corner)
-    bare.canvas.pan_to(QPointF(round(corner.x()), round(corner.y())))
-    bare.canvas.end_pan()
-    left, top = round(corner.x()), round(corner.y())
+    left, top = bare.align().toTuple()
     bare.key(KEYS.Key_X)
     seen = pixels_of(bare)[top + 60 : top + 360, left : left + 480]
     expected = cv2.convertScaleAbs(cv2.absdiff(bare.shown, pixels), alpha=8)
@@ -149,7 +147,6 @@ def test_the_loupe_magnifies_before_and_after_under_the_cursor(bare):
     at = bare.canvas.to_screen(face).toPoint()
     plain = pixels_of(bare)
     bare.key(KEYS.Key_Z)
-    np.testing.assert_array_equal(pixels_of(bare), plain)
     bare.move(at)
     shown = pixels_of(bare)
     changed = np.argwhere((shown != plain).any(axis=-1))
@@ -181,10 +178,7 @@ def test_buttons_keys_and_the_held_original_agree(bare):
     np.testing.assert_array_equal(pixels_of(bare), after)
     bare.key(KEYS.Key_W)
     np.testing.assert_array_equal(original_of(bare), before)
-
-
-def test_a_held_button_shows_the_photo_as_it_was(bare):
-    after, before = pixels_of(bare), original_of(bare)
+    bare.key(KEYS.Key_W)
     bar = bare.window.findChild(QToolBar)
     (hold,) = [b for b in bar.findChildren(QToolButton) if b.text() == "Hold: before"]
     QTest.mousePress(hold, Qt.MouseButton.LeftButton)

@@ -1,7 +1,5 @@
 """What a desktop is told of the program: its icon, what it opens, what a project file is."""
 
-from __future__ import annotations
-
 import configparser
 import os
 import subprocess

@@ -1,7 +1,5 @@
 """Close a photo and open it again: every declared field of its edits returns, in any program."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np
@@ -110,8 +108,7 @@ def leaves(value, path=""):
 
 
 def saved(driver, path):
-    driver.editor.files.save(path)
-    driver.settle()
+    driver.save(path)
     return read(path).pixels
 
 

@@ -15,6 +15,8 @@ import kogao_core as kogao
 from kogao_core.faces.face import ignored
 from kogao_core.lab.experiments import EXPERIMENTS, trials
 
+in_one_window = pytest.mark.usefixtures("one_window")
+
 
 class KnownFace:
     """Finds the made-up face at every size of its photo."""
@@ -59,6 +61,7 @@ def test_every_experiment_stands_in_the_menu(empty):
         assert not empty.window.actions_by_name[f"experiment-{one.name}"].shortcut().isEmpty()
 
 
+@in_one_window
 def test_table_2_is_measured_and_its_report_saved(opened, tmp_path):
     opened.key(KEYS.Key_1, CONTROL, ALT)
     shown = window_of(opened)
@@ -79,6 +82,7 @@ def test_table_2_is_measured_and_its_report_saved(opened, tmp_path):
     assert len(rows) == 10, "four ways at two sizes, and one of them again"
 
 
+@in_one_window
 def test_the_window_names_the_settings_and_repeats_with_the_papers(opened):
     """On a fresh start they are not the paper's."""
     opened.key(KEYS.Key_2, CONTROL, ALT)
@@ -93,6 +97,7 @@ def test_the_window_names_the_settings_and_repeats_with_the_papers(opened):
     assert opened.state.recipe.fit == "approximation"
 
 
+@in_one_window
 def test_closing_the_window_stops_the_experiment(opened):
     opened.key(KEYS.Key_3, CONTROL, ALT)
     shown = window_of(opened)
@@ -120,8 +125,7 @@ def wait_ms(monkeypatch):
     now = [0]
 
     class Timer:
-        def __init__(self):
-            self.start_ms = None
+        start_ms = None
 
         def start(self):
             self.start_ms = now[0]
@@ -162,7 +166,7 @@ def test_one_photo_is_one_trial_from_when_it_is_seen_with_its_corrections(
         wait_ms(round(1000 * seconds))
         driver.key(KEYS.Key_Return, CONTROL)
     by_hand, automatic = trials.read(storage.data / TRIALS)
-    assert (by_hand.photo, by_hand.mode, by_hand.landmarks) == ("portrait.png", "manual", 11)
+    assert (by_hand.photo, by_hand.mode, by_hand.landmarks) == ("portrait.png", "manual", 5)
     assert by_hand.looking_s == pytest.approx(6.2)
     assert by_hand.setting_s == pytest.approx(22.8)
     assert by_hand.corrections_s == pytest.approx((2.2, 1.2))
@@ -181,6 +185,7 @@ def test_points_of_an_earlier_day_are_no_trial(manual, storage):  # noqa: F811
     assert not (storage.data / TRIALS).exists()
 
 
+@in_one_window
 def test_an_entry_writes_the_evidence_of_the_result(opened, tmp_path):
     def write(path):
         opened.window.actions_by_name["experiment-evidence"].trigger()

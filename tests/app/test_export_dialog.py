@@ -10,6 +10,8 @@ from PySide6.QtWidgets import QDialogButtonBox, QFileDialog, QMessageBox
 from kogao_core.base import language
 from kogao_core.photo.export import Export
 
+pytestmark = pytest.mark.usefixtures("one_window")
+
 KEYS = Qt.Key
 CTRL_SHIFT = Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.ShiftModifier
 
@@ -80,17 +82,6 @@ def test_damaged_choices_of_before_are_as_none(opened):
     assert "odd" not in exporting.presets(opened.editor.exporting.settings)
 
 
-def test_the_last_used_settings_are_offered_first_the_next_time(opened, dialog):
-    dialog.form.show_values({"longest_px": 240, "name": "{name}-web"})
-    agree(dialog)
-    opened.settle()
-    opened.window.actions_by_name["export"].trigger()
-    again = opened.dialog(exporting.ExportDialog)
-    assert again.presets.currentText() == "Last used"
-    values = again.form.values()
-    assert (values["longest_px"], values["name"]) == (240, "{name}-web")
-
-
 @pytest.mark.usefixtures("spoken")
 @pytest.mark.parametrize("preset", ["Last used", "2,048 px, sRGB", "Mine"])
 def test_the_preset_of_the_last_export_is_offered_in_another_language(opened, dialog, preset):
@@ -111,8 +102,9 @@ def test_the_preset_of_the_last_export_is_offered_in_another_language(opened, di
     assert again.form.values() == used
 
 
-@pytest.mark.parametrize("action", ["save", "export"])
-@pytest.mark.parametrize(("words", "recorded"), [("Add record", True), ("Don't add", False)])
+@pytest.mark.parametrize(
+    ("action", "words", "recorded"), [("save", "Add record", True), ("export", "Don't add", False)]
+)
 def test_the_edit_record_is_offered_once(opened, photo, action, words, recorded):
     settings = opened.editor.save_options.settings
     settings.remove("saving/record")

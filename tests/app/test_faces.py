@@ -1,7 +1,5 @@
 """Each face with settings of its own, and settings carried from face to face and photo to photo."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from kogao_app.view_state import Handle
@@ -9,7 +7,6 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtTest import QTest
 
-from kogao_core.pipeline import render
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.warp import fit
 
@@ -56,12 +53,11 @@ def test_a_selected_face_gets_settings_of_its_own(two, pixels):
     assert spoken == "Face 2, by hand, own settings, 15 %"
     rows = two.panel("faces").list
     assert rows.sizeHintForColumn(0) <= rows.viewport().width(), "no row is cut"
-    expected = render(pixels, two.state.active, two.state.recipe).pixels
-    np.testing.assert_array_equal(two.shown, expected)
+    np.testing.assert_array_equal(two.shown, two.rendered(pixels))
     assert two.editor.document.undo.count() == 1
 
 
-def test_the_panel_shows_the_selected_faces_values(two):
+def test_the_panel_shows_and_sets_the_selected_faces_values(two):
     choose(two, 1)
     two.press_key(percent(two), KEYS.Key_End)
     two.settle()
@@ -74,13 +70,6 @@ def test_the_panel_shows_the_selected_faces_values(two):
     choose(two, 0)
     assert percent(two).value() == 40
     assert two.panel("recipe").owner.note.text() == "except 1"
-
-
-def test_the_photos_settings_leave_a_face_with_its_own_alone(two):
-    choose(two, 1)
-    two.press_key(percent(two), KEYS.Key_End)
-    two.settle()
-    choose(two, 0)
     two.press_key(percent(two), KEYS.Key_Home)
     two.settle()
     assert [two.state.recipe_of(face).percent for face in (0, 1)] == [15.0, 0.0]
@@ -96,20 +85,20 @@ def test_settings_that_are_there_already_are_no_step(two):
     assert two.editor.document.undo.count() == 1, "but they become its own"
 
 
-@pytest.mark.parametrize("row", [0, 1])
-def test_the_way_back_to_the_photos_settings(two, row):
+def test_the_way_back_to_the_photos_settings(two):
     choose(two, 1)
     two.press_key(percent(two), KEYS.Key_End)
     two.settle()
-    choose(two, row)
     button = two.panel("recipe").owner.button
-    assert button.isVisible()
-    QTest.mouseClick(button, Qt.MouseButton.LeftButton)
-    two.settle()
-    assert two.state.faces[0].recipe is None
-    assert not button.isVisible()
-    two.key(KEYS.Key_Z, CONTROL)
-    assert two.state.faces[0].recipe.percent == 15.0
+    for row in (0, 1):
+        choose(two, row)
+        assert button.isVisible()
+        QTest.mouseClick(button, Qt.MouseButton.LeftButton)
+        two.settle()
+        assert two.state.faces[0].recipe is None
+        assert not button.isVisible()
+        two.key(KEYS.Key_Z, CONTROL)
+        assert two.state.faces[0].recipe.percent == 15.0
 
 
 def test_what_only_the_photo_can_choose_stays_the_photos(two):
@@ -172,8 +161,7 @@ def test_settings_that_ask_for_too_much_are_said_and_undone(start, photo, pixels
 
     driver.key(KEYS.Key_F, CONTROL)
     driver.settle()
-    expected = render(pixels, driver.state.active, driver.state.recipe).pixels
-    np.testing.assert_array_equal(driver.shown, expected)
+    np.testing.assert_array_equal(driver.shown, driver.rendered(pixels))
 
 
 def test_settings_of_nothing_to_warp_show_the_photo(two, pixels):

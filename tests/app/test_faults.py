@@ -1,7 +1,5 @@
 """What nobody expected: said in the bar, written down, and the work goes on."""
 
-from __future__ import annotations
-
 import sys
 import threading
 

@@ -1,7 +1,5 @@
 """The gauge: visibility beside the original, and the paper's survey where it applies."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest
@@ -25,19 +23,8 @@ def is_speaking(driver):
     return bool(gauge(driver).seen.text() or gauge(driver).text.text())
 
 
-def move_alone(driver):
-    """Let faces move alone, as those of the survey did."""
-    driver.editor.recipe.set_field("scope", "face")
-    driver.editor.document.commit()
-
-
-def set_percent(driver, percent):
-    driver.editor.recipe.set_field("percent", percent)
-    driver.editor.document.commit()
-
-
 def test_the_papers_choice_reads_zero_and_names_its_source(opened):
-    move_alone(opened)
+    opened.set("scope", "face")
     assert gauge(opened).text.text() == "0.0 % of answers: unnatural"
     for words in ("Table 1", "32 students", "25 faces", "past the targets by about 13 %"):
         assert words in gauge(opened).text.toolTip()
@@ -53,29 +40,28 @@ def test_visibility_has_three_grades_by_the_studies(opened):
         (7.9, "half of viewers or more"),
         (8.0, "62 % of viewers call it clearly different"),
     ):
-        set_percent(opened, percent)
+        opened.set("percent", percent)
         assert words in seen.text(), percent
 
 
 def test_the_survey_follows_distance_and_centre_and_warns_above_six_percent(opened):
-    move_alone(opened)
+    opened.set("scope", "face")
     text = gauge(opened).text
     for percent, words in (
         (6.0, "5.0 % of answers: unnatural"),
         (1.0, "At most 0.6 % of answers: unnatural"),
         (15.0, "⚠ At least 70 % of answers: unnatural"),
     ):
-        set_percent(opened, percent)
+        opened.set("percent", percent)
         assert (text.text(), text.warns) == (words, percent > 6.0)
-    set_percent(opened, 6.0)
+    opened.set("percent", 6.0)
     QTest.mouseClick(opened.panel("recipe").centre.group.button(4), Qt.MouseButton.LeftButton)
     assert "6.8 %" in text.text()
 
 
 def test_it_is_silent_where_its_sources_say_nothing(opened):
     for field, value in (("scope", "head"), ("percent", 8.0)):
-        opened.editor.recipe.set_field(field, value)
-        opened.editor.document.commit()
+        opened.set(field, value)
     assert gauge(opened).seen.text()
     assert not gauge(opened).text.text(), "the survey showed the face alone"
     opened.editor.recipe.set_field("jaw_width", -4.0)
@@ -83,7 +69,7 @@ def test_it_is_silent_where_its_sources_say_nothing(opened):
     opened.editor.recipe.set_field("jaw_width", 0.0)
     assert is_speaking(opened)
     for percent in (0.0, -4.0):
-        set_percent(opened, percent)
+        opened.set("percent", percent)
         assert not is_speaking(opened)
 
 
@@ -94,39 +80,37 @@ def test_without_an_active_face_there_is_none(opened):
 
 
 @pytest.mark.parametrize("workspace", WORKSPACES)
-@pytest.mark.parametrize("scope", ["head", "face"])
-def test_the_controls_below_stay_whatever_is_read(start, photo, workspace, scope):
+def test_the_controls_below_stay_whatever_is_read(start, photo, workspace):
     driver = start(photo, workspace=workspace)
-    change = driver.panel("recipe").scope
+    panel = driver.panel("recipe")
 
     def top():
         driver.settle()
         for _ in range(3):  # nested layouts pass on a new height one event at a time
             QApplication.processEvents()
-        return change.mapTo(driver.window, QPoint()).y()
+        return panel.scope.mapTo(driver.window, QPoint()).y()
 
-    driver.editor.recipe.set_field("scope", scope)
-    driver.editor.document.commit()
-    before = top()
-    frame = driver.editor.view.frame
-    limits = (Limit(0.4, tuple(driver.state.faces[0].outline[4])),)
-    reduced = replace(frame, rendering=replace(frame.rendering, limits=limits))
-    driver.panel("recipe").show_frame(reduced)
-    driver.panel("recipe").mark_readings(final=True)
-    assert "40 %" in driver.panel("recipe").one_to_one.text()
-    assert top() == before
-    driver.editor.manual.switch("manual")
-    driver.editor.recipe.set_field("scope", scope)
-    driver.editor.document.commit()
-    assert not is_speaking(driver)
-    assert top() == before
+    for scope in ("head", "face"):
+        driver.editor.manual.switch("automatic")
+        driver.set("scope", scope)
+        before = top()
+        frame = driver.editor.view.frame
+        limits = (Limit(0.4, tuple(driver.state.faces[0].outline[4])),)
+        panel.show_frame(replace(frame, rendering=replace(frame.rendering, limits=limits)))
+        panel.mark_readings(final=True)
+        assert "40 %" in panel.one_to_one.text()
+        assert top() == before
+        driver.editor.manual.switch("manual")
+        driver.set("scope", scope)
+        assert not is_speaking(driver)
+        assert top() == before
 
 
 def test_all_faces_means_those_without_settings_of_their_own(two):
-    move_alone(two)
-    set_percent(two, 4.0)
+    two.set("scope", "face")
+    two.set("percent", 4.0)
     two.editor.recipe.choose(1)
-    set_percent(two, 10.0)
+    two.set("percent", 10.0)
     assert gauge(two).text.warns
     two.editor.recipe.choose(None)
     assert gauge(two).text.text() == "0.0 % of answers: unnatural", "as the slider above it"
@@ -137,7 +121,7 @@ def test_all_faces_means_those_without_settings_of_their_own(two):
 
 
 def test_what_was_achieved_stands_under_it_and_the_papers_fit_goes_past(opened):
-    move_alone(opened)
+    opened.set("scope", "face")
     opened.settle()
     recipe = opened.panel("recipe")
     assert recipe.residual.text().startswith("achieved 4.00 % of D\n")

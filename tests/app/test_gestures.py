@@ -1,7 +1,5 @@
 """Sliders, keys and points, driven as a user drives them."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np
@@ -14,7 +12,6 @@ from PySide6.QtCore import QPoint, QPointF, Qt, QTimer
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QStyle
 
-from kogao_core.pipeline import render
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.warp.limits import check_faces
 
@@ -33,9 +30,8 @@ def test_slider_keys_change_the_result_and_are_one_step_each(opened, pixels):
         QTest.keyClick(slider(opened), KEYS.Key_Right)
     QTest.keyClick(slider(opened), KEYS.Key_PageUp)
     opened.settle()
-    recipe = opened.state.recipe
-    assert recipe.percent == pytest.approx(4.0 + 3 * 0.1 + 1.0)
-    np.testing.assert_array_equal(opened.shown, render(pixels, opened.state.active, recipe).pixels)
+    assert opened.state.recipe.percent == pytest.approx(4.0 + 3 * 0.1 + 1.0)
+    np.testing.assert_array_equal(opened.shown, opened.rendered(pixels))
     assert opened.editor.document.undo.count() == 4
 
 
@@ -81,23 +77,7 @@ def test_escape_ends_a_slider_gesture_as_if_it_had_not_been(opened):
     assert opened.editor.document.undo.count() == 0
 
 
-def test_undo_and_redo_bring_results_back(opened):
-    before = opened.shown.copy()
-    opened.press_key(slider(opened), KEYS.Key_PageUp)
-    opened.settle()
-    after = opened.shown.copy()
-    assert (after != before).any()
-    opened.key(KEYS.Key_Z, Qt.KeyboardModifier.ControlModifier)
-    opened.settle()
-    np.testing.assert_array_equal(opened.shown, before)
-    assert slider(opened).value() == 40
-    control_shift = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.ShiftModifier
-    opened.key(KEYS.Key_Z, *control_shift)
-    opened.settle()
-    np.testing.assert_array_equal(opened.shown, after)
-
-
-@pytest.mark.parametrize("handle", [LEFT, Handle("eye", 0, 2), Handle("mouth", 0, 1)])
+@pytest.mark.parametrize("handle", [LEFT, Handle("mouth", 0, 1)])
 def test_a_dragged_landmark_follows_the_mouse_and_is_one_step(opened, pixels, handle):
     before = opened.state
     old = position(before, handle)
@@ -110,8 +90,7 @@ def test_a_dragged_landmark_follows_the_mouse_and_is_one_step(opened, pixels, ha
     moved_px = np.hypot(by.x(), by.y()) / scale
     assert opened.editor.document.undo.undoText().endswith(f" {moved_px:.1f} px")
     opened.settle()
-    expected = render(pixels, opened.state.active, opened.state.recipe).pixels
-    np.testing.assert_array_equal(opened.shown, expected)
+    np.testing.assert_array_equal(opened.shown, opened.rendered(pixels))
     opened.key(KEYS.Key_Z, Qt.KeyboardModifier.ControlModifier)
     assert opened.state is before
 
@@ -147,8 +126,7 @@ def test_a_dragged_target_stays_until_it_is_made_automatic(opened):
 
 def test_arrows_nudge_the_selected_point(opened):
     at = opened.on_screen(CHIN)
-    opened.press(at)
-    opened.release(at)
+    opened.click(at)
     assert opened.editor.document.undo.count() == 0
     old = position(opened.state, CHIN)
     QTest.keyClick(opened.canvas, KEYS.Key_Right)
@@ -161,15 +139,6 @@ def test_a_handle_is_taken_from_twelve_pixels_away_but_not_from_far(opened):
     at = opened.on_screen(CHIN)
     assert opened.canvas.handle_at(QPointF(at + QPoint(0, 11))) == CHIN
     assert opened.canvas.handle_at(QPointF(at + QPoint(0, 40))) is None
-
-
-def test_clicking_a_candidate_chooses_the_centre(opened):
-    at = opened.on_screen(Handle("centre", 0, 2))
-    opened.press(at)
-    opened.release(at)
-    assert opened.state.recipe.center == 3
-    buttons = [b for b in opened.panel("recipe").centre.group.buttons() if b.isChecked()]
-    assert [b.text() for b in buttons] == ["3"]
 
 
 def test_centre_buttons_lattice_and_choices_reach_the_recipe_and_the_history(opened, pixels):
@@ -187,8 +156,7 @@ def test_centre_buttons_lattice_and_choices_reach_the_recipe_and_the_history(ope
         guard=False,
     )  # fmt: skip
     assert opened.state.recipe == wanted
-    expected = render(pixels, opened.state.active, wanted).pixels
-    np.testing.assert_array_equal(opened.shown, expected)
+    np.testing.assert_array_equal(opened.shown, opened.rendered(pixels))
     stack = opened.editor.document.undo
     assert [stack.text(row) for row in range(stack.count())] == [
         "Change Head → Face only",
@@ -263,16 +231,6 @@ def test_a_click_beside_the_handle_is_a_step_after_a_moment(opened):
     opened.qtbot.waitUntil(lambda: opened.editor.document.undo.count() == 1)
 
 
-def test_a_double_click_on_what_is_the_default_changes_nothing(opened):
-    handle = slider(opened)
-    span = handle.width() - 12
-    x = 6 + QStyle.sliderPositionFromValue(handle.minimum(), handle.maximum(), handle.value(), span)
-    QTest.mouseDClick(handle, Qt.MouseButton.LeftButton, pos=QPoint(x, handle.height() // 2))
-    assert not any(timer.isActive() for timer in handle.findChildren(QTimer)), "nothing is to come"
-    opened.settle()
-    assert opened.editor.document.undo.count() == 0
-
-
 def test_a_press_in_the_groove_brings_the_handle_there_to_be_dragged_on(opened):
     handle = slider(opened)
     x, y = round(0.8 * handle.width()), handle.height() // 2
@@ -285,10 +243,13 @@ def test_a_press_in_the_groove_brings_the_handle_there_to_be_dragged_on(opened):
     assert opened.editor.document.undo.count() == 1
 
 
-def test_a_press_on_the_handle_moves_nothing(opened):
+def test_neither_a_press_on_the_handle_nor_a_double_click_at_the_default_moves_it(opened):
     handle = slider(opened)
     x = 6 + QStyle.sliderPositionFromValue(0, 150, handle.value(), handle.width() - 12)
     for beside in (-4, 0, 4):
-        QTest.mousePress(handle, Qt.MouseButton.LeftButton, pos=QPoint(x + beside, 10))
-        QTest.mouseRelease(handle, Qt.MouseButton.LeftButton, pos=QPoint(x + beside, 10))
+        QTest.mouseClick(handle, Qt.MouseButton.LeftButton, pos=QPoint(x + beside, 10))
+    QTest.mouseDClick(handle, Qt.MouseButton.LeftButton, pos=QPoint(x, 10))
+    assert not any(timer.isActive() for timer in handle.findChildren(QTimer)), "nothing is to come"
+    opened.settle()
     assert opened.state.recipe.percent == 4.0
+    assert opened.editor.document.undo.count() == 0

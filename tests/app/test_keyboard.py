@@ -1,7 +1,5 @@
 """The canvas without a mouse: points, marks and strokes by keys alone."""
 
-from __future__ import annotations
-
 import re
 from functools import reduce
 from operator import or_
@@ -16,7 +14,6 @@ from PySide6.QtWidgets import QAbstractButton, QInputDialog, QWidget
 from scenes import oval_face
 
 from kogao_core.photo import read
-from kogao_core.pipeline import render
 
 pytestmark = pytest.mark.usefixtures("one_window")
 
@@ -65,8 +62,7 @@ def is_seen(widget):
 
 
 def test_tab_goes_round_through_what_is_seen(opened):
-    opened.window.activateWindow()
-    opened.qtbot.waitUntil(opened.window.isActiveWindow)
+    opened.to_front()
     for name in ("compare", "inspect"):
         opened.window.actions_by_name[f"workspace-{name}"].trigger()
         opened.settle()
@@ -168,19 +164,15 @@ def test_under_all_faces_no_point_is_walked_and_the_bar_says_what_to_do(two):
 
 def by_keys(driver, key, *held):
     """Press a key where the focus is, as a keyboard does, in a window that is in front."""
-    driver.window.activateWindow()
-    driver.qtbot.waitUntil(driver.window.isActiveWindow)
+    driver.to_front()
     together = reduce(or_, held, Qt.KeyboardModifier.NoModifier)
     QTest.keyClick(driver.window.focusWidget(), key, together)
     driver.settle()
 
 
-@pytest.mark.parametrize(("workspace", "amount"), [(None, KEYS.Key_O), ("inspect", KEYS.Key_W)])
-def test_from_the_start_to_a_saved_copy_by_keys_alone(
-    start, source, photo, tmp_path, workspace, amount
-):
+def test_from_the_start_to_a_saved_copy_by_keys_alone(start, source, photo, tmp_path):
     source.faces = [oval_face(center=(x, 170), size=0.45) for x in (120, 350)]
-    driver, alt = start(workspace=workspace), Qt.KeyboardModifier.AltModifier
+    driver, alt = start(workspace=None), Qt.KeyboardModifier.AltModifier
     by_keys(driver, KEYS.Key_O, CONTROL)
     driver.choose_path(photo)
     driver.settle()
@@ -188,7 +180,7 @@ def test_from_the_start_to_a_saved_copy_by_keys_alone(
     by_keys(driver, KEYS.Key_Down)
     by_keys(driver, KEYS.Key_Down)
     assert driver.editor.view.face == 1
-    by_keys(driver, amount, alt)
+    by_keys(driver, KEYS.Key_O, alt)
     by_keys(driver, KEYS.Key_Return)
     by_keys(driver, KEYS.Key_6)
     by_keys(driver, KEYS.Key_Return)
@@ -196,7 +188,7 @@ def test_from_the_start_to_a_saved_copy_by_keys_alone(
     by_keys(driver, KEYS.Key_S, CONTROL)
     driver.choose_path(tmp_path / "copy")
     driver.settle()
-    expected = render(read(photo).pixels, driver.state.active, driver.state.recipe).pixels
+    expected = driver.rendered(read(photo).pixels)
     np.testing.assert_array_equal(read(tmp_path / "copy.png").pixels, expected)
     assert not driver.window.isWindowModified()
 

@@ -1,7 +1,5 @@
 """A change calls few functions: only listeners of the changed fields, only their controls."""
 
-from __future__ import annotations
-
 import sys
 
 import pytest
@@ -38,12 +36,9 @@ def notch(request, start, photo):
     return calls
 
 
-def test_a_notch_calls_few_functions_and_shows_only_the_moved_slider(notch):
+def test_a_notch_calls_few_functions_and_receivers_and_shows_only_the_moved_slider(notch):
     assert len(notch) <= MOST_CALLS
     assert sum(function is ValueSlider.show_value.__code__ for _, function in notch) == 1
-
-
-def test_a_change_has_few_receivers(notch):
     tell = Document._tell.__code__
     rounds, own = [], {Document.in_gesture.fget.__code__}
     for caller, function in notch:

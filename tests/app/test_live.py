@@ -13,11 +13,11 @@ from kogao_app.render.pictures import PicturePyramid
 from kogao_app.view_state import Handle, VisiblePart
 from kogao_app.workers import Lane
 from PySide6.QtCore import QPoint
+from PySide6.QtWidgets import QLabel
 from scenes import oval_face, textured_photo
 from timeouts import LONGEST_S
 
 from kogao_core.base.geometry import Box
-from kogao_core.pipeline import render
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.warp import resample
 
@@ -32,11 +32,9 @@ def test_whatever_else_is_under_way_the_picture_comes(opened, pixels):
             lane.submit(lambda: gate.wait(LONGEST_S))
             lane.drop()  # what it returns is nothing that the listeners know
     try:
-        opened.editor.recipe.set_field("percent", 7.0)
-        opened.editor.document.commit()
+        opened.set("percent", 7.0)
         opened.qtbot.waitUntil(lambda: not opened.editor.live.busy)
-        expected = render(pixels, opened.state.active, Recipe(percent=7.0)).pixels
-        np.testing.assert_array_equal(opened.shown, expected)
+        np.testing.assert_array_equal(opened.shown, opened.rendered(pixels))
     finally:
         gate.set()
     opened.settle()
@@ -115,8 +113,7 @@ def test_a_picture_whose_preview_comes_last_is_settled_too(opened, monkeypatch):
     monkeypatch.setattr(Surface, "render", late)
     opened.editor.live.measured.connect(lambda _: measured.set())
     opened.editor.live.settled.connect(lambda: settled.append(opened.editor.view.frame.whole))
-    opened.editor.recipe.set_field("percent", 7.0)
-    opened.editor.document.commit()
+    opened.set("percent", 7.0)
     opened.qtbot.waitUntil(lambda: bool(settled))
     assert settled == [True]
 
@@ -148,10 +145,17 @@ def test_readings_are_marked_until_they_are_those_of_the_whole_photo(opened):
 
 def test_another_photo_begins_without_readings(opened, photo):
     labels = opened.panel("recipe").one_to_one, opened.panel("recipe").residual
-    texts = []
-    opened.editor.document.opened.connect(lambda: texts.extend(label.text() for label in labels))
+
+    def readings():
+        status = [one.text() for one in opened.window.status.findChildren(QLabel)]
+        drawn_in = [text for text in status if text.startswith("drawn in")]
+        return drawn_in + [label.text() for label in labels if label.text()]
+
+    seen = []
+    opened.editor.document.opened.connect(lambda: seen.append(readings()))
     opened.open(photo)
-    assert texts == ["", ""]
+    assert seen == [[]]
+    assert len(readings()) == 3
 
 
 def test_a_preview_reads_as_the_whole_photo_does(start, source, tmp_path):

@@ -1,7 +1,6 @@
 """How long a message over the photo stays."""
 
-from __future__ import annotations
-
+import json
 import shutil
 
 import pytest
@@ -9,8 +8,11 @@ from kogao_app.widgets import messages as bar
 from kogao_app.widgets.messages import BarAction, Message, MessageBar
 from PySide6.QtCore import QPoint, QPointF, QRectF, Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QLineEdit, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QApplication, QLineEdit, QVBoxLayout, QWidget
 from scenes import oval_face
+from test_typed import type_in
+
+from kogao_core.recipe.recipe import Recipe
 
 pytestmark = pytest.mark.usefixtures("one_window")
 
@@ -164,7 +166,7 @@ def covered(driver):
     return hidden
 
 
-@pytest.mark.parametrize("place", [(240, 60), (240, 300), (90, 60), (400, 60)])
+@pytest.mark.parametrize("place", [(240, 60), (400, 60)])
 def test_a_message_hides_no_face_where_there_is_room_elsewhere(start, source, photo, place):
     source.faces = [oval_face(center=place, size=0.4)]
     driver = start(photo)
@@ -248,13 +250,38 @@ def test_placing_is_explained_for_as_long_as_it_lasts(opened):
     assert opened.say() == ""
 
 
+def test_what_could_not_be_written_goes_with_the_next_try(opened, tmp_path):
+    opened.editor.figure.export(tmp_path / "nowhere" / "out.png")
+    assert "nowhere" in opened.say()
+    opened.editor.figure.export(tmp_path / "out.png")
+    assert opened.say() == ""
+
+
+def test_a_clipboard_without_settings_is_forgotten_once_some_are_copied(opened):
+    QApplication.clipboard().setText("nothing of ours")
+    opened.editor.recipe.paste()
+    assert "copy some first" in opened.say()
+    opened.editor.recipe.copy()
+    assert Recipe.from_dict(json.loads(QApplication.clipboard().text()))
+    assert opened.say() == ""
+    assert opened.window.status.hint_text == "Settings copied"
+
+
 @pytest.mark.usefixtures("read")
-def test_the_welcome_stays_with_the_sample(empty, photo):
-    empty.editor.files.welcome()
-    empty.settle()
-    assert empty.say().startswith("1 of 3: Move the slider “Amount”")
-    empty.change_something()
-    assert empty.say().startswith("2 of 3")
-    empty.key(Qt.Key.Key_Z, CONTROL)
-    empty.open(photo)
-    assert empty.say() == ""
+def test_what_is_no_value_is_forgotten_once_one_is_typed(opened):
+    """The value that was there is an answer, too, and so is one that is no step to undo."""
+    opened.key(Qt.Key.Key_B)
+    sliders = opened.panel("recipe").percent, opened.panel("protect").size_px
+    for slider, value in zip(sliders, ("4.0", "33"), strict=True):
+        type_in(slider.field, "9999")
+        assert " goes from " in opened.say()
+        type_in(slider.field, value)
+        assert opened.say() == ""
+
+
+def test_a_message_about_a_photo_ends_with_the_next_photo(opened, tmp_path):
+    opened.editor.strip.show_places([tmp_path / "no such folder"])
+    opened.settle()
+    assert opened.say()
+    opened.open(opened.editor.document.path)
+    assert opened.say() == ""

@@ -1,7 +1,5 @@
 """A letter leads to one place: in each menu, and with Alt in each window."""
 
-from __future__ import annotations
-
 from collections import defaultdict
 
 import pytest

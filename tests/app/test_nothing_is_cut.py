@@ -1,13 +1,10 @@
 """Nothing is cut: every workspace, panel and dialog, in both themes, at two sizes of text."""
 
-from __future__ import annotations
-
 from functools import partial
 
 import pytest
 from kogao_app import theme
 from kogao_app.widgets.controls import ChoiceBox
-from kogao_app.workspaces import WORKSPACES
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import (
     QAbstractButton,
@@ -129,34 +126,42 @@ def nothing_is_cut(window, size, where):
     assert told(window) == [], where
 
 
+def fit_into(driver, size, where):
+    """Give the window a size, and wait until nothing in it is cut."""
+    driver.window.resize(*size)
+    driver.qtbot.waitUntil(partial(nothing_is_cut, driver.window, size, where))
+
+
+def arrangements(driver):
+    """Show each workspace by hand and automatic with all groups open, and yield their names."""
+    for name in driver.workspaces():
+        driver.unfold()
+        for mode in ("manual", "automatic"):
+            driver.window.actions_by_name[f"mode-{mode}"].trigger()
+            driver.settle()
+            yield name, mode
+
+
 @in_sizes
 def test_no_text_is_cut_in_the_least_window(start, photo, text_size, look, share, dress):
     look(dress)
     text_size(share)
     driver = start(photo, workspace="retouch")
-    for name in WORKSPACES:
-        driver.window.actions_by_name[f"workspace-{name}"].trigger()
-        driver.unfold()
-        for mode in ("manual", "automatic"):
-            driver.window.actions_by_name[f"mode-{mode}"].trigger()
-            driver.settle()
-            readings = driver.panel("readings")
-            readings.domains.show_counts(COUNTS)
-            readings.timings.show_laps(dict.fromkeys(readings.timings.rows, 12345.6))
-            for size in ((1280, 800), LEAST):
-                driver.window.resize(*size)
-                driver.qtbot.waitUntil(partial(nothing_is_cut, driver.window, size, (name, mode)))
+    for where in arrangements(driver):
+        readings = driver.panel("readings")
+        readings.domains.show_counts(COUNTS)
+        readings.timings.show_laps(dict.fromkeys(readings.timings.rows, 12345.6))
+        for size in ((1280, 800), LEAST):
+            fit_into(driver, size, where)
 
 
 def test_a_small_screen_at_twice_the_size_shows_the_whole_window(start, photo):
     """A screen of 1600 by 1000 at 200 % has half as many px to lay out."""
     driver = start(photo)
-    for workspace in WORKSPACES:
-        driver.window.actions_by_name[f"workspace-{workspace}"].trigger()
+    for workspace in driver.workspaces():
         driver.unfold()
         driver.settle()
-        driver.window.resize(*TWICE)
-        driver.qtbot.waitUntil(partial(nothing_is_cut, driver.window, TWICE, workspace))
+        fit_into(driver, TWICE, workspace)
         assert driver.window.statusBar().geometry().bottom() < TWICE[1]
 
 
@@ -215,8 +220,7 @@ def nothing_needed_is_hidden(driver, workspace):
 
 def needed_tools_are_seen(driver):
     """Wait in the least window of every workspace until nothing needed is hidden."""
-    for name in WORKSPACES:
-        driver.window.actions_by_name[f"workspace-{name}"].trigger()
+    for name in driver.workspaces():
         driver.window.resize(*LEAST)
         driver.qtbot.waitUntil(partial(nothing_needed_is_hidden, driver, name))
 
@@ -255,8 +259,7 @@ def test_retouch_has_few_controls(start, photo):
 def test_every_control_and_its_label_have_a_tooltip(start, photo):
     driver = start(photo)
     driver.key(Qt.Key.Key_F3)
-    for workspace in WORKSPACES:
-        driver.window.actions_by_name[f"workspace-{workspace}"].trigger()
+    for workspace in driver.workspaces():
         driver.unfold()
         labels = [one for one in visible(driver.window, (QLabel,)) if one.buddy() is not None]
         silent = [one for one in (*labels, *controls(driver.window)) if not one.toolTip()]

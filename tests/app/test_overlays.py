@@ -7,12 +7,13 @@ import importlib
 import pkgutil
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pyqtgraph as pg
 import pytest
 from kogao_app.canvas import overlays
 from kogao_app.canvas.overlays import glyphs, unlisted
-from kogao_app.canvas.overlays.listed import LISTED
+from kogao_app.canvas.overlays.listed import LISTED, Legend
 from kogao_app.canvas.overlays.overlay import Overlay
 from kogao_app.i18n import translated
 from kogao_app.start import names
@@ -20,6 +21,7 @@ from kogao_app.view_state import ViewState
 from kogao_app.workspaces import INSPECT
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QFileDialog
 from scenes import oval_face
 from test_view import picture
 
@@ -28,7 +30,7 @@ from kogao_core.background.lines import SEEN_PX
 pytestmark = pytest.mark.usefixtures("one_window")
 
 ROOT = Path(__file__).parents[2]
-KEYS = Qt.Key
+KEYS, SHIFT = Qt.Key, Qt.KeyboardModifier.ShiftModifier
 SKY, BENT = (86, 180, 233), glyphs.BENT.getRgb()[:3]
 
 
@@ -186,3 +188,53 @@ def test_only_one_map_is_on_at_a_time(opened):
         assert (one.isChecked(), other.isChecked()) == (True, False)
     maps[1].setChecked(False)
     assert opened.editor.view.switched.isdisjoint({"heat", "jacobian"})
+
+
+# -- the legend, and the canvas with it as a picture of its own ------------------------------------
+
+
+def legend(driver):
+    return [text for _, text in Legend(driver.editor.view).rows()]
+
+
+def test_the_legend_lists_what_is_shown_and_there(opened):
+    assert legend(opened) == ["Landmarks", "Targets", "Centre and its candidates"]
+    opened.key(KEYS.Key_G)
+    opened.key(KEYS.Key_L)
+    assert legend(opened) == ["Targets", "Centre and its candidates", "Lattice"]
+    opened.key(KEYS.Key_O)
+    assert legend(opened) == []
+    opened.key(KEYS.Key_O)
+    opened.editor.manual.switch("manual")
+    assert legend(opened) == ["Lattice"], "there is no face"
+
+
+def test_the_legend_tells_the_domains_with_their_pixels(opened):
+    opened.key(KEYS.Key_D)
+    counts = opened.editor.view.frame.rendering.pixel_counts
+    share = 100 * counts["threshold"] / counts["image"]
+    (row,) = [text for text in legend(opened) if text.startswith("Threshold")]
+    assert row == f"Threshold: {counts['threshold']:,} px, {share:.1f} %"
+
+
+def test_a_figure_holds_canvas_legend_caption_and_figures(opened, tmp_path):
+    opened.window.actions_by_name["overlay-legend"].setChecked(True)
+    opened.key(KEYS.Key_F12)
+    bare = picture(opened)
+    opened.key(KEYS.Key_F12, SHIFT)
+    asked = opened.dialog(QFileDialog)
+    assert asked.selectedFiles()[0].endswith("portrait-figure.png")
+    asked.close()
+    file = tmp_path / "figure.png"
+    opened.editor.figure.export(file)
+    written = cv2.imread(str(file))[..., ::-1]
+    canvas, readings = opened.canvas, opened.panel("readings")
+    assert written.shape[0] > canvas.height() + readings.height()
+    assert written.shape[1] >= canvas.width()
+    left = (written.shape[1] - canvas.width()) // 2
+    seen = written[: canvas.height(), left : left + canvas.width()].reshape(canvas.height(), -1)
+    changed = np.argwhere((seen != bare).any(axis=1))
+    assert changed.size, "the legend is on the figure"
+    np.testing.assert_array_equal(picture(opened), bare, "and not on the canvas")
+    words = opened.editor.figure.caption()
+    assert words.startswith("portrait.png · Warp distance 4.0 % of D · Centre 2")

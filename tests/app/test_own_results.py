@@ -1,7 +1,5 @@
 """What Kogao has made is shown as such, and nobody is retouched twice unawares."""
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 import pytest
@@ -9,17 +7,17 @@ from kogao_app.features.batch import Order, carry_out
 from kogao_app.features.export import ExportDialog
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from test_saver import step
 
 from kogao_core.projects import sidecar
 from kogao_core.projects.project import load
 from kogao_core.retouch import RetouchJob
 
+pytestmark = pytest.mark.usefixtures("one_window")
+
 
 def copied(driver, path, percent=8.0):
-    step(driver, percent)
-    driver.editor.files.save(path)
-    driver.settle()
+    driver.set("percent", percent)
+    driver.save(path)
     return path
 
 
@@ -33,19 +31,16 @@ def test_a_result_starts_untouched_and_leads_to_its_photo(opened, start, photo, 
     other.settle()
     assert other.editor.document.path == photo
     assert other.state.recipe.percent == 8.0
+    other.open(copy)
+    other.edit(3.0)
+    other.open(photo)
+    other.open(copy)
+    assert other.state.recipe.percent == 3.0, "work on a result that was wanted"
+    assert "own result" not in other.say()
 
 
-def test_work_on_a_result_that_was_wanted_is_there_again(opened, start, tmp_path):
-    copy = copied(opened, tmp_path / "copy.png")
-    other = start(copy)
-    step(other, 3.0)
-    other.settle()
-    again = start(copy)
-    assert again.state.recipe.percent == 3.0
-    assert "own result" not in again.say()
-
-
-def test_a_batch_of_a_folder_leaves_results_alone_and_says_so(opened, photo, storage, tmp_path):
+def test_a_batch_of_a_folder_leaves_results_alone_and_says_so(opened, photo, tmp_path):
+    storage = opened.editor.strip.storage
     copied(opened, tmp_path / "copy.png")
     folder, went = tmp_path / "out", []
     order = Order((photo, tmp_path / "copy.png"), folder, RetouchJob())
@@ -67,9 +62,9 @@ def marks(driver):
 
 
 @pytest.fixture
-def strip(start, encoded, tmp_path):
+def strip(start, photo, encoded, tmp_path):
     """A film strip of four photos, a damaged one and a result."""
-    driver = start()
+    driver = start(photo)
     folder = tmp_path / "in"
     folder.mkdir()
     for name in ("a.png", "a_kogao.png", "b.png", "c.png", "d.png"):
@@ -94,14 +89,11 @@ def click_on(driver, row, held=Qt.KeyboardModifier.NoModifier):
 
 
 def test_the_strip_tells_what_was_done_to_each_photo(strip, tmp_path):
-    step(strip, 6.0)
-    strip.settle()
+    strip.edit(6.0)
     assert marks(strip)["a.png"] == "edited"
-    strip.editor.files.save(tmp_path / "copy.png")
-    strip.settle()
+    strip.save(tmp_path / "copy.png")
     assert marks(strip)["a.png"] == "copy saved"
-    step(strip, 7.0)
-    strip.settle()
+    strip.edit(7.0)
     assert marks(strip)["a.png"] == "edited", "the copy is of other edits"
     strip.editor.history.undo()
     strip.settle()
@@ -121,22 +113,21 @@ def test_keys_pass_results_over(strip):
         assert strip.editor.document.path.name == name
 
 
-def test_settings_go_to_those_that_are_chosen_and_to_nobody_else(strip, storage):
+def test_settings_go_to_those_that_are_chosen_and_to_nobody_else(strip):
     strip.window.actions_by_name["give-settings"].trigger()
     assert "Select other photos" in strip.say()
     click_on(strip, 3)
-    step(strip, 3.0)
-    strip.settle()
+    strip.edit(3.0)
     click_on(strip, 0)
-    step(strip, 8.0)
+    strip.set("percent", 8.0)
     click_on(strip, 1, Qt.KeyboardModifier.ControlModifier)
     click_on(strip, 3, Qt.KeyboardModifier.ShiftModifier | Qt.KeyboardModifier.ControlModifier)
     assert strip.editor.document.path.name == "a.png", "choosing opens nothing"
     strip.window.actions_by_name["give-settings"].trigger()
     strip.settle()
-    folder = strip.editor.document.path.parent
-    kept = {name: sidecar.kept(folder / f"{name}.png", storage.edits) for name in "abcd"}
-    kept["result"] = sidecar.kept(folder / "a_kogao.png", storage.edits)
+    folder, edits = strip.editor.document.path.parent, strip.editor.strip.storage.edits
+    kept = {name: sidecar.kept(folder / f"{name}.png", edits) for name in "abcd"}
+    kept["result"] = sidecar.kept(folder / "a_kogao.png", edits)
     held = {name: load(file).automatic for name, file in kept.items() if file}
     assert {name: sheet.recipe.percent for name, sheet in held.items()} == dict.fromkeys("abc", 8.0)
     assert all(len(sheet.faces) == 1 for sheet in held.values())

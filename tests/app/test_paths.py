@@ -1,7 +1,5 @@
 """Every path that a user chooses is asked for in one place."""
 
-from __future__ import annotations
-
 import ast
 
 import pytest

@@ -1,7 +1,5 @@
 """Points in hand: neighbours that follow, both sides at once, a landmark called by a click."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from few_cases import few_of
@@ -223,12 +221,15 @@ def test_a_click_with_control_and_a_drag_are_one_step(opened):
     assert steps(opened) == 1
 
 
-def test_far_from_the_outline_nothing_is_called_and_it_is_said(opened):
+def test_neither_far_nor_hidden_landmarks_are_called(opened):
     before = opened.state
     control_click(opened, QPoint(4, 4))
     assert opened.state is before
     assert "No landmark of the selected face is near there" in opened.say()
     assert not opened.canvas.panning
+    opened.key(KEYS.Key_L)
+    control_click(opened, place(opened, outline(opened)[5]))
+    assert opened.state is before
 
 
 def test_only_the_selected_face_is_called(two):
@@ -243,13 +244,6 @@ def test_only_the_selected_face_is_called(two):
     assert steps(two) == 1
 
 
-def test_landmarks_that_are_hidden_are_not_called(opened):
-    there = place(opened, outline(opened)[5])
-    opened.key(KEYS.Key_L)
-    control_click(opened, there)
-    assert steps(opened) == 0
-
-
 def test_with_the_brush_control_paints(opened):
     before = opened.state.faces
     opened.key(KEYS.Key_B)
@@ -257,7 +251,7 @@ def test_with_the_brush_control_paints(opened):
     assert opened.state.faces == before
 
 
-@pytest.mark.parametrize("index", few_of((1, 4, 7, 2, 3, 5, 6), 3))
+@pytest.mark.parametrize("index", few_of((1, 4, 7, 2, 3, 5, 6), 1))
 def test_a_wrong_cheek_is_mended_in_two_actions(start, source, photo, index):
     """The source has a cheek wrong: a smooth dent of a tenth of the face's width."""
     right = oval_face()
@@ -318,7 +312,7 @@ def test_how_neighbours_follow_is_remembered(start):
     assert later.window.actions_by_name["reach-wider"].isEnabled()
 
 
-@pytest.mark.parametrize(("stored", "reach"), [("1e99", 12.0), ("-3", 1.5), ("far", 1.5)])
+@pytest.mark.parametrize(("stored", "reach"), [("1e99", 12.0), ("far", 1.5)])
 def test_a_reach_that_is_none_is_brought_within_bounds(storage, start, stored, reach):
     storage.settings().setValue("soft-selection/reach", stored)
     assert start().editor.view.following.reach == reach

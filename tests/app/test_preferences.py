@@ -1,7 +1,5 @@
 """What a user prefers: kept, offered in one dialog, and no harm when it is nonsense."""
 
-from __future__ import annotations
-
 import os
 from unittest.mock import Mock
 

@@ -11,8 +11,6 @@ from PySide6.QtWidgets import QApplication, QToolButton
 from test_files import CONTROL
 from test_view import picture
 
-from kogao_core.pipeline import render
-
 pytestmark = pytest.mark.usefixtures("one_window")
 
 KEYS = Qt.Key
@@ -37,11 +35,6 @@ def paint(driver, key=KEYS.Key_B, by=DOWN):
     driver.settle()
 
 
-def expected(driver, pixels):
-    protection = driver.state.protection
-    return render(pixels, driver.state.active, driver.state.recipe, protection=protection).pixels
-
-
 def test_a_brush_stroke_protects_and_is_one_undo_step(opened, pixels):
     free = opened.shown.copy()
     before = opened.state
@@ -51,7 +44,7 @@ def test_a_brush_stroke_protects_and_is_one_undo_step(opened, pixels):
     start = opened.canvas.to_photo(beside_the_cheek(opened).toPointF())
     np.testing.assert_allclose(stroke.points_px[0], start, atol=1e-3)
     assert (opened.shown != free).any()
-    np.testing.assert_array_equal(opened.shown, expected(opened, pixels))
+    np.testing.assert_array_equal(opened.shown, opened.rendered(pixels))
     moved = np.hypot(*opened.editor.view.frame.rendering.field.at(stroke.points_px).T)
     assert moved.max() == 0.0
     (drawn,), (listed,) = opened.editor.view.frame.rendering.pairs, opened.state.pairs
@@ -77,27 +70,6 @@ def test_points_are_not_dragged_while_a_brush_is_in_hand(opened):
     assert len(strokes(opened)) == 1
 
 
-def test_the_preview_holds_the_place_as_well(opened):
-    start, previews = beside_the_cheek(opened), []
-    opened.editor.live.drawn.connect(lambda frame: frame.whole or previews.append(frame))
-    opened.key(KEYS.Key_B)
-    opened.press(start)
-    opened.move(start + DOWN / 2)
-    opened.settle()
-    seen = len(previews)
-    opened.pause_never()
-    opened.move(start + DOWN)  # one step: the newest preview is of the whole stroke
-    opened.qtbot.waitUntil(lambda: len(previews) > seen)
-    opened.release(start + DOWN)
-    opened.settle()
-    preview = previews[-1]
-    (stroke,) = strokes(opened)
-    there = preview.to_photo.inverse(stroke.points_px)
-    displacement = preview.rendering.field.at(there) * preview.scale
-    full = opened.editor.view.frame.rendering.field.at(stroke.points_px)
-    np.testing.assert_allclose(displacement, full, atol=1 / 64)
-
-
 def test_a_line_is_straight_and_with_shift_upright(opened):
     opened.key(KEYS.Key_N)
     at = beside_the_cheek(opened)
@@ -121,8 +93,7 @@ def test_a_line_is_straight_and_with_shift_upright(opened):
 
 def test_a_click_of_the_line_tool_leaves_nothing(opened):
     opened.key(KEYS.Key_N)
-    opened.press(beside_the_cheek(opened))
-    opened.release(beside_the_cheek(opened))
+    opened.click(beside_the_cheek(opened))
     assert not strokes(opened)
     assert opened.editor.document.undo.count() == 0
 
@@ -132,8 +103,7 @@ def test_the_eraser_cuts_a_stroke_in_two_and_undo_mends_it(opened):
     whole = strokes(opened)
     opened.key(KEYS.Key_E)
     middle = beside_the_cheek(opened) + QPoint(0, 45)
-    opened.press(middle)
-    opened.release(middle)
+    opened.click(middle)
     first, second = strokes(opened)
     at = opened.canvas.to_photo(middle.toPointF())
     for part in (first, second):

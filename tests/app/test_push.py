@@ -12,7 +12,6 @@ from test_protect import paint
 from test_view import picture
 
 from kogao_core.photo import read
-from kogao_core.pipeline import render
 
 pytestmark = pytest.mark.usefixtures("one_window")
 
@@ -35,12 +34,6 @@ def draw(driver, key=KEYS.Key_W, by=INWARDS):
     driver.settle()
 
 
-def expected(driver, pixels):
-    done = driver.state.done
-    strokes = {"protection": done.protection, "brushwork": done.brushwork}
-    return render(pixels, done.faces, done.recipe, **strokes).pixels
-
-
 @pytest.mark.parametrize(
     ("key", "kind", "word"), [(KEYS.Key_W, "push", "Push"), (KEYS.Key_R, "restore", "Restore")]
 )
@@ -57,7 +50,7 @@ def test_a_stroke_is_what_the_core_makes_of_it_and_one_undo_step(opened, pixels,
     end = opened.canvas.to_photo((jaw(opened) + INWARDS).toPointF())
     np.testing.assert_allclose(stroke.points_px[-1], end, atol=1e-3)
     assert (opened.shown != free).any()
-    np.testing.assert_array_equal(opened.shown, expected(opened, pixels))
+    np.testing.assert_array_equal(opened.shown, opened.rendered(pixels))
     assert opened.editor.document.undo.undoText() == word
     opened.key(KEYS.Key_Z, CONTROL)
     opened.settle()
@@ -167,4 +160,4 @@ def test_a_saved_copy_has_the_strokes_and_keeps_what_is_protected(opened, tmp_pa
     opened.qtbot.waitUntil(copy.is_file)
     opened.settle()
     assert opened.state.protection.strokes
-    np.testing.assert_array_equal(read(copy).pixels, expected(opened, pixels))
+    np.testing.assert_array_equal(read(copy).pixels, opened.rendered(pixels))

@@ -1,7 +1,5 @@
 """The script of the rating page: order of the pictures, answers, and undo."""
 
-from __future__ import annotations
-
 import itertools
 import json
 import re

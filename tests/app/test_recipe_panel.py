@@ -100,6 +100,7 @@ def test_what_belongs_to_a_photo_waits_for_one_and_what_a_user_prefers_does_not(
     names = (
         *("save", "save-project", "export-figure", "find", "place"),
         *("fit", "actual", "closer", "farther", "paste-settings", "smaller", "larger"),
+        *("all-faces", "no-face", "invert-faces"),
     )
     actions = [empty.window.actions_by_name[name] for name in names]
     preferred = [recipe.shape.button, recipe.fold.button]
@@ -139,8 +140,7 @@ def test_sliders_and_buttons_stay_within_the_ranges(panel):
 
 def test_more_has_a_key_that_leads_into_it_and_back(opened):
     panel = opened.panel("recipe")
-    opened.window.activateWindow()
-    opened.qtbot.waitUntil(opened.window.isActiveWindow)
+    opened.to_front()
     both = Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.ShiftModifier
     for workspace in ("retouch", "compare"):
         opened.window.actions_by_name[f"workspace-{workspace}"].trigger()

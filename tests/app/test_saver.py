@@ -1,22 +1,17 @@
 """A save marks the state that it wrote, and what comes after it asks again."""
 
-from __future__ import annotations
-
 import dataclasses
 
-import cv2
 import numpy as np
 import pytest
 from kogao_app.features import files
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QFileDialog, QMessageBox
-from scenes import textured_photo
 from timeouts import held_back
 
 from kogao_core.photo import read
-from kogao_core.pipeline import render
 
-pytestmark = pytest.mark.usefixtures("unkept")
+pytestmark = pytest.mark.usefixtures("unkept", "one_window")
 CONTROL = Qt.KeyboardModifier.ControlModifier
 
 
@@ -29,26 +24,6 @@ def disk(monkeypatch):
     gate.set()
 
 
-@pytest.fixture
-def other(tmp_path):
-    path = tmp_path / "other.png"
-    assert cv2.imwrite(str(path), textured_photo(seed=5))
-    return path
-
-
-@pytest.fixture
-def search(source):
-    """A slow search for faces: it ends once it is set."""
-    gate, source.find = held_back(source.find)
-    yield gate
-    gate.set()
-
-
-def step(driver, percent):
-    driver.editor.recipe.set_field("percent", percent)
-    driver.editor.document.commit()
-
-
 def closing_with_a_copy(driver, path):
     driver.window.close()
     driver.answer("Save a copy")
@@ -57,10 +32,10 @@ def closing_with_a_copy(driver, path):
 
 
 def test_undo_and_another_edit_while_a_copy_is_written_count_as_unsaved(opened, disk, tmp_path):
-    step(opened, 8.0)
+    opened.set("percent", 8.0)
     opened.editor.files.save(tmp_path / "copy.png")
     opened.editor.history.undo()
-    step(opened, 11.0)
+    opened.set("percent", 11.0)
     disk.set()
     opened.settle()
     assert "Saved copy.png" in opened.say()
@@ -70,9 +45,9 @@ def test_undo_and_another_edit_while_a_copy_is_written_count_as_unsaved(opened, 
 
 
 def test_a_copy_on_its_way_does_not_close_while_another_is_named(opened, disk, tmp_path):
-    step(opened, 8.0)
+    opened.set("percent", 8.0)
     opened.editor.files.save(tmp_path / "first.png")
-    step(opened, 11.0)
+    opened.set("percent", 11.0)
     opened.window.close()
     opened.answer("Save a copy")
     asked = opened.dialog(QFileDialog)
@@ -90,14 +65,14 @@ def test_a_copy_on_its_way_does_not_close_while_another_is_named(opened, disk, t
 def test_an_edit_while_the_copy_before_closing_or_opening_is_written_is_asked_about(
     opened, disk, photo, other, tmp_path, closes
 ):
-    step(opened, 8.0)
+    opened.set("percent", 8.0)
     if closes:
         opened.window.close()
     else:
         opened.editor.files.open(other)
     opened.answer("Save a copy")
     opened.choose_path(tmp_path / "copy.png")
-    step(opened, 11.0)
+    opened.set("percent", 11.0)
     disk.set()
     opened.answer("Cancel")
     opened.settle()
@@ -109,7 +84,7 @@ def test_an_edit_while_the_copy_before_closing_or_opening_is_written_is_asked_ab
 def test_who_stays_at_the_open_photo_while_its_copy_is_written_stays(
     opened, disk, photo, other, tmp_path
 ):
-    step(opened, 8.0)
+    opened.set("percent", 8.0)
     opened.editor.strip.open(other)
     opened.answer("Save a copy")
     opened.choose_path(tmp_path / "copy.png")
@@ -120,30 +95,14 @@ def test_who_stays_at_the_open_photo_while_its_copy_is_written_stays(
     assert opened.editor.document.path == photo
 
 
-def test_undo_and_redo_lead_back_to_what_was_saved(opened, disk, tmp_path):
-    step(opened, 8.0)
-    opened.editor.files.save(tmp_path / "copy.png")
-    opened.editor.history.undo()
-    disk.set()
-    opened.settle()
-    assert opened.window.isWindowModified()
-    opened.editor.history.redo()
-    assert not opened.window.isWindowModified()
-    step(opened, 11.0)
-    assert opened.window.isWindowModified()
-    opened.editor.history.undo()
-    assert not opened.window.isWindowModified()
-
-
 def test_what_a_save_on_its_way_will_write_over_is_unsaved(opened, disk, tmp_path):
     disk.set()
-    step(opened, 8.0)
-    opened.editor.files.save(tmp_path / "copy.png")
-    opened.settle()
+    opened.set("percent", 8.0)
+    opened.save(tmp_path / "copy.png")
     disk.clear()
     opened.editor.files.save(tmp_path / "same.png")
     assert not opened.window.isWindowModified(), "it comes to the same"
-    step(opened, 9.0)
+    opened.set("percent", 9.0)
     opened.editor.files.save(tmp_path / "copy.png")
     opened.editor.history.undo()
     assert opened.window.isWindowModified()
@@ -156,7 +115,7 @@ def test_what_a_save_on_its_way_will_write_over_is_unsaved(opened, disk, tmp_pat
 
 def test_copies_are_written_one_after_the_other(opened, disk, pixels, tmp_path):
     for name, percent in (("first.png", 8.0), ("second.png", 9.0), ("first.png", 0.0)):
-        step(opened, percent)
+        opened.set("percent", percent)
         opened.editor.files.save(tmp_path / name)
     disk.set()
     opened.settle()
@@ -166,7 +125,7 @@ def test_copies_are_written_one_after_the_other(opened, disk, pixels, tmp_path):
 
 
 def test_copies_asked_for_before_closing_are_written(opened, tmp_path):
-    step(opened, 8.0)
+    opened.set("percent", 8.0)
     for name in ("first.png", "second.png"):
         opened.editor.files.save(tmp_path / name)
     opened.window.close()
@@ -176,12 +135,12 @@ def test_copies_asked_for_before_closing_are_written(opened, tmp_path):
 
 
 def test_a_copy_of_an_earlier_photo_does_not_make_the_next_one_saved(opened, disk, other, tmp_path):
-    step(opened, 8.0)
+    opened.set("percent", 8.0)
     opened.editor.files.save(tmp_path / "copy.png")
     opened.editor.files.read(other)
     opened.qtbot.waitUntil(lambda: opened.editor.document.path == other)
     opened.qtbot.waitUntil(lambda: not (opened.editor.files.busy or opened.editor.faces.busy))
-    step(opened, 8.0)
+    opened.set("percent", 8.0)
     disk.set()
     opened.settle()
     assert opened.window.isWindowModified()
@@ -196,7 +155,7 @@ def test_a_name_is_asked_for_the_photo_that_is_open(opened, other):
 
 
 def test_another_save_or_a_cancelled_one_ends_the_wish_to_close(opened, disk, tmp_path):
-    step(opened, 8.0)
+    opened.set("percent", 8.0)
     closing_with_a_copy(opened, tmp_path / "copy.png")
     opened.key(Qt.Key.Key_S, CONTROL)
     opened.dialog(QFileDialog).reject()
@@ -206,8 +165,8 @@ def test_another_save_or_a_cancelled_one_ends_the_wish_to_close(opened, disk, tm
     assert opened.window.isVisible()
 
 
-def test_a_refused_save_closes_nothing(opened, photo):
-    step(opened, 8.0)
+def test_a_refused_save_closes_nothing_nor_does_the_next_one(opened, photo, tmp_path):
+    opened.set("percent", 8.0)
     before = photo.read_bytes()
     opened.window.close()
     opened.answer("Save a copy")
@@ -217,12 +176,13 @@ def test_a_refused_save_closes_nothing(opened, photo):
     assert photo.read_bytes() == before
     assert opened.window.isVisible()
     assert opened.window.isWindowModified()
+    opened.save(tmp_path / "copy.png")
+    assert opened.window.isVisible()
+    assert not opened.window.isWindowModified()
 
 
-def test_faces_found_while_a_copy_is_written_are_no_change(start, search, disk, photo, tmp_path):
-    driver = start()
-    driver.editor.files.read(photo)
-    driver.qtbot.waitUntil(lambda: driver.editor.document.photo is not None)
+def test_faces_found_while_a_copy_is_written_are_no_change(searched, disk, tmp_path):
+    driver, search = searched
     driver.editor.files.save(tmp_path / "copy.png")
     search.set()
     driver.qtbot.waitUntil(lambda: len(driver.state.faces) == 1)
@@ -231,24 +191,10 @@ def test_faces_found_while_a_copy_is_written_are_no_change(start, search, disk, 
     assert not driver.window.isWindowModified()
 
 
-def test_a_gesture_during_the_search_for_faces_stays(start, search, photo):
-    driver = start()
-    driver.editor.files.read(photo)
-    driver.qtbot.waitUntil(lambda: driver.editor.document.photo is not None)
-    driver.editor.recipe.set_field("percent", 8.0)
-    search.set()
-    driver.settle()
-    assert driver.state.recipe.percent == 8.0
-    assert len(driver.state.faces) == 1
-    assert driver.window.isWindowModified()
-
-
-def test_a_damaged_photo_leaves_the_search_in_the_present_one_alone(start, search, photo, tmp_path):
+def test_a_damaged_photo_leaves_the_search_in_the_present_one_alone(searched, tmp_path):
+    driver, search = searched
     broken = tmp_path / "broken.jpg"
     broken.write_bytes(b"\xff\xd8\xff\xe0 not a photo")
-    driver = start()
-    driver.editor.files.read(photo)
-    driver.qtbot.waitUntil(lambda: driver.editor.document.photo is not None)
     driver.editor.files.read(broken)
     driver.qtbot.waitUntil(lambda: "broken.jpg" in driver.say())
     search.set()
@@ -257,21 +203,18 @@ def test_a_damaged_photo_leaves_the_search_in_the_present_one_alone(start, searc
 
 
 def test_a_copy_holds_one_mode_and_a_project_both(opened, tmp_path):
-    step(opened, 8.0)
+    opened.set("percent", 8.0)
     opened.editor.manual.switch("manual")
-    opened.editor.files.save(tmp_path / "copy.png")
-    opened.settle()
+    opened.save(tmp_path / "copy.png")
     assert opened.window.isWindowModified(), "the copy is the photo as it was"
     opened.editor.manual.switch("automatic")
-    opened.editor.files.save(tmp_path / "copy.png")
-    opened.settle()
+    opened.save(tmp_path / "copy.png")
     assert not opened.window.isWindowModified()
     opened.editor.manual.switch("manual")
     assert not opened.window.isWindowModified(), "it was only looked at"
     protected = opened.state.protection.with_stroke([(40.0, 20.0), (40.0, 300.0)], 6.0)
     opened.editor.document.step(dataclasses.replace(opened.state, protection=protected), "Protect")
-    opened.editor.files.save(tmp_path / "other.png")
-    opened.settle()
+    opened.save(tmp_path / "other.png")
     assert opened.window.isWindowModified(), "no picture of the faces has the line"
     opened.editor.projects.save_to(tmp_path / "one.kogao.json")
     opened.settle()
@@ -281,25 +224,22 @@ def test_a_copy_holds_one_mode_and_a_project_both(opened, tmp_path):
 
 
 def test_a_picture_on_screen_is_saved_without_rendering_it_again(opened, monkeypatch, tmp_path):
-    step(opened, 7.0)
-    opened.settle()
+    opened.edit(7.0)
     with monkeypatch.context() as patched:
         patched.setattr("kogao_core.retouch.render", None)
-        opened.editor.files.save(tmp_path / "drawn.png")
-        opened.settle()
+        opened.save(tmp_path / "drawn.png")
     monkeypatch.setattr(opened.editor.live, "lent", lambda: None)
-    opened.editor.files.save(tmp_path / "rendered.png")
-    opened.settle()
+    opened.save(tmp_path / "rendered.png")
     assert (tmp_path / "drawn.png").read_bytes() == (tmp_path / "rendered.png").read_bytes()
 
 
 def test_what_is_drawn_while_a_copy_waits_is_not_in_it(opened, disk, pixels, tmp_path):
-    step(opened, 7.0)
+    opened.set("percent", 7.0)
     opened.qtbot.waitUntil(lambda: not opened.editor.live.busy)
-    expected = render(pixels, opened.state.active, opened.state.recipe).pixels
+    expected = opened.rendered(pixels)
     opened.editor.files.save(tmp_path / "copy.png")
     for percent in (8.0, 9.0, 10.0):  # more than there are buffers
-        step(opened, percent)
+        opened.set("percent", percent)
         opened.qtbot.waitUntil(lambda: not opened.editor.live.busy)
     disk.set()
     opened.settle()

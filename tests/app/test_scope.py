@@ -5,7 +5,7 @@ import pytest
 from kogao_app.document import State
 from kogao_app.render.live import Surface, VisiblePart
 from kogao_app.render.pictures import PicturePyramid
-from kogao_app.workspaces import RETOUCH, WORKSPACES
+from kogao_app.workspaces import RETOUCH
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from scenes import KnownFaces, oval_face, textured_photo
@@ -13,7 +13,8 @@ from test_mnemonics import doubled, letters_of
 from test_view import picture
 
 from kogao_core.base.geometry import Box
-from kogao_core.recipe.recipe import PAPER, SETTINGS, Recipe
+from kogao_core.recipe.recipe import SETTINGS, Recipe
+from kogao_core.warp.protection import Protection
 
 
 @pytest.fixture
@@ -28,8 +29,7 @@ def scope(driver):
 def test_it_is_in_sight_below_the_amount_in_every_workspace(start, photo):
     driver = start(photo)
     panel = driver.panel("recipe")
-    for workspace in WORKSPACES:
-        driver.window.actions_by_name[f"workspace-{workspace}"].trigger()
+    for _ in driver.workspaces():
         driver.settle()
         assert scope(driver).isVisible()
         assert panel.percent.y() < panel.scope.y() <= panel.more.y()
@@ -57,8 +57,7 @@ def test_a_control_is_enabled_while_its_field_counts(start, photo):
     assert len(dependent) >= 3
     for scope_name, lens in (("head", "off"), ("face", 26.0), ("head", 26.0)):
         for field, value in (("scope", scope_name), ("lens", lens)):
-            driver.editor.recipe.set_field(field, value)
-            driver.editor.document.commit()
+            driver.set(field, value)
         for setting in dependent:
             counts = setting.counts(driver.state.recipe)
             assert panel.controls[setting.name].isEnabled() == counts, setting.name
@@ -89,8 +88,7 @@ def test_the_rim_of_a_forehead_that_follows_is_shown(opened):
         return (shown != hidden).any()
 
     def choose(value):
-        opened.editor.recipe.set_field("scope", value)
-        opened.editor.document.commit()
+        opened.set("scope", value)
         opened.settle()
 
     choose("face")
@@ -103,55 +101,35 @@ def test_the_rim_of_a_forehead_that_follows_is_shown(opened):
     np.testing.assert_array_equal(opened.shown, before)
 
 
-def test_a_face_at_the_photos_edge_is_told_of_while_it_lies_there(start, photo, source):
-    source.faces = [oval_face(center=(40.0, 180.0), size=0.4)]
+def test_a_face_at_the_photos_edge_is_told_of_unless_it_is_left_as_it_is(start, photo, source):
+    source.faces = [oval_face(center=(x, 180.0), size=0.4) for x in (40.0, 330.0)]
     driver = start(photo)
-    panel = driver.panel("recipe")
+    note, rows = driver.panel("recipe").edge_note, driver.panel("faces")
+    assert note.isVisible()
+    assert note.text().startswith("1 face lies at the photo's edge")
+    rows.item(0).setCheckState(Qt.CheckState.Unchecked)
     driver.settle()
-    assert panel.edge_note.isVisible()
-    assert panel.edge_note.text().startswith("1 face lies at the photo's edge")
-    driver.editor.recipe.set_field("guard", False)
-    driver.editor.document.commit()
+    assert not note.isVisible(), "the other one is whole"
+    rows.item(1).setCheckState(Qt.CheckState.Unchecked)
     driver.settle()
-    assert not panel.edge_note.isVisible()
-
-
-def test_nothing_is_told_of_a_face_that_is_whole_or_left_as_it_is(start, photo, source):
-    source.faces = [
-        oval_face(center=(40.0, 180.0), size=0.4),
-        oval_face(center=(330.0, 180.0), size=0.4),
-    ]
-    driver = start(photo)
-    panel = driver.panel("recipe")
-    driver.panel("faces").item(0).setCheckState(Qt.CheckState.Unchecked)
+    assert not note.isVisible(), "nothing is made smaller"
+    rows.item(0).setCheckState(Qt.CheckState.Checked)
     driver.settle()
-    assert not panel.edge_note.isVisible()
-    driver.panel("faces").item(1).setCheckState(Qt.CheckState.Unchecked)
-    driver.panel("faces").item(0).setCheckState(Qt.CheckState.Checked)
+    assert note.isVisible()
+    driver.set("guard", False)
     driver.settle()
-    assert panel.edge_note.isVisible()
-    driver.panel("faces").item(0).setCheckState(Qt.CheckState.Unchecked)
-    driver.settle()
-    assert not panel.edge_note.isVisible(), "nothing is made smaller"
+    assert not note.isVisible()
 
 
 def test_a_preview_of_a_part_moves_as_the_whole_photo_does(source):
     surface = Surface(PicturePyramid(textured_photo()))
-    recipe = Recipe(percent=8.0)
-    state = State(faces=tuple(source.faces), recipe=recipe)
+    held = Protection().with_stroke([(330.0, 180.0), (330.0, 260.0)], 8.0)
+    state = State(faces=tuple(source.faces), recipe=Recipe(percent=8.0), protection=held)
     part = VisiblePart(0, Box(90, 110, 390, 340))  # its edge is nearer to the head than the photo's
     near, whole = surface.render(1, state, part), surface.render(2, state)
-    points = np.random.default_rng(5).uniform((100, 115), (380, 330), (200, 2))
-    np.testing.assert_allclose(
-        near.rendering.field.at(near.to_photo.inverse(points)) * near.scale,
-        whole.rendering.field.at(points),
-        atol=1e-3,
-    )
-
-
-def test_paper_settings_are_shown_as_what_they_are(opened):
-    menu = opened.window.menus["presets"]
-    menu.aboutToShow.emit()
-    next(one for one in menu.actions() if one.text() == "The paper's").trigger()
-    assert scope(opened).currentData() == "face"
-    assert opened.state.recipe == PAPER
+    anywhere = np.random.default_rng(5).uniform((100, 115), (380, 330), (200, 2))
+    moves = {}
+    for name, points in (("anywhere", anywhere), ("held", held.strokes[0].points_px)):
+        moves[name] = near.rendering.field.at(near.to_photo.inverse(points)) * near.scale
+        np.testing.assert_allclose(moves[name], whole.rendering.field.at(points), atol=1e-3)
+    assert np.abs(moves["held"]).max() == 0.0

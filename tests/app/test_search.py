@@ -1,7 +1,5 @@
 """Faces appear while the search for more goes on, and what is done to them meanwhile stays."""
 
-from __future__ import annotations
-
 import threading
 
 import numpy as np
@@ -46,10 +44,12 @@ class Search:
         self.driver, self.goes_on, self.qtbot = driver, source.goes_on, qtbot
 
     def finds(self, count):
+        """Find so many faces, and return the driver."""
         for _ in range(count):
             self.goes_on.release()
         said = f"{count} so far"
         self.qtbot.waitUntil(lambda: said in self.driver.window.status.hint_text)
+        return self.driver
 
     def ends(self):
         self.goes_on.release(len(FACES) + 1)
@@ -69,8 +69,7 @@ def drag_the_chin(driver):
 
 
 def test_faces_appear_as_they_are_found(search):
-    driver = search.driver
-    search.finds(1)
+    driver = search.finds(1)
     assert driver.state.faces == tuple(FACES[:1])
     assert driver.panel("faces").list.count() == 2
     assert not driver.editor.document.dirty
@@ -93,8 +92,7 @@ def test_the_photo_is_rendered_once_all_faces_are_there(search):
 
 
 def test_what_is_done_meanwhile_is_rendered_meanwhile(search):
-    driver = search.driver
-    search.finds(1)
+    driver = search.finds(1)
     drag_the_chin(driver)
     driver.qtbot.waitUntil(lambda: not driver.editor.live.busy)
     assert driver.editor.view.frame.whole
@@ -102,8 +100,7 @@ def test_what_is_done_meanwhile_is_rendered_meanwhile(search):
 
 
 def test_thumbnails_follow_their_faces_when_they_are_put_in_order(search):
-    driver = search.driver
-    search.finds(2)
+    driver = search.finds(2)
     panel = driver.panel("faces")
     before = [panel.item(row).icon().cacheKey() for row in range(2)]
     pictures = [picture_of(panel, row) for row in range(2)]
@@ -118,8 +115,7 @@ def picture_of(panel, row):
 
 
 def test_a_face_corrected_meanwhile_stays_and_the_rest_join_it(search):
-    driver = search.driver
-    search.finds(1)
+    driver = search.finds(1)
     drag_the_chin(driver)
     corrected = driver.state.faces[0]
     assert corrected is not FACES[0]
@@ -137,8 +133,7 @@ def test_a_face_corrected_meanwhile_stays_and_the_rest_join_it(search):
 
 
 def test_a_drag_goes_on_while_the_search_ends(search):
-    driver = search.driver
-    search.finds(1)
+    driver = search.finds(1)
     driver.qtbot.waitUntil(lambda: not driver.editor.live.busy)
     start = driver.on_screen(Handle("outline", 0, 10))
     driver.press(start)
@@ -153,8 +148,7 @@ def test_a_drag_goes_on_while_the_search_ends(search):
 
 
 def test_who_is_deleted_or_placed_meanwhile_is_not_found_once_more(search):
-    driver = search.driver
-    search.finds(1)
+    driver = search.finds(1)
     document = driver.editor.document
     document.step(document.state.without_face(0), "Delete")
     driver.editor.faces.place(oval_face(center=(392, 172), size=0.35))
@@ -166,8 +160,7 @@ def test_who_is_deleted_or_placed_meanwhile_is_not_found_once_more(search):
 
 
 def test_what_an_earlier_search_still_finds_is_nobodys(search, source):
-    driver = search.driver
-    search.finds(1)
+    driver = search.finds(1)
     driver.editor.faces.find()
     assert driver.window.status.hint_text == "Looking for faces…"
     source.goes_on.release(3)

@@ -1,7 +1,5 @@
 """Stars, marks, order and choice on the film strip."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np
@@ -13,10 +11,11 @@ from PySide6.QtTest import QTest
 from scenes import oval_face
 from test_own_results import click_on, marks
 from test_own_results import strip as strip
-from test_saver import step
 
-from kogao_core.batch import Outcome
 from kogao_core.photo.metadata.rating import REJECTED
+
+pytestmark = pytest.mark.usefixtures("one_window")
+
 
 SHIFT, CONTROL = Qt.KeyboardModifier.ShiftModifier, Qt.KeyboardModifier.ControlModifier
 KEYS = Qt.Key
@@ -97,15 +96,14 @@ def pixels(image):
 
 
 @pytest.mark.parametrize("own", [False, True])
-def test_a_thumbnail_shows_the_edits(strip, storage, own):
+def test_a_thumbnail_shows_the_edits(strip, own):
     editor = strip.editor
     if own:
         prefer(editor.strip.settings, EDITS, "own")
     path, film = editor.document.path, editor.strip.film
     before, icon = pixels(thumbnail(path)), film.item(0).icon().cacheKey()
-    step(strip, 6.0)
-    strip.settle()
-    edited = pixels(thumbnail(path, edits=storage.edits))
+    strip.edit(6.0)
+    edited = pixels(thumbnail(path, edits=editor.strip.storage.edits))
     assert edited.shape == before.shape
     apart = np.abs(edited - before)
     assert apart.max() > 20
@@ -124,7 +122,7 @@ def test_doubtful_faces_are_marked_until_they_are_switched_on(start, encoded, tm
     driver.settle()
     assert driver.state.off == {0}
     assert marks(driver) == {"a.png": "doubtful", "b.png": ""}
-    step(driver, 5.0)
+    driver.set("percent", 5.0)
     click_on(driver, 1)
     driver.editor.strip.show_places([folder])
     driver.settle()
@@ -133,21 +131,3 @@ def test_doubtful_faces_are_marked_until_they_are_switched_on(start, encoded, tm
     driver.editor.faces._all_on()
     driver.settle()
     assert marks(driver)["a.png"] == "edited"
-
-
-def test_a_batch_is_followed_and_stopped_on_the_strip(strip, tmp_path):
-    batch, panel = strip.editor.batch, strip.editor.strip.panel
-    source = str(tmp_path / "in" / "b.png")
-    batch._begin(3)
-    assert (panel.line.text(), panel.halt.isVisible()) == ("0 of 3", True)
-    batch._take(Outcome(source, "", "no face", "cut", doubtful=True))
-    strip.settle()
-    assert panel.line.text() == "1 of 3"
-    assert marks(strip)["b.png"] == "doubtful"
-    batch._take(Outcome(source, "", "failed", "broken"))
-    strip.settle()
-    assert marks(strip)["b.png"] == "not done"
-    QTest.mouseClick(panel.halt, Qt.MouseButton.LeftButton)
-    assert batch._stopping.is_set()
-    batch._end(None)
-    assert (panel.line.text(), panel.halt.isVisible()) == ("", False)

@@ -1,7 +1,5 @@
 """The window's bend meter is the command line's."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 
@@ -48,12 +46,6 @@ def finder(monkeypatch):
     return made
 
 
-def make_smaller(driver, percent):
-    recipe = dataclasses.replace(driver.state.recipe, percent=percent)
-    driver.editor.document.step(dataclasses.replace(driver.state, recipe=recipe), "Warp")
-    driver.settle()
-
-
 def lines_on_the_command_line(photo, told):
     out = told.with_name("out.png")
     words = ["warp", photo, "-o", out, "--project", sidecar_of(photo), "--json", told]
@@ -68,7 +60,7 @@ def test_window_and_command_line_name_the_same_lines(empty, door, tmp_path):
     path, _ = door
     empty.key(KEYS.Key_S)
     empty.open(path)
-    make_smaller(empty, 6.0)
+    empty.edit(6.0)
     shown = [dataclasses.asdict(line) for line in empty.editor.view.lines]
     worst = max(shown, key=lambda line: line["unheld_px"])
     assert worst["unheld_px"] > 1.0 > 2.0 * worst["bend_px"]
@@ -86,7 +78,7 @@ def test_without_the_network_it_is_said_once_and_lines_count_as_before(finder, e
     empty.key(KEYS.Key_S)
     empty.open(path)
     assert "kogao-cli doctor" in empty.say()
-    make_smaller(empty, 6.0)
+    empty.edit(6.0)
     assert empty.editor.view.lines
     assert len(said) == 1
     assert not said[0].wrong
@@ -119,12 +111,12 @@ def held_line(driver):
 
 
 @pytest.mark.usefixtures("finder")
-def test_a_click_lets_a_line_go_and_another_holds_it_again(empty, door):
+def test_lines_are_let_go_and_held_one_by_one_and_all_and_the_project_carries_it(empty, door):
     path, _ = door
     empty.open(path)
     hide_marks(empty)
     empty.key(KEYS.Key_S)
-    make_smaller(empty, 6.0)
+    empty.edit(6.0)
     line = held_line(empty)
     assert (line.holding, line.bend_px < 0.5) == ("held", True)
     middle = np.mean([line.start_px, line.end_px], axis=0)
@@ -136,23 +128,14 @@ def test_a_click_lets_a_line_go_and_another_holds_it_again(empty, door):
         )
         assert (clicked.holding, clicked.bend_px > 1.0) == (holding, bends)
         assert empty.editor.document.undo.undoText() == text
-
-
-@pytest.mark.usefixtures("finder")
-def test_all_lines_are_let_go_and_held_and_the_project_carries_it(empty, door):
-    path, _ = door
-    empty.open(path)
-    hide_marks(empty)
-    empty.key(KEYS.Key_S)
-    make_smaller(empty, 6.0)
-    empty.editor.window.actions_by_name["lines-go"].trigger()
+    empty.window.actions_by_name["lines-go"].trigger()
     empty.settle()
     assert {line.holding for line in empty.editor.view.lines} == {"let go"}
     assert held_line(empty).bend_px == held_line(empty).unheld_px > 1.0
     empty.settle()
     loose = empty.state.loose
     assert np.array(load(sidecar_of(path)).loose) == pytest.approx(np.array(loose))
-    empty.editor.window.actions_by_name["lines-hold"].trigger()
+    empty.window.actions_by_name["lines-hold"].trigger()
     empty.settle()
     assert {line.holding for line in empty.editor.view.lines} == {"held"}
     assert held_line(empty).bend_px < 0.5
@@ -167,7 +150,7 @@ def bend(along, across):
 def test_a_preview_holds_what_the_whole_photo_does(empty, door):
     path, x = door
     empty.open(path)
-    make_smaller(empty, 6.0)
+    empty.edit(6.0)
     whole = empty.editor.view.frame
     recipe = dataclasses.replace(empty.state.recipe, percent=8.9)
     drawn = []

@@ -1,7 +1,5 @@
 """Amounts that are typed, and the wheel that passes over controls."""
 
-from __future__ import annotations
-
 import pytest
 from kogao_app.features.recipe import fields
 from kogao_app.widgets.docks import ColumnArea
@@ -66,8 +64,7 @@ def test_a_field_that_is_left_takes_what_was_typed(opened):
     panel = opened.panel("recipe")
     QTest.mouseClick(panel.percent.field, LEFT)
     QTest.keyClicks(panel.percent.field, "7")
-    opened.editor.recipe.set_field("percent", 5.0)
-    opened.editor.document.commit()
+    opened.set("percent", 5.0)
     assert panel.percent.field.text() == "7", "it outlives another state"
     QTest.mouseClick(opened.canvas.viewport(), LEFT, pos=QPoint(3, 3))
     assert opened.state.recipe.percent == 7.0
@@ -83,7 +80,7 @@ def test_a_field_that_is_looked_at_changes_nothing(opened):
     assert opened.editor.document.undo.count() == 0
 
 
-@pytest.mark.parametrize("text", ["40", "a lot", "4 5"])
+@pytest.mark.parametrize("text", ["40", "a lot"])
 def test_what_is_no_amount_is_said_once_and_the_last_one_stays(opened, text):
     field = opened.panel("recipe").percent.field
     type_in(field, text)
@@ -95,10 +92,13 @@ def test_what_is_no_amount_is_said_once_and_the_last_one_stays(opened, text):
 def test_escape_gives_up_what_was_typed_and_nothing_else(two):
     two.editor.recipe.choose(0)
     field = two.panel("recipe").percent.field
-    type_in(field, "9", KEYS.Key_Escape)
-    assert field.text() == "4.0 % of D"
-    assert two.state.recipe_of(0).percent == 4.0
-    assert two.editor.view.face == 0
+    for typed in ("9", "x.,o"):
+        type_in(field, typed, KEYS.Key_Escape)
+        assert field.text() == "4.0 % of D"
+        assert two.state.recipe_of(0).percent == 4.0
+        assert two.editor.view.face == 0
+    assert two.editor.view.compare == "off", "letters typed in a field are no shortcuts"
+    assert not two.window.actions_by_name["hide-overlays"].isChecked()
     two.key(KEYS.Key_Escape)
     assert two.editor.view.face is None, "the next one steps back as ever"
 
@@ -113,13 +113,6 @@ def test_enter_leads_from_a_slider_to_its_field_and_back(opened):
     QTest.keyClick(opened.window.focusWidget(), KEYS.Key_Return)
     assert opened.state.recipe.lattice == 2.0
     assert slider.slider.hasFocus()
-
-
-def test_letters_typed_in_a_field_are_no_shortcuts(opened):
-    field = opened.panel("recipe").percent.field
-    type_in(field, "x.,o", KEYS.Key_Escape)
-    assert opened.editor.view.compare == "off"
-    assert not opened.window.actions_by_name["hide-overlays"].isChecked()
 
 
 def test_a_brush_is_typed_in_px_across(opened):

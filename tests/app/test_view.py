@@ -55,16 +55,10 @@ def test_a_key_toggles_an_overlay_and_its_box(opened):
         np.testing.assert_array_equal(picture(opened), before, layer.name)
 
 
-def move_alone(driver):
-    """Let faces move alone, whose field is the steepest."""
-    driver.editor.recipe.set_field("scope", "face")
-    driver.editor.document.commit()
-
-
 def test_folded_cells_are_drawn_and_counted(opened):
     panel = opened.panel("recipe")
     assert "✓" in panel.one_to_one.text()
-    move_alone(opened)
+    opened.set("scope", "face")
     opened.press_key(panel.lattice.slider, Qt.Key.Key_Home)
     opened.press_key(panel.percent.slider, Qt.Key.Key_End)
     opened.settle()
@@ -92,12 +86,7 @@ def test_at_100_percent_the_screen_shows_the_results_own_pixels(opened):
     for key in (Qt.Key.Key_L, Qt.Key.Key_T, Qt.Key.Key_C, Qt.Key.Key_1):
         opened.key(key)
     assert opened.canvas.zoom == pytest.approx(1.0)
-    # The photo's pixels must fall on the screen's for the comparison.
-    corner = opened.canvas.to_screen(np.array([-0.5, -0.5]))
-    opened.canvas.start_pan(corner)
-    opened.canvas.pan_to(QPointF(round(corner.x()), round(corner.y())))
-    opened.canvas.end_pan()
-    left, top = round(corner.x()), round(corner.y())
+    left, top = opened.align().toTuple()
     seen = picture(opened).reshape(opened.canvas.height(), opened.canvas.width(), 3)
     height, width = opened.shown.shape[:2]
     assert left >= 0
@@ -159,20 +148,6 @@ def test_the_place_of_the_cursor_follows_a_drag(opened):
     x, y = opened.canvas.to_photo((at + QPoint(12, 18)).toPointF())
     texts = [label.text() for label in opened.window.status.findChildren(QLabel)]
     assert f"x {x:.0f}  y {y:.0f}" in texts
-
-
-def test_how_long_the_last_photo_took_goes_with_it(opened, photo):
-    def drawn_in():
-        labels = opened.window.status.findChildren(QLabel)
-        return [label.text() for label in labels if label.text().startswith("drawn in")]
-
-    assert drawn_in()
-    document, seen = opened.editor.document, []
-    document.opened.connect(lambda: seen.append(drawn_in()))
-    opened.open(photo)
-    opened.settle()
-    assert seen == [[]]
-    assert drawn_in()
 
 
 def test_the_hint_is_that_of_the_tool_in_hand(two):

@@ -1,7 +1,5 @@
 """What lies round the work: presets, recent photos, film strip, palette, keys, panels."""
 
-from __future__ import annotations
-
 import shutil
 from collections import Counter
 
@@ -39,14 +37,6 @@ ALT = Qt.KeyboardModifier.AltModifier
 in_one_window = pytest.mark.usefixtures("one_window")
 
 
-def choose(menu, words):
-    """Open a menu and choose the entry that says `words`."""
-    menu.aboutToShow.emit()
-    action = next(action for action in menu.actions() if words in action.text())
-    assert action.isEnabled()
-    action.trigger()
-
-
 def drop(driver, *paths):
     data = QMimeData()
     data.setUrls([QUrl.fromLocalFile(str(path)) for path in paths])
@@ -68,8 +58,7 @@ def drop_data(driver, data):
 @in_one_window
 def test_the_history_lists_gestures_and_leads_back(opened):
     opened.change_something()
-    opened.editor.recipe.set_field("lattice", 2.0)
-    opened.editor.document.commit()
+    opened.set("lattice", 2.0)
     view = opened.panel("history")
     texts = [view.model().index(row, 0).data() for row in range(view.model().rowCount())]
     rows = ["As it was opened", "Warp distance 4.0 → 5.0 % of D", "Lattice 1.0 → 2.0"]
@@ -86,16 +75,14 @@ def test_the_history_lists_gestures_and_leads_back(opened):
     assert said.hint_text == "Done again: Warp distance 4.0 → 5.0 % of D"
 
 
-@pytest.mark.usefixtures("unkept")
-@pytest.mark.parametrize("answer", ["Cancel", "Discard"])
-def test_opening_another_photo_asks_before_changes_are_lost(opened, tmp_path, answer):
-    other = tmp_path / "other.png"
-    assert cv2.imwrite(str(other), textured_photo(seed=3))
+@pytest.mark.usefixtures("unkept", "one_window")
+def test_opening_another_photo_asks_before_changes_are_lost(opened, other):
     opened.change_something()
-    drop(opened, other)
-    opened.answer(answer)
-    opened.settle()
-    assert (opened.editor.document.path == other) == (answer == "Discard")
+    for answer in ("Cancel", "Discard"):
+        drop(opened, other)
+        opened.answer(answer)
+        opened.settle()
+        assert (opened.editor.document.path == other) == (answer == "Discard")
 
 
 # -- presets ---------------------------------------------------------------------------------------
@@ -103,7 +90,7 @@ def test_opening_another_photo_asks_before_changes_are_lost(opened, tmp_path, an
 
 @in_one_window
 def test_the_papers_settings_are_a_preset(opened):
-    choose(opened.window.menus["presets"], "The paper's")
+    opened.choose("presets", "The paper's")
     assert opened.state.recipe == PAPER
     assert opened.editor.document.undo.undoText() == "Preset The paper's"
 
@@ -116,10 +103,11 @@ def test_settings_are_kept_under_a_name_and_used_again(opened, start, photo):
     QTest.keyClicks(line, "Wedding")
     QTest.keyClick(line, KEYS.Key_Return)
     other = start(photo)
-    choose(other.window.menus["presets"], "Wedding")
+    other.choose("presets", "Wedding")
     assert other.state.recipe.percent == 5.0
     removal = next(a for a in other.window.menus["presets"].actions() if a.menu()).menu()
-    choose(removal, "Wedding")
+    removal.aboutToShow.emit()
+    next(one for one in removal.actions() if "Wedding" in one.text()).trigger()
     other.window.menus["presets"].aboutToShow.emit()
     assert "Wedding" not in [a.text() for a in other.window.menus["presets"].actions()]
 
@@ -127,32 +115,18 @@ def test_settings_are_kept_under_a_name_and_used_again(opened, start, photo):
 @in_one_window
 def test_a_preset_gives_a_chosen_face_settings_of_its_own(opened):
     opened.editor.recipe.choose(0)
-    choose(opened.window.menus["presets"], "Small face")
+    opened.choose("presets", "Small face")
     assert opened.state.faces[0].recipe.percent == 6.0
     assert opened.state.recipe.percent == 4.0
-
-
-def test_a_file_that_is_no_preset_is_left_out_of_the_menu(opened, storage):
-    storage.presets.mkdir(parents=True)
-    (storage.presets / "Broken.json").write_text("[" * 9999)
-    (storage.presets / "Newer.json").write_text('{"version": 9}')
-    (storage.presets / "Laid here.json").write_text('{"percent": 7}')
-    menu = opened.window.menus["presets"]
-    menu.aboutToShow.emit()
-    names = [action.text() for action in menu.actions()]
-    assert "Laid here" in names
-    assert not {"Broken", "Newer"} & set(names)
-    choose(menu, "Laid here")
-    assert opened.state.recipe.percent == 7.0
 
 
 def test_the_menu_opens_the_folder_of_preset_files(opened, storage, monkeypatch):
     shown = []
     monkeypatch.setattr(QDesktopServices, "openUrl", shown.append)
-    choose(opened.window.menus["presets"], "Open preset folder")
+    opened.choose("presets", "Open preset folder")
     assert shown == [QUrl.fromLocalFile(str(storage.presets))]
     (storage.presets / "Laid here.json").write_text('{"percent": 7}')
-    choose(opened.window.menus["presets"], "Laid here")
+    opened.choose("presets", "Laid here")
     assert opened.state.recipe.percent == 7.0
 
 
@@ -175,10 +149,10 @@ def test_opened_photos_are_offered_again(opened, start, photo, tmp_path):
     later.window.menus["recent"].aboutToShow.emit()
     texts = [action.text() for action in later.window.menus["recent"].actions()]
     assert texts[:2] == ["a&&b.png", "portrait.png"]
-    choose(later.window.menus["recent"], "portrait.png")
+    later.choose("recent", "portrait.png")
     later.settle()
     assert later.editor.document.path == photo
-    choose(later.window.menus["recent"], "Clear list")
+    later.choose("recent", "Clear list")
     later.window.menus["recent"].aboutToShow.emit()
     assert not any("portrait" in action.text() for action in later.window.menus["recent"].actions())
 
@@ -220,55 +194,49 @@ def folder(tmp_path):
     return place
 
 
-def test_a_dropped_folder_becomes_a_film_strip(empty, folder):
+@pytest.fixture
+def shoot(empty, folder):
+    """An editor with the folder on its strip and the first photo open."""
     drop(empty, folder)
-    strip = empty.editor.strip.film
-    assert [strip.item(row).text() for row in range(strip.count())] == [
-        *("0.png", "1.png", "2.png", "broken.jpg")
-    ]
+    return empty
+
+
+def texts(strip):
+    return [strip.item(row).text() for row in range(strip.count())]
+
+
+def test_dropped_photos_become_a_film_strip(shoot, folder):
+    strip = shoot.editor.strip.film
+    assert texts(strip) == ["0.png", "1.png", "2.png", "broken.jpg"]
     assert strip.isVisible()
-    assert empty.editor.document.path == folder / "0.png"
+    assert shoot.editor.document.path == folder / "0.png"
     assert strip.currentRow() == 0
     at = strip.visualItemRect(strip.item(2)).center()
     QTest.mouseClick(strip.viewport(), Qt.MouseButton.LeftButton, pos=at)
-    empty.settle()
-    assert empty.editor.document.path == folder / "2.png"
-    empty.key(KEYS.Key_Left, CONTROL)
-    empty.settle()
-    assert empty.editor.document.path == folder / "1.png"
+    shoot.settle()
+    assert shoot.editor.document.path == folder / "2.png"
+    shoot.key(KEYS.Key_Left, CONTROL)
+    shoot.settle()
+    assert shoot.editor.document.path == folder / "1.png"
     assert strip.currentRow() == 1
+    drop(shoot, folder / "2.png", folder / "0.png")
+    assert texts(strip) == ["2.png", "0.png"], "several photos make a strip of them"
 
 
-def test_a_film_strip_is_one_row_high_and_the_rest_is_the_photos(start, folder):
-    driver = start(workspace="retouch")
-    drop(driver, folder)
-    strip = driver.editor.strip.film
-    assert strip.isVisible()
-    assert strip.height() == strip.minimumHeight()
-
-
-def test_a_photo_that_comes_into_the_folder_comes_onto_the_strip(empty, folder):
-    drop(empty, folder)
+def test_a_photo_that_comes_into_the_folder_comes_onto_the_strip(shoot, folder):
     shutil.copy(folder / "0.png", folder / "3.png")
-    empty.qtbot.waitUntil(lambda: empty.editor.strip.film.count() == 5)
-    empty.settle()
-    assert empty.editor.document.path == folder / "0.png"
-
-
-def test_several_dropped_photos_make_a_strip_of_them(empty, folder):
-    drop(empty, folder / "2.png", folder / "0.png")
-    strip = empty.editor.strip.film
-    assert [strip.item(row).text() for row in range(strip.count())] == ["2.png", "0.png"]
+    shoot.qtbot.waitUntil(lambda: shoot.editor.strip.film.count() == 5)
+    shoot.settle()
+    assert shoot.editor.document.path == folder / "0.png"
 
 
 @pytest.mark.usefixtures("unkept")
-def test_the_strip_keeps_to_the_open_photo_when_its_changes_are_kept(empty, folder):
-    drop(empty, folder)
-    empty.change_something()
-    strip = empty.editor.strip.film
+def test_the_strip_keeps_to_the_open_photo_when_its_changes_are_kept(shoot):
+    shoot.change_something()
+    strip = shoot.editor.strip.film
     at = strip.visualItemRect(strip.item(1)).center()
     QTest.mouseClick(strip.viewport(), Qt.MouseButton.LeftButton, pos=at)
-    empty.answer("Cancel")
+    shoot.answer("Cancel")
     assert strip.currentRow() == 0
 
 
@@ -289,42 +257,30 @@ def test_a_thumbnail_that_fails_keeps_none_from_the_others(empty, folder, monkey
 def test_the_keys_get_past_a_photo_that_cannot_be_opened(empty, folder):
     shutil.copy(folder / "0.png", folder / "last.png")
     drop(empty, folder)
-    for _ in range(2):
+    said = []
+    for name in ("1.png", "2.png", "2.png", "last.png"):
         empty.key(KEYS.Key_Right, CONTROL)
         empty.settle()
-    assert empty.editor.document.path == folder / "2.png"
-    empty.key(KEYS.Key_Right, CONTROL)
-    empty.settle()
-    assert "broken.jpg" in empty.say()
-    assert empty.editor.document.path == folder / "2.png"
-    empty.key(KEYS.Key_Right, CONTROL)
-    empty.settle()
-    assert empty.editor.document.path == folder / "last.png"
+        assert empty.editor.document.path == folder / name
+        said.append("broken.jpg" in empty.say())
+    assert said == [False, False, True, False]
 
 
-def test_steps_count_from_the_photo_that_is_being_opened(empty, folder):
+def test_steps_count_from_the_photo_that_is_being_opened(shoot, folder):
     """Two presses lead two photos on, however long the first takes."""
-    drop(empty, folder)
-    for _ in range(2):
-        empty.editor.strip.film.step(1)
-    empty.settle()
-    assert empty.editor.document.path == folder / "2.png"
-    assert empty.editor.strip.film.currentRow() == 2
-
-
-def test_a_step_back_to_the_open_photo_calls_the_next_one_off(empty, folder):
-    drop(empty, folder)
-    strip, status = empty.editor.strip.film, empty.window.status
+    strip, status = shoot.editor.strip.film, shoot.window.status
     strip.step(1)
     assert status.hint_text == "Opening 1.png…"
     strip.step(-1)
     assert "Opening" not in status.hint_text
-    empty.settle()
-    assert empty.editor.document.path == folder / "0.png"
+    shoot.settle()
+    assert shoot.editor.document.path == folder / "0.png", "a step back calls the next one off"
     assert strip.currentRow() == 0
     strip.step(1)
-    empty.settle()
-    assert empty.editor.document.path == folder / "1.png"
+    strip.step(1)
+    shoot.settle()
+    assert shoot.editor.document.path == folder / "2.png"
+    assert strip.currentRow() == 2
 
 
 @pytest.mark.usefixtures("storage")
@@ -366,10 +322,9 @@ def test_the_start_card_goes_while_a_photo_is_read_and_comes_back_if_that_fails(
     assert empty.editor.recent.empty.isVisible()
 
 
-def test_a_strip_without_photos_is_hidden_at_the_next_start(empty, start, folder):
-    drop(empty, folder)
-    assert empty.editor.strip.film.isVisible()
-    empty.editor.close()
+def test_a_strip_without_photos_is_hidden_at_the_next_start(shoot, start, folder):
+    assert shoot.editor.strip.film.isVisible()
+    shoot.editor.close()
     later = start(folder / "0.png")
     assert dock(later, "strip").isHidden()
     assert later.panel("readings").isVisible()
@@ -388,12 +343,6 @@ def test_the_panel_of_the_strip_is_only_there_with_something_on_it(empty, folder
     (tmp_path / "none").mkdir()
     drop(empty, tmp_path / "none")
     assert toggle.isVisible(), "an empty folder chosen by mistake leaves the strip alone"
-
-
-def test_a_folder_without_photos_is_said(empty, tmp_path):
-    place = tmp_path / "none"
-    place.mkdir()
-    drop(empty, place)
     assert "No photos in this folder" in empty.say()
 
 
@@ -447,6 +396,7 @@ def test_the_palette_finds_and_runs_a_command(opened):
 
 @in_one_window
 def test_arrows_walk_through_the_palette(opened):
+    before = opened.state
     opened.key(KEYS.Key_P, CONTROL, SHIFT)
     palette = opened.dialog(Palette)
     QTest.keyClicks(palette.words, "zoom")
@@ -454,19 +404,11 @@ def test_arrows_walk_through_the_palette(opened):
     QTest.keyClick(palette.words, KEYS.Key_Down)
     assert palette.list.currentItem().text().startswith("Zoom in")
     assert palette.list.currentRow() > first
-    QTest.keyClick(palette.words, KEYS.Key_Escape)
-    assert not palette.isVisible()
-
-
-@in_one_window
-def test_nothing_runs_when_nothing_is_found(opened):
-    before = opened.state
-    opened.key(KEYS.Key_P, CONTROL, SHIFT)
-    palette = opened.dialog(Palette)
     QTest.keyClicks(palette.words, "qqq")
     QTest.keyClick(palette.words, KEYS.Key_Return)
-    assert opened.state is before
-    palette.close()
+    assert opened.state is before, "nothing is found, nothing runs"
+    QTest.keyClick(palette.words, KEYS.Key_Escape)
+    assert not palette.isVisible()
 
 
 def test_every_action_has_a_tip_and_no_key_belongs_to_two(empty):
@@ -486,49 +428,31 @@ def dock(driver, name):
     return driver.window.findChild(QDockWidget, name)
 
 
-def test_the_layout_is_there_again_next_time(opened, start):
-    opened.window.docks.show("history")
-    next(it for it in opened.window.docks.toggles() if "Faces" in it.text()).trigger()
-    assert dock(opened, "faces").isHidden()
-    opened.window.resize(1180, 790)
-    opened.editor.close()
-    later = start()
-    assert dock(later, "faces").isHidden()
-    later.qtbot.waitUntil(lambda: later.panel("history").isVisible())
-    next(a for n, a in later.window.actions_by_name.items() if n == "reset-workspace").trigger()
-    assert not dock(later, "faces").isHidden()
-
-
 @in_one_window
 def test_all_panels_go_and_come_back_with_one_key(opened):
+    def in_front(name):
+        return not dock(opened, name).visibleRegion().isEmpty()
+
+    opened.window.docks.show("history")
+    opened.qtbot.waitUntil(lambda: in_front("history") and not in_front("readings"))
     width = opened.canvas.width()
     opened.key(KEYS.Key_F8)
     opened.qtbot.waitUntil(lambda: opened.canvas.width() > width)
     assert dock(opened, "settings").isHidden()
     opened.key(KEYS.Key_F8)
     opened.qtbot.waitUntil(lambda: opened.canvas.width() == width)
+    opened.qtbot.waitUntil(lambda: in_front("history") and not in_front("readings"))
     assert dock(opened, "strip").isHidden()
 
 
-@in_one_window
-def test_the_panel_in_front_is_in_front_again(opened):
-    def in_front(name):
-        return not dock(opened, name).visibleRegion().isEmpty()
-
+def test_panels_are_there_next_time_but_those_that_were_closed(opened, start):
     opened.window.docks.show("history")
-    opened.qtbot.waitUntil(lambda: in_front("history") and not in_front("readings"))
-    opened.key(KEYS.Key_F8)
-    opened.qtbot.waitUntil(lambda: not in_front("history"))
-    opened.key(KEYS.Key_F8)
-    opened.qtbot.waitUntil(lambda: in_front("history") and not in_front("readings"))
-
-
-def test_panels_that_are_all_hidden_are_there_next_time(opened, start):
     next(it for it in opened.window.docks.toggles() if "Faces" in it.text()).trigger()
     opened.key(KEYS.Key_F8)
     opened.editor.close()
     later = start()
-    assert not dock(later, "settings").isHidden()
+    later.qtbot.waitUntil(lambda: later.panel("history").isVisible())
+    assert not dock(later, "settings").isHidden(), "hidden for a moment, not closed"
     assert dock(later, "faces").isHidden()
 
 
@@ -550,17 +474,18 @@ def test_without_a_photo_the_window_says_what_to_do(empty, photo):
     empty.open(photo)
 
 
-def test_without_a_photo_the_last_ones_are_offered(opened, start, photo):
-    later = start()
-    links = [
-        label for label in later.editor.recent.empty.findChildren(QLabel) if "href" in label.text()
-    ]
-    folder, link = links
-    assert photo.parent.name in folder.text()
-    assert "portrait.png" in link.text()
-    link.linkActivated.emit("#")
-    later.settle()
-    assert later.editor.document.path == photo
+def test_without_a_photo_the_last_ones_and_their_folder_are_offered(opened, start, photo):
+    later, at_last = start(), start()
+    for driver, place in ((later, 1), (at_last, 0)):
+        labels = driver.editor.recent.empty.findChildren(QLabel)
+        folder, link = (label for label in labels if "href" in label.text())
+        assert photo.parent.name in folder.text()
+        assert "portrait.png" in link.text()
+        (folder, link)[place].linkActivated.emit("#")
+        driver.settle()
+        assert driver.editor.document.path == photo
+    assert not later.editor.strip.film.count()
+    assert at_last.editor.strip.film.count() == 1
     assert opened.editor.document.path == photo
 
 

@@ -1,14 +1,11 @@
 """The window in another language: every word of it is translated, and longer words fit."""
 
-from __future__ import annotations
-
 import re
-from functools import partial
 
 import pytest
 from kogao_app.features.experiments.dialog import ExperimentDialog
-from kogao_app.workspaces import WORKSPACES
 from pseudolocale import pseudo
+from PySide6.QtGui import QKeySequence
 from PySide6.QtWidgets import (
     QAbstractButton,
     QAbstractSpinBox,
@@ -19,13 +16,18 @@ from PySide6.QtWidgets import (
     QLineEdit,
     QMenu,
     QTabBar,
+    QToolBar,
+    QToolButton,
     QWidget,
 )
-from test_nothing_is_cut import LEAST, nothing_is_cut, told
+from test_mnemonics import doubled, letters_of
+from test_nothing_is_cut import LEAST, arrangements, fit_into, needed_tools_are_seen, told
 
+from kogao_core.base import language
 from kogao_core.projects.sidecar import sidecar_of
 
-pytestmark = pytest.mark.usefixtures("one_window")
+in_pseudolocale = pytest.mark.usefixtures("one_window", "pseudolocale")
+in_japanese = pytest.mark.usefixtures("japanese")
 
 WORD = re.compile(r"[A-Za-z]{2,}")
 TAG = re.compile(r"<[^<>]*>")
@@ -35,25 +37,22 @@ KEYS = re.compile(r" \([A-Z][\w+]*[^\w\s]?\)$|^Shift\+[A-Z]$")
 QTS = {"Cancel", "Close", "Discard", "Show Details...", "Scroll Left", "Scroll Right"}
 
 
+# What shows a text or several, and the method that returns it.
+TEXTS = {QLabel: "text", QAbstractButton: "text", QAbstractSpinBox: "text", QGroupBox: "title"}
+TEXTS |= {QLineEdit: "placeholderText"}
+LISTS = {QComboBox: "itemText", QTabBar: "tabText"}
+ABOUT = ("toolTip", "accessibleName", "accessibleDescription", "windowTitle", "statusTip")
+
+
 def texts(root):
     """Every text of a window and of what lies in it, by what shows it."""
     for widget in (root, *root.findChildren(QWidget)):
         if widget.objectName().startswith("qt_"):
             continue
-        said = [widget.toolTip(), widget.accessibleName(), widget.accessibleDescription()]
-        said += [widget.windowTitle(), widget.statusTip()]
-        if isinstance(widget, QLabel | QAbstractButton):
-            said.append(widget.text())
-        elif isinstance(widget, QComboBox):
-            said += [widget.itemText(n) for n in range(widget.count())]
-        elif isinstance(widget, QTabBar):
-            said += [widget.tabText(n) for n in range(widget.count())]
-        elif isinstance(widget, QGroupBox):
-            said.append(widget.title())
-        elif isinstance(widget, QLineEdit):
-            said.append(widget.placeholderText())
-        elif isinstance(widget, QAbstractSpinBox):
-            said.append(widget.text())
+        names = [*ABOUT, *(name for kind, name in TEXTS.items() if isinstance(widget, kind))]
+        said = [getattr(widget, name)() for name in names]
+        for name in (name for kind, name in LISTS.items() if isinstance(widget, kind)):
+            said += [getattr(widget, name)(n) for n in range(widget.count())]
         for text in filter(None, said):
             yield type(widget).__name__, text
     for menu in root.findChildren(QMenu):
@@ -74,27 +73,16 @@ def plain(root, names=()):
     return found
 
 
-@pytest.mark.usefixtures("pseudolocale")
+@in_pseudolocale
 def test_every_word_of_the_window_is_translated_and_longer_ones_fit(start, photo):
     driver = start(photo, workspace="retouch")
-    for name in WORKSPACES:
-        driver.window.actions_by_name[f"workspace-{name}"].trigger()
-        driver.unfold()
-        for mode in ("manual", "automatic"):
-            driver.window.actions_by_name[f"mode-{mode}"].trigger()
-            driver.settle()
-            driver.window.resize(*LEAST)
-            driver.qtbot.waitUntil(partial(nothing_is_cut, driver.window, LEAST, (name, mode)))
-            assert (
-                plain(
-                    driver.window,
-                    (str(photo), str(photo.parent), photo.parent.name, photo.name, "Kogao"),
-                )
-                == set()
-            ), name
+    names = (str(photo), str(photo.parent), photo.parent.name, photo.name, "Kogao")
+    for where in arrangements(driver):
+        fit_into(driver, LEAST, where)
+        assert plain(driver.window, names) == set(), where
 
 
-@pytest.mark.usefixtures("pseudolocale")
+@in_pseudolocale
 def test_every_word_of_a_dialog_is_translated_and_longer_ones_fit(dialogs, photo):
     for dialog in dialogs:
         if isinstance(dialog, ExperimentDialog):
@@ -103,7 +91,7 @@ def test_every_word_of_a_dialog_is_translated_and_longer_ones_fit(dialogs, photo
         assert (dialog.windowTitle(), told(dialog)) == (dialog.windowTitle(), [])
 
 
-@pytest.mark.usefixtures("pseudolocale")
+@in_pseudolocale
 def test_what_qts_catalogues_lack_of_its_dialog_for_files_is_translated(opened):
     opened.editor.files.ask_save()
     asked = opened.dialog(QFileDialog)
@@ -111,7 +99,7 @@ def test_what_qts_catalogues_lack_of_its_dialog_for_files_is_translated(opened):
         assert WORD.findall(asked.labelText(which).replace("&", "")) == []
 
 
-@pytest.mark.usefixtures("pseudolocale")
+@in_pseudolocale
 def test_what_the_core_refuses_is_said_in_the_users_language(start, photo):
     driver = start(workspace="retouch")
     broken = photo.with_name("broken.jpg")
@@ -126,7 +114,7 @@ def test_what_the_core_refuses_is_said_in_the_users_language(start, photo):
     assert WORD.findall(driver.say().replace(str(project), "").replace("format", "")) == []
 
 
-@pytest.mark.usefixtures("pseudolocale")
+@in_pseudolocale
 def test_what_the_core_notes_is_said_in_the_users_language(opened, photo):
     opened.change_something()
     opened.settle()
@@ -134,3 +122,41 @@ def test_what_the_core_notes_is_said_in_the_users_language(opened, photo):
     opened.open(photo)
     assert pseudo("the project was made from")[1:20] in opened.say()
     assert WORD.findall(opened.say().replace(sidecar_of(photo).name, "")) == []
+
+
+@pytest.fixture
+def japanese(spoken):  # noqa: ARG001
+    language.use_language("ja")
+
+
+@in_japanese
+def test_a_letter_leads_to_one_place_and_what_has_none_shows_none_in_japanese(two, dialogs):
+    """A toolbar has no letters, and a screen reader spells none."""
+    texts = letters_of(two.window)
+    letters = {QKeySequence.mnemonic(text).toString() for text in texts}
+    assert letters >= {f"Alt+{letter}" for letter in "FEVAMTXHSWLUIDRNB"}
+    assert doubled(texts) == {}
+    for menu in two.window.findChildren(QMenu):
+        assert doubled(one.text() for one in menu.actions()) == {}, menu.title()
+    for dialog in dialogs:
+        assert doubled(letters_of(dialog)) == {}, dialog.windowTitle()
+    (bar,) = two.window.findChildren(QToolBar)
+    shown = [one.text() for one in bar.findChildren(QToolButton) if one.defaultAction()]
+    assert {"開く", "手動"} <= set(shown)
+    shown += [one.accessibleName() for one in two.window.findChildren(QToolButton)]
+    buddies = filter(None, (one.buddy() for one in two.window.findChildren(QLabel)))
+    shown += [one.accessibleName() for one in buddies]
+    assert [text for text in shown if "(" in text] == []
+
+
+@in_japanese
+def test_no_text_is_cut_in_the_least_window_in_japanese(start, photo):
+    driver = start(photo, workspace="retouch")
+    for where in arrangements(driver):
+        fit_into(driver, LEAST, where)
+
+
+@in_japanese
+def test_the_least_window_shows_the_tools_that_are_needed_in_japanese(start, photo, text_size):
+    text_size(2.0)
+    needed_tools_are_seen(start(photo, workspace="retouch"))

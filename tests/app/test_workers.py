@@ -1,7 +1,5 @@
 """A lane runs one job at a time and only the newest request."""
 
-from __future__ import annotations
-
 import threading
 
 import pytest
@@ -57,15 +55,6 @@ def test_a_dropped_result_is_not_delivered_but_the_next_one_is(qtbot, lane):
     gate.set()
     qtbot.waitUntil(lambda: not lane.busy)
     assert results == ["fresh"]
-
-
-def test_the_next_job_starts_after_the_listeners_are_done(qtbot, lane):
-    order = []
-    lane.done.connect(lambda name: order.append(f"shown {name}"))
-    lane.submit(lambda: order.append("run a") or "a")
-    lane.submit(lambda: order.append("run b") or "b")
-    qtbot.waitUntil(lambda: not lane.busy)
-    assert order == ["run a", "shown a", "run b", "shown b"]
 
 
 def test_a_listener_that_submits_starts_nothing_while_others_still_listen(qtbot, pool, lane):

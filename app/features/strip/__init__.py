@@ -247,7 +247,8 @@ class Strip(Feature):
 
     def _draw(self) -> None:
         path = None if self._drawing.busy else self.film.next_of(self._undrawn)
-        if path is not None:
+        # The lookup may lay out and resize the strip, which calls this method.
+        if path in self._undrawn and not self._drawing.busy:
             del self._undrawn[path]
             side_px, edits = self.side_px, self.storage.edits
             self._drawing.submit(lambda: (path, thumbnail(path, side_px, edits)))
