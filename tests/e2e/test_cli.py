@@ -518,7 +518,6 @@ def test_only_files_are_replaced(fails, small_portrait, tmp_path):
         ("out.jpg", "warp", photo, "-o", tmp_path / "out.jpg"),
         ("photo.jpg.kogao.json", "warp", photo, "-o", tmp_path / "new.jpg", "--save-project"),
         ("photo.csv", "landmarks", "export", photo, "--format", "csv", "-o", tmp_path),
-        ("photo-lattice.png", "experiment", "figures", photo, "-o", tmp_path),
         ("report.html", "experiment", "domains", photo, "--html", tmp_path / "report.html"),
     ):
         os.mkfifo(tmp_path / name)

@@ -146,7 +146,6 @@ def test_a_report_never_goes_over_a_photo(cli, small_portrait, kind):
 @pytest.mark.parametrize(
     ("command", "made"),
     [
-        (("experiment", "figures", "--width", "240"), "{stem}-lattice.png"),
         (("landmarks", "export", "--format", "csv"), "{stem}.csv"),
         (("experiment", "study", "make", "--lattices", "1"), "study.json"),
     ],
