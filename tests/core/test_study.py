@@ -291,21 +291,13 @@ def test_records_that_dont_follow_are_refused(record):
         Session(STUDY, "r1", NAMES, [record])
 
 
-@pytest.mark.parametrize("torn", [b"", b'{"format": "kogao-rat\n'])
-def test_a_line_cut_anywhere_loses_only_itself(tmp_path, torn):
+def test_a_file_that_was_cut_within_a_line_is_refused(tmp_path):
     session, path = begun(STUDY), tmp_path / "r.jsonl"
-    for _ in range(3):
-        session.take(judged(session))
+    session.take(judged(session))
     save(session, path)
-    written = path.read_bytes()
-    start = written[:-1].rindex(b"\n") + 1
-    for end in range(start, len(written) + 1):
-        path.write_bytes(torn + written[:end])
-        held = results.load(path)
-        # A line whose newline alone is missing is whole.
-        is_whole = end >= len(written) - 1
-        assert len(held.records) == 2 + is_whole
-        assert held.torn == bool(torn) + (start < end and not is_whole)
+    path.write_bytes(path.read_bytes()[:-9])
+    with pytest.raises(BadFile, match=r"r.jsonl is not a rating file"):
+        results.load(path)
 
 
 HEAD = json.dumps({**results.header(STUDY), "rater": "r1", "keys": "fj", "order": NAMES}) + "\n"
@@ -453,7 +445,7 @@ def test_answers_are_counted_by_what_was_shown(copy):
     rated(copy, "r1", strict)
     rated(copy, "r2", lenient)
     found = counted(copy)
-    assert (found.subjects, [*found.raters], found.torn) == (2, ["r1", "r2"], 0)
+    assert (found.subjects, [*found.raters]) == (2, ["r1", "r2"])
     for variant, share in found.shares().items():
         assert share.answers == 4
         judged = variant.percent > 6.0 or variant.lattice < 0.5
@@ -679,7 +671,7 @@ def test_ratings_that_cant_be_used_are_named_and_stop_nothing(copy):
     for name, said in (
         ("r1.jsonl", "contradict"),
         ("r2.jsonl", "line 9 is missing"),
-        ("notes.jsonl", "contains no ratings"),
+        ("notes.jsonl", "is not a rating file"),
         ("stray.jsonl", "ratings of another study, a-study"),
     ):
         assert said in why[name]

@@ -129,8 +129,6 @@ def notes(tally: Tally) -> list[str]:
                 "raters"
             )
         )
-    if tally.torn:
-        sentences.append(Text("excluded incomplete lines of ratings: {torn}", torn=tally.torn))
     if tally.unfinished:
         left = ((one.rater, len(one.answered), len(one.order)) for one in tally.unfinished)
         some = Text.joined(
@@ -167,7 +165,6 @@ def _document(tally: Tally, records: list[dict[str, object]]) -> dict[str, objec
             {**asdict(one), "reasons": [str(reason) for reason in one.reasons]}
             for one in tally.raters.values()
         ],
-        "torn_lines": tally.torn,
         "unfinished": [
             {"rater": one.rater, "answered": len(one.answered), "pictures": len(one.order)}
             for one in tally.unfinished

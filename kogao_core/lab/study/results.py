@@ -1,12 +1,11 @@
 """Ratings: files of one rater's answers, saved by the page, with one line of JSON per answer.
 
-An undone answer gets a further line. Incomplete lines are ignored: earlier versions wrote each
-answer at once and could be killed.
+An undone answer gets a further line.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final, Literal
@@ -113,8 +112,8 @@ class Session:
         """Whether the next picture needs a grade."""
         return self.current in self.study.satisfaction
 
-    def check(self, record: Record) -> None:
-        """Check that a record is a valid next line. Raises BadFile."""
+    def take(self, record: Record) -> None:
+        """Add a record if it is a valid next line. Raises BadFile."""
         number = len(self.records) + 1
         if record.number != number:
             raise BadFile(
@@ -133,10 +132,6 @@ class Session:
             raise BadFile(
                 Text("line {number} is about a picture that wasn't shown then", number=number)
             )
-
-    def take(self, record: Record) -> None:
-        """Add a record after `check`. Raises BadFile."""
-        self.check(record)
         if record.back:
             del self._answers[record.picture]
         else:
@@ -154,7 +149,6 @@ class Ratings:
     order: tuple[str, ...]  # in which the pictures are shown
     keys: Keys  # for natural and unnatural
     records: tuple[Record, ...]  # the lines in their order
-    torn: int  # number of incomplete lines, for example of a killed program
 
     def session(self, study: Study) -> Session:
         """Return the session. Raises BadFile."""
@@ -177,11 +171,8 @@ def load(path: Path) -> Ratings:
     data = read(path, _MOST_BYTES)
     if len(data) > _MOST_BYTES:
         raise BadFile(Text("{path} is too large for a rating file", path=path))
-    lines, torn = _lines(data)
-    if not lines:
-        raise BadFile(Text("{path} contains no ratings", path=path))
-    top, *rest = lines
     try:
+        top, *rest = _lines(data)
         top.field("format").text(40, (_FORMAT,))
         top.field("version").whole(VERSION, VERSION)
         rater = top.field("rater").text(32)
@@ -194,20 +185,15 @@ def load(path: Path) -> Ratings:
         raise BadFile(
             Text("{path} is not a rating file: {error}", path=path, error=error)
         ) from None
-    return Ratings(study, rater, order, keys, records, torn)
+    return Ratings(study, rater, order, keys, records)
 
 
-def _lines(data: bytes) -> tuple[list[Node], int]:
-    found: list[Node] = []
-    lines = [line for line in data.split(b"\n") if line.strip()]
-    for number, line in enumerate(lines, start=1):
-        try:
-            # The first line contains all picture names.
-            most = _MOST_LINE_BYTES if found else _MOST_BYTES
-            found.append(Node(parse(line, most).value, root=Text("line {number}", number=number)))
-        except BadFile:
-            continue
-    return found, len(lines) - len(found)
+def _lines(data: bytes) -> Iterator[Node]:
+    """Yield the lines. Raises BadFile."""
+    for number, line in enumerate(data.rstrip().split(b"\n"), start=1):
+        # The first line contains all picture names.
+        most = _MOST_BYTES if number == 1 else _MOST_LINE_BYTES
+        yield Node(parse(line, most).value, root=Text("line {number}", number=number))
 
 
 def record(node: Node) -> Record:

@@ -176,7 +176,6 @@ class Tally:
     raters: dict[str, Quality] = field(
         default_factory=dict
     )  # by code; a code is one person in all studies
-    torn: int = 0  # lines
     unfinished: list[Session] = field(default_factory=list)
     # Files that are not counted, each with the reason.
     refused: list[tuple[Path, str]] = field(default_factory=list)
@@ -288,7 +287,6 @@ def tally(
             study, key = known[identity]
             ratings = results.newest([ratings for _, ratings in copies])
             _add(ratings.session(study), key, total)
-            total.torn += ratings.torn
         except BadFile as problem:
             total.refused += [
                 (path, Text("{path}: {problem}", path=path, problem=problem)) for path, _ in copies
