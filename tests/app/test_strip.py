@@ -1,6 +1,7 @@
 """Stars, marks, order and choice on the film strip."""
 
 import dataclasses
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -78,6 +79,14 @@ def test_the_strip_is_sorted_and_filtered_by_stars_and_what_was_done(strip, tmp_
     strip.editor.strip.show_places([folder])
     strip.settle()
     assert shown(strip) == sorted(everything), "another folder shows all it has"
+
+
+def test_a_stopped_strip_looks_for_no_thumbnail(strip, monkeypatch):
+    """Its list may be deleted before a queued call arrives."""
+    feature = strip.editor.strip
+    monkeypatch.setattr(feature.film, "next_of", Mock(side_effect=RuntimeError("deleted")))
+    monkeypatch.setattr(feature, "_undrawn", {})
+    feature._draw()
 
 
 def test_keys_open_what_chooses_photos(strip):

@@ -246,7 +246,9 @@ class Strip(Feature):
         self._draw()
 
     def _draw(self) -> None:
-        path = None if self._drawing.busy else self.film.next_of(self._undrawn)
+        if self._drawing.busy or not self._undrawn:  # the strip is gone after `stop`
+            return
+        path = self.film.next_of(self._undrawn)
         # The lookup may lay out and resize the strip, which calls this method.
         if path in self._undrawn and not self._drawing.busy:
             del self._undrawn[path]

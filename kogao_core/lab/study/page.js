@@ -136,6 +136,7 @@ function begin() {
   let away = 0;
   let leftAt = null;
   let ready = false;
+  let blocked = ""; // why the picture is not shown
   let touched = false;
 
   const done = () => standing(session.records).length;
@@ -232,6 +233,7 @@ function begin() {
     const total = session.order.length;
     const practising = at < study.practice.length;
     trouble("");
+    blocked = "";
     part("progress").max = total;
     part("progress").value = at;
     part("place").textContent = practising
@@ -301,7 +303,9 @@ function begin() {
     ready = false;
     const problem = obstacle();
     picture.hidden = Boolean(problem);
-    trouble(problem, problem === word("not_full"));
+    // Another message stays until the next answer.
+    if (problem !== blocked) trouble(problem, problem === word("not_full"));
+    blocked = problem;
     if (problem) return;
     picture.width = scale * picture.naturalWidth;
     picture.height = scale * picture.naturalHeight;
