@@ -231,9 +231,10 @@ def study() -> dict[str, bytes]:
     made = plan.Origin("1.0", "2026-11-01T12:00:00+00:00", "mesh")
     key = plan.Key("a-study", "s", PAPER, (photographed,), meanings, made)
     with tempfile.TemporaryDirectory() as folder:
-        log = ratings.log_of(Path(folder, "r1.jsonl"), shown, "r1")
-        while log.session.current is not None:
-            log.add(ratings.judged(log.session))
+        session = ratings.begun(shown)
+        while session.current is not None:
+            session.take(ratings.judged(session))
+        ratings.save(session, Path(folder, "r1.jsonl"))
         answers = Path(folder, "r1.jsonl").read_bytes()
     return {
         "study/study.json": json.dumps(shown.to_dict()).encode(),
