@@ -44,7 +44,8 @@ if __name__ == "__main__":
     import colorsys
     if sys.argv[1:]:
         threading.Thread(target=threading.Event().wait, daemon=True).start()
-    print(Workers.processes(1)._make().submit(is_loaded).result())
+    with Workers.processes(1)._make() as executor:  # Python's race of an open one goes to stderr
+        print(executor.submit(is_loaded).result())
 """
 # Ends its worker, as systems do, and has a handler of its own for that.
 ENDED = """
