@@ -1,7 +1,7 @@
 """The table of commands: name, text, key and tip of each, in the order of the menus.
 
 Features connect commands to methods with `Feature.bind`. Commands that belong to other tables
-(overlays, workspaces, experiments, stars) are made by the feature that reads that table.
+(overlays, workspaces, experiments) are made by the feature that reads that table.
 """
 
 from __future__ import annotations

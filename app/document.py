@@ -6,7 +6,6 @@ import dataclasses
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
-from itertools import repeat
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -17,7 +16,7 @@ from PySide6.QtGui import QUndoCommand, QUndoStack
 from kogao_core.base.geometry import Box, Line
 from kogao_core.faces.doubt import doubtful
 from kogao_core.faces.face import Face
-from kogao_core.faces.targets import Pairs, aim
+from kogao_core.faces.targets import Pairs
 from kogao_core.photo import Photo
 from kogao_core.photo.optics import UNKNOWN, Optics, optics_of
 from kogao_core.projects.project import Mode, Sheet
@@ -26,7 +25,7 @@ from kogao_core.recipe.recipe import FACE_FIELDS, Recipe
 from kogao_core.warp.brush import UNTOUCHED, Brushwork
 from kogao_core.warp.lens import LensCorrection
 from kogao_core.warp.protection import NOTHING, Protection
-from kogao_core.warp.surround import near_protected
+from kogao_core.warp.surround import aimed
 
 if TYPE_CHECKING:
     from .render.pictures import PicturePyramid
@@ -57,9 +56,7 @@ class State(Sheet):
     @cached_property
     def pairs(self) -> tuple[Pairs, ...]:
         """Landmarks, targets and centre of every face, switched off faces included."""
-        seen = self._lensed or repeat(None)
-        aimed = tuple(map(aim, self.faces, repeat(self.recipe), seen, repeat(self.image)))
-        return near_protected(aimed, self.seen, self.protection.strokes)
+        return aimed(self.faces, self.recipe, self.seen, self.image, self.protection.strokes)
 
     @property
     def seen(self) -> Sequence[Face]:

@@ -9,7 +9,6 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import repeat
 from typing import Final
 
 import numpy as np
@@ -20,7 +19,7 @@ from kogao_core.base.geometry import Box, Image, check_image, check_type
 from kogao_core.base.language import Text
 from kogao_core.base.threads import one_blas_thread
 from kogao_core.faces.face import Face
-from kogao_core.faces.targets import Pairs, aim
+from kogao_core.faces.targets import Pairs
 from kogao_core.projects import evidence
 from kogao_core.projects.evidence import Evidence
 from kogao_core.recipe.recipe import Recipe
@@ -38,7 +37,7 @@ from kogao_core.warp.limits import check_corners, check_strokes
 from kogao_core.warp.measures import achieved_percent, protected_shares
 from kogao_core.warp.one_to_one import OneToOne, check_one_to_one
 from kogao_core.warp.protection import NOTHING, Protection
-from kogao_core.warp.surround import near_protected, surrounds_of
+from kogao_core.warp.surround import aimed, surrounds_of
 
 # The stages in order, with visible names; all time measurements use these keys.
 STAGES: Final = {
@@ -346,8 +345,7 @@ def render(
             lens = LensCorrection.of(faces, recipe, edges)
             seen = lens.faces or faces
             recipes = [recipe.of_face(face.recipe) for face in faces]
-            aimed = tuple(map(aim, faces, recipes, seen, repeat(edges)))
-            requested = near_protected(aimed, seen, protection.strokes)
+            requested = aimed(faces, recipe, seen, edges, protection.strokes)
             pairs = (
                 tuple(attenuated_near_edge(pair, edges) for pair in requested)
                 if recipe.guard

@@ -119,10 +119,11 @@ class BackgroundFinder:
 
         Lines end at people. Without a mask of people, only lines on faces are left out.
         """
-        with self._lock, one_blas_thread():
+        with self._lock:
             keys = tuple(tuple(f.points.tobytes() for f in some) for some in (faces, others))
             if self._newest is None or self._photo() is not photo or keys != self._faces:
-                self._newest = self._look(Pyramid(photo), faces, others)
+                with one_blas_thread():
+                    self._newest = self._look(Pyramid(photo), faces, others)
                 self._photo, self._faces = weakref.ref(photo), keys
             return self._newest
 

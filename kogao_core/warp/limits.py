@@ -86,7 +86,11 @@ def check_protection(protection: Protection, image: Box) -> None:
         )
         if 2.0 * stroke.radius_px > widest:
             raise OutOfBounds(
-                Text("protected line {number} is wider than {px:g} px", number=number, px=widest)
+                Text(
+                    "protected line {number} is wider than {px:g} px; use a narrower line",
+                    number=number,
+                    px=widest,
+                )
             )
 
 

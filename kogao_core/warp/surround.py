@@ -18,6 +18,7 @@ import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import repeat
 from typing import Final
 
 import cv2
@@ -28,7 +29,7 @@ from kogao_core.base.geometry import Array, Box, ramp, smoothstep
 from kogao_core.faces.face import FOREHEAD_POINTS, Face
 from kogao_core.faces.head import EDGE_SLOPE, HeadFrame, limited
 from kogao_core.faces.reshape import across
-from kogao_core.faces.targets import Pairs, shape_center
+from kogao_core.faces.targets import Pairs, aim, shape_center
 from kogao_core.faces.zones import Shape, directions
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.warp.field import inverted
@@ -320,6 +321,17 @@ class _FaceBoundary:
         return np.stack([np.interp(angles, self.angles, move) for move in moves_px.T], axis=-1)
 
 
+def aimed(
+    faces: Sequence[Face], recipe: Recipe, seen: Sequence[Face], photo: Box, strokes: Strokes
+) -> tuple[Pairs, ...]:
+    """Return the pairs of all faces (`aim`), with pivots near protected places.
+
+    `seen`: the faces after lens correction. `strokes`: the protected ones.
+    """
+    pairs = tuple(map(aim, faces, repeat(recipe), seen, repeat(photo)))
+    return near_protected(pairs, seen, strokes)
+
+
 def near_protected(
     pairs: Sequence[Pairs], faces: Sequence[Face], strokes: Strokes
 ) -> tuple[Pairs, ...]:
@@ -328,9 +340,9 @@ def near_protected(
     A head that shrinks about such a place moves little there and keeps its shape. Targets placed by
     hand stay.
     """
-    sizes = [HeadFrame.of(face).height_px for face in faces]
-    if not (strokes and sizes):
+    if not (strokes and pairs):
         return tuple(pairs)
+    sizes = [HeadFrame.of(face).height_px for face in faces]
     every, found = sampled(strokes, min(sizes) / _SAMPLES), []
     for pair, face, size in zip(pairs, faces, sizes, strict=True):
         reach = every[:, 3:] + _ATTRACTED * size

@@ -42,7 +42,7 @@ def test_select_all_selects_photos_while_the_strip_has_the_focus(strip):
     film = strip.editor.strip.film
     click_on(strip, 2)
     strip.press_key(film, KEYS.Key_A, CONTROL)
-    assert len(film.picked()) == film.count() > 1
+    assert len(film.selectedItems()) == film.count() > 1
 
 
 def test_the_strip_is_sorted_and_filtered_by_stars_and_what_was_done(strip, tmp_path):

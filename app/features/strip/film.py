@@ -185,10 +185,6 @@ class FilmStrip(QListWidget):
         """Return whether a photo is on the strip, also if hidden."""
         return path in self._items
 
-    def facts(self, path: Path) -> Facts:
-        """Return the displayed facts of a photo."""
-        return _facts(self._items[path])
-
     def show_only(self, shows: Test) -> None:
         """Show only the photos that pass a test."""
         self._shows = shows
@@ -255,10 +251,6 @@ class FilmStrip(QListWidget):
         """Return the visible or the selected photos in order, without results."""
         stops = (row for row in range(self.count()) if self._is_stop(row))
         return [self.path(row) for row in stops if self.item(row).isSelected() or not chosen]
-
-    def picked(self) -> list[Path]:
-        """Return the selected items, including results."""
-        return [Path(item.data(_PATH)) for item in self.selectedItems() if not item.isHidden()]
 
     def _is_stop(self, row: int) -> bool:
         item = self.item(row)

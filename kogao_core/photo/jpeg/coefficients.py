@@ -150,7 +150,7 @@ def write(coefficients: Coefficients, folder: Path) -> bytes:
     """
     frame, last = coefficients.frame, coefficients.planes[-1][:, -1, -1]
     rows, down = -(-frame.height // frame.unit_px[0]), frame.factors[-1][0]
-    ends = [len(last) - 1 if row == rows - 1 else down * row + down - 1 for row in range(rows)]
+    ends = np.minimum(down * np.arange(1, rows + 1), len(last)) - 1  # the last unit may be cut
     threads = default_threads() if coefficients.has_usual_codes else 1
     parts = scans.parts(last[ends] == 0, threads)
     # A part begins with the row before, because DC coefficients are coded as differences.

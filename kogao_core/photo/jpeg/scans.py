@@ -1,4 +1,4 @@
-"""Code a sequential JPEG file in parts and join the parts bit by bit."""
+"""Divide a sequential JPEG file into parts for several threads, and join the coded parts."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _STUFFED: Final = b"\xff\x00"  # the byte 255 within a scan
 
 
 def parts(is_closed: Sequence[bool], most: int) -> list[tuple[int, int]]:
-    """Divide rows of minimum coded units into at most so many parts (first row, next row).
+    """Divide rows of minimum coded units into at most `most` parts: first row, and row after.
 
     A part must end with a closed row: one that ends with the code "end of block". This code ends
     with a zero, so the ones that fill the last byte can be told from the data.
@@ -28,7 +28,10 @@ def parts(is_closed: Sequence[bool], most: int) -> list[tuple[int, int]]:
 
 
 def joined(files: Sequence[bytes], heads: Sequence[bytes], height: int) -> bytes:
-    """Return one file of this height. Each file but the first begins with the rows of a head."""
+    """Join coded parts to one file, for a picture of `height` rows.
+
+    All files except the first begin with rows that are left out: the rows of their file in `heads`.
+    """
     header, data = _split(files[0], height)
     whole, count = _bits(data)
     for file, head in zip(files[1:], heads, strict=True):
@@ -41,7 +44,7 @@ def joined(files: Sequence[bytes], heads: Sequence[bytes], height: int) -> bytes
 
 
 def _split(file: bytes, height: int = 0) -> tuple[bytes, bytes]:
-    """Return the header, for a picture of this height, and the data of the only scan."""
+    """Return the header, with another picture height, and the data of the only scan."""
     header = file[:2]
     with io.BytesIO(file) as opened:
         for code, one in segments(opened):
