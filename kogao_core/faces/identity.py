@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Final
 
+import cv2
 import numpy as np
 
-from kogao_core.base.display import rgb8
+from kogao_core.base.display import Rgb8, rgb8
 from kogao_core.base.geometry import Image, degrees_of
 from kogao_core.base.language import Text
 from kogao_core.faces.face import Face
@@ -40,6 +41,11 @@ def note(photo: Image, faces: Sequence[Face]) -> str:
         _HEAD_SHARE[0] <= head <= _HEAD_SHARE[1]
         and abs(face.middle[0] - width / 2) <= _OFF_CENTRE * width
         and abs(degrees_of(face.eyes[3] - face.eyes[0])) <= _TILT_DEGREES
-        and all(one.std(axis=(0, 1)).max() <= _PLAIN and one.mean() >= _LIGHT for one in corners)
+        and all(_is_plain_and_light(one) for one in corners)
     )
     return NOTE if fits else ""
+
+
+def _is_plain_and_light(corner: Rgb8) -> bool:
+    mean, spread = cv2.meanStdDev(corner)
+    return bool(spread.max() <= _PLAIN and mean.mean() >= _LIGHT)
