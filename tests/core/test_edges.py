@@ -243,3 +243,9 @@ def test_what_is_hidden_in_a_label_is_not_learnt_as_an_edge() -> None:
     one = training.labelled_cut("face", Pyramid(image), face, edge, range(18, 23), 1.0)
     assert 4 <= one.unseen.sum() <= 6
     assert one.unseen[20]
+
+
+def test_cielab_equals_the_conversion_of_opencv():
+    levels = np.append(np.arange(0, 256, 3), 254).astype(np.uint8)
+    colours = np.stack(np.meshgrid(levels, levels, levels), axis=-1).reshape(-1, 87, 3)
+    assert (network.cielab(colours) == cv2.cvtColor(colours, cv2.COLOR_RGB2LAB)).all()
