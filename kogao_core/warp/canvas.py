@@ -21,7 +21,14 @@ from kogao_core.base.threads import default_threads, parallel_for
 from kogao_core.recipe.settings import Interpolation
 from kogao_core.warp.domain import Cells, Domain, Mask
 from kogao_core.warp.field import Field
-from kogao_core.warp.resample import CALL_PX, KERNEL_REACH_PX, Job, block_height_px, spread
+from kogao_core.warp.resample import (
+    CALL_PX,
+    Job,
+    block_height_px,
+    channels_at,
+    spread,
+    write_channels,
+)
 
 FLAGS: Final[dict[Interpolation, int]] = {
     "bilinear": cv2.INTER_LINEAR,
@@ -119,14 +126,10 @@ def warp_alike(picture: Image, field: Field, domain: Domain, kind: Interpolation
     for start in range(top, min(bottom, size.bottom), _STRIP_ROWS):
         rows = np.arange(start, min(start + _STRIP_ROWS, bottom, size.bottom))
         xs, ys = ((at + 0.5) * by - 0.5 for at, by in zip((columns, rows), scale, strict=True))
-        along_x, along_y = field.on_grid(xs, ys) / scale[:, None, None]
-        warped[rows[0] : rows[-1] + 1, left : columns[-1] + 1] = cv2.remap(
-            picture,
-            (along_x + columns).astype(np.float32),
-            (along_y + rows[:, None]).astype(np.float32),
-            FLAGS[kind],
-            borderMode=cv2.BORDER_REPLICATE,
-        )
+        at = field.on_grid(xs, ys) / scale[:, None, None]
+        at += np.broadcast_arrays(columns, rows[:, None])
+        out = warped[rows[0] : rows[-1] + 1, left : columns[-1] + 1]
+        write_channels(channels_at(picture, at, FLAGS[kind]), out)
     return warped
 
 
@@ -172,17 +175,12 @@ def reduced(
         there = np.array(np.broadcast_arrays(xs, ys[:, None]))
         if reach.clipped(moving).area:
             there += field.on_grid(xs, ys)
-        low = np.clip(there.min(axis=(1, 2)) - KERNEL_REACH_PX, 0, None).astype(int)
-        high = (there.max(axis=(1, 2)) + KERNEL_REACH_PX + 1).astype(int)
-        # Keep at least one pixel at the edge of the photo to replicate.
-        low = np.minimum(low, (image.width - 1, image.height - 1))
-        seen = source[low[1] : max(high[1], 1), low[0] : max(high[0], 1)].astype(np.float32)
-        at = (there - low[:, None, None]).astype(np.float32)
-        read = cv2.remap(seen, at[0], at[1], flag, borderMode=cv2.BORDER_REPLICATE)
-        mean = cv2.resize(read, (tile.width, tile.height), interpolation=cv2.INTER_AREA)
-        if source.dtype != np.float32:
-            mean = np.clip(np.rint(mean), 0, np.iinfo(source.dtype).max)
-        result[tile.slices] = mean.reshape(result[tile.slices].shape)
+        size = tile.width, tile.height
+        means = [
+            np.asarray(cv2.resize(channel, size, interpolation=cv2.INTER_AREA), np.float32)
+            for channel in channels_at(source, there, flag)
+        ]
+        write_channels(means, result[tile.slices])
 
     parallel_for(tiles, lambda: draw, threads or default_threads())
     return result

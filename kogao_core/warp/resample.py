@@ -37,6 +37,7 @@ _SMALL_IMAGE_PX: Final = 2_000_000  # largest area of a small image
 _THREAD_PX: Final = 400_000  # pixels per thread: starting a thread costs about as much
 _MARGIN_PX: Final = 256  # source pixels around a strip; doubled until no displacement is longer
 KERNEL_REACH_PX: Final = 8  # source pixels around a block, twice the reach of Lanczos 4
+_DEPTHS: Final = {"uint8": cv2.CV_8U, "uint16": cv2.CV_16U, "float32": cv2.CV_32F}
 
 
 class LatticeMap:
@@ -189,9 +190,13 @@ class Job:
 
     def run(self, number: int, box: Box, total: Float32) -> None:
         """Resample a run of blocks. `total` float32 (2, `block_px`, `strip_px`)."""
-        view, (x, y) = self.source[self._seen[number].slices], self._mapped(number, box, total)
+        view, at = self.source[self._seen[number].slices], self._mapped(number, box, total)
         out = self.result[box.slices]
-        cv2.remap(view, x, y, self.flag, dst=out, borderMode=cv2.BORDER_REPLICATE)
+        if self.flag == cv2.INTER_LINEAR:
+            x, y = at
+            cv2.remap(view, x, y, self.flag, dst=out, borderMode=cv2.BORDER_REPLICATE)
+        else:
+            write_channels(channels_at(view, at, self.flag), out)
 
     def _mapped(self, number: int, box: Box, total: Float32) -> Float32:
         """Write the source positions of a run, relative to its view, to `total`; return them."""
@@ -208,6 +213,33 @@ class Job:
             part[0] += xs - self._seen[number].left
             part[1] += (ys - self._seen[number].top)[:, None]
         return part
+
+
+def channels_at(picture: Image, at: Array | Float32, flag: int) -> list[Float32]:
+    """Return each channel of a picture at the positions `at` (2, h, w), px, by OpenCV's `flag`.
+
+    OpenCV applies cubic kernels to channels of floating point three times as fast as to coloured
+    bytes, and rounds no weight.
+    """
+    ends = at.min(axis=(1, 2)) - KERNEL_REACH_PX, at.max(axis=(1, 2)) + KERNEL_REACH_PX + 1
+    # At least one pixel at the edge of the picture remains to be replicated.
+    low, high = (np.clip(end.astype(int), 0, picture.shape[1::-1]) for end in ends)
+    low = np.minimum(low, np.array(picture.shape[1::-1]) - 1)
+    high = np.maximum(high, 1)
+    part = np.ascontiguousarray(picture[low[1] : high[1], low[0] : high[0]])
+    x, y = np.asarray(at - low[:, None, None].astype(at.dtype), np.float32)
+    border = cv2.BORDER_REPLICATE
+    return [
+        np.asarray(cv2.remap(np.asarray(channel, np.float32), x, y, flag, borderMode=border))
+        for channel in cv2.split(part)
+    ]
+
+
+def write_channels(channels: Sequence[Float32], out: Image) -> None:
+    """Write channels to pixels, rounded to their depth."""
+    depth = _DEPTHS[out.dtype.name]
+    whole = [cv2.addWeighted(one, 1.0, one, 0.0, 0.0, dtype=depth) for one in channels]
+    out[...] = cv2.merge(whole).reshape(out.shape)
 
 
 def spread(job: Job, boxes: Sequence[Box], threads: int) -> None:
