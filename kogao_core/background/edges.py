@@ -132,15 +132,14 @@ def _densities(photo: Pyramid, look: PersonLook, h: float) -> tuple[Array, Array
     length, angle = cv2.cartToPolar(slope_x, slope_y)
     disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * max(1, round(_MARGIN * h)) + 1,) * 2)
     free = np.clip(1.5 - 2.0 * cv2.dilate(look.opacity, disc), 0.0, 1.0)
-    axis = np.arange(side, dtype=np.float64)
-    x, y = np.moveaxis(look.to_image(np.stack(np.meshgrid(axis, axis), -1).reshape(-1, 2)), -1, 0)
-    room = 2.0 * look.to_image.scale
-    inside = (np.abs(x - width / 2.0) < width / 2.0 - room) & (
-        np.abs(y - height / 2.0) < height / 2.0 - room
-    )
-    strength = np.clip((length - _WEAK) / (_STRONG - _WEAK), 0.0, 1.0) * free
-    strength = strength.ravel() * inside
+    strength = (np.clip((length - _WEAK) / (_STRONG - _WEAK), 0.0, 1.0) * free).ravel()
     at = np.flatnonzero(strength)
+    x, y = look.to_image(np.column_stack([at % side, at // side])).T
+    room = 2.0 * look.to_image.scale
+    at = at[
+        (np.abs(x - width / 2.0) < width / 2.0 - room)
+        & (np.abs(y - height / 2.0) < height / 2.0 - room)
+    ]
     rows = -(-side // _POOL_PX)
     cell = at // side // _POOL_PX * rows + at % side // _POOL_PX
     tangent = (angle.ravel()[at] + np.pi / 2.0) * (_DIRECTIONS / np.pi)

@@ -25,7 +25,7 @@ from kogao_core.background.people import PersonFinder, PersonMask
 from kogao_core.base.assets import AssetMissing
 from kogao_core.base.geometry import Array, Box, Image, Line
 from kogao_core.base.language import Text
-from kogao_core.base.threads import one_blas_thread
+from kogao_core.base.threads import one_blas_thread, parallel_map
 from kogao_core.faces.face import Face
 from kogao_core.faces.landmarks import ModelRefused
 from kogao_core.faces.landmarks.pixels import Pyramid
@@ -150,16 +150,17 @@ class BackgroundFinder:
         if note:
             return Background(lines(), (), shortest, note, told=False)
         looks = dict(zip(people.whose, people.looks, strict=True))
-        edges = (
-            edges_of(photo, looks[k], face.anchor.spacing_px) if k in looks else no_edges()
-            for k, face in enumerate(faces)
-        )
+
+        def edges(k: int) -> Edges:
+            look = looks.get(k)
+            return edges_of(photo, look, faces[k].anchor.spacing_px) if look else no_edges()
+
         return Background(
             _cut(lines(people), people.grown(_APART), shortest),
             people.neighbours(faces, others),
             shortest,
             _missed(people.missed),
-            edges=tuple(edges),
+            edges=tuple(parallel_map(edges, range(len(faces)))),
         )
 
 

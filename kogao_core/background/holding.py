@@ -20,6 +20,7 @@ import numpy.typing as npt
 
 from kogao_core.background.edges import Edges, no_edges
 from kogao_core.base.geometry import Affine, Array
+from kogao_core.base.threads import parallel_map
 from kogao_core.faces.face import Face
 from kogao_core.recipe.recipe import LOSSLESS_PX
 from kogao_core.warp.field import Field
@@ -89,18 +90,23 @@ def hold(field: Field, problems: Sequence[Problem], faces: Sequence[Face], held:
     """
     if not held.edges and not any(len(points) for points in held.neighbours):
         return field
-    lattices = list(field.lattices)
-    for group in groups(field.lattices):
-        targets = np.vstack([problems[k].target_px[: problems[k].landmark_count] for k in group])
-        changed = {}
-        for k in group:
-            before = field.lattices[k]
-            changes = _changes(field, problems[k], faces[k], held, k) if before.phi.any() else ()
-            if changes:
-                after = before
-                for steady in changes:
-                    after = after.plus(steady.change(after, targets))
-                changed[k] = quantised(zero_on_edges(after, problems[k].photo))
+    lattices, found = list(field.lattices), groups(field.lattices)
+    targets = {
+        k: np.vstack([problems[k].target_px[: problems[k].landmark_count] for k in group])
+        for group in found
+        for k in group
+    }
+
+    def change(k: int) -> Lattice | None:
+        before = after = field.lattices[k]
+        changes = _changes(field, problems[k], faces[k], held, k) if before.phi.any() else ()
+        for steady in changes:
+            after = after.plus(steady.change(after, targets[k]))
+        return quantised(zero_on_edges(after, problems[k].photo)) if changes else None
+
+    made = parallel_map(change, range(len(lattices)))
+    for group in found:
+        changed = {k: lattice for k in group if (lattice := made[k]) is not None}
         allowed = _allowed(field, [*changed], [*changed.values()])
         for k, lattice in zip(changed, allowed, strict=True):
             lattices[k] = lattice

@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from kogao_core.base.display import Rgb8
 from kogao_core.base.geometry import Affine, Array, Box, Image, degrees_of
+from kogao_core.base.threads import ObjectPool, parallel_map
 from kogao_core.faces.face import Face
 from kogao_core.faces.landmarks import locked
 from kogao_core.faces.landmarks.blazeface import INPUT_PX, Square
@@ -136,19 +137,21 @@ class PersonMask:
 
 
 class PersonNetwork:
-    """The segmentation network; not thread-safe."""
+    """The segmentation network. Thread-safe."""
 
     def __init__(self, weights: Path) -> None:
-        self._net = read_network(weights)
+        self._nets = ObjectPool(lambda: read_network(weights))
 
-    def look(self, image: Pyramid, view: Square, face: Face) -> PersonLook:
+    def look(self, image: Pyramid, face: Face) -> PersonLook:
         """Segment a square crop round a face."""
+        view = _view(face)
         fine_px = _FINE * INPUT_PX
         to_image = view.to_image.after(Affine.resize(_FINE, _FINE).inverse)
         picture = image.sample(to_image, fine_px, cv2.BORDER_REPLICATE)
         coarse = cv2.resize(picture, (INPUT_PX, INPUT_PX), interpolation=cv2.INTER_AREA)
-        self._net.setInput(planes(np.asarray(coarse, np.uint8)) / 255.0)
-        rough = cv2.resize(self._net.forward()[0, 0], (fine_px, fine_px))
+        with self._nets.one() as net:
+            net.setInput(planes(np.asarray(coarse, np.uint8)) / 255.0)
+            rough = cv2.resize(net.forward()[0, 0], (fine_px, fine_px))
         opacity = _refined(rough, picture)
         return PersonLook(opacity, to_image, _of_the_face(opacity, to_image.inverse(face.points)))
 
@@ -157,7 +160,7 @@ class PersonFinder:
     """Segments people near faces and caches the crops of the newest photo. Thread-safe."""
 
     def __init__(self) -> None:
-        self._lock = threading.Lock()  # an OpenCV network keeps state between calls
+        self._lock = threading.Lock()
         self._photo: Callable[[], Image | None] = lambda: None
         self._kept: dict[tuple[float, ...], PersonLook] = {}
 
@@ -170,13 +173,12 @@ class PersonFinder:
         with self._lock:
             image = Pyramid.of(photo)
             known = self._kept if self._photo() is image.image else {}
-            views = {_key(face): (_view(face), face) for face in faces}
-            self._kept = {
-                key: known[key] if key in known else self._network.look(image, *there)
-                for key, there in views.items()
-            }
+            new = {key: face for face in faces if (key := _key(face)) not in known}
+            made = parallel_map(lambda face: self._network.look(image, face), [*new.values()])
+            known = {**known, **dict(zip(new, made, strict=True))}
+            looks = [known[_key(face)] for face in faces]
+            self._kept = {_key(face): look for face, look in zip(faces, looks, strict=True)}
             self._photo = weakref.ref(image.image)
-            looks = [self._kept[_key(face)] for face in faces]
         sure = [index for index, look in enumerate(looks) if look.sure >= _LEAST_SURE]
         return PersonMask(
             tuple(looks[index] for index in sure), len(looks) - len(sure), tuple(sure)

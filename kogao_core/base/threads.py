@@ -107,6 +107,13 @@ def parallel_in_order(
     parallel_for(enumerate(tasks), lambda: work, threads)
 
 
+def parallel_map(do: Callable[[_Task], _Result], tasks: Sequence[_Task]) -> list[_Result]:
+    """Return the results of `do`, which threads compute, in task order."""
+    results: list[_Result] = []
+    parallel_in_order(tasks, do, lambda _, result: results.append(result), default_threads())
+    return results
+
+
 class ObjectPool(Generic[_Tool]):
     """A pool of objects that are not thread-safe. Each concurrent user borrows a separate one."""
 
