@@ -7,7 +7,8 @@ import threading
 import weakref
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Final, Protocol
+from functools import partial
+from typing import Any, Final, Protocol
 
 import numpy as np
 
@@ -155,12 +156,17 @@ class BackgroundFinder:
             look = looks.get(k)
             return edges_of(photo, look, faces[k].anchor.spacing_px) if look else no_edges()
 
+        def cut_lines() -> Array:
+            return _cut(lines(people), people.grown(_APART), shortest)
+
+        both: list[Callable[[], Any]] = [partial(edges, k) for k in range(len(faces))]
+        *found, straight = parallel_map(lambda task: task(), [*both, cut_lines])
         return Background(
-            _cut(lines(people), people.grown(_APART), shortest),
+            straight,
             people.neighbours(faces, others),
             shortest,
             _missed(people.missed),
-            edges=tuple(parallel_map(edges, range(len(faces)))),
+            edges=tuple(found),
         )
 
 

@@ -89,14 +89,11 @@ def bends(
         return []
     t = np.linspace(0.0, 1.0, _SAMPLES)[:, None]
     along = lines[:, :1] + t * (lines[:, 1:] - lines[:, :1])
-    shown = _shown(field, along)
+    edges = along[:0] if photo is None else _edges(photo, along)
+    shown, moved = np.split(_shown(field, np.concatenate([along, edges])), [len(along)])
     free = shown if unheld is None or unheld is field else _shown(unheld, along)
-    before: list[float | None] = [None] * len(lines)
-    after = before
-    if photo is not None:
-        edges = _edges(photo, along)
-        before = [_departure(edge) for edge in edges]
-        after = [_departure(edge) for edge in _shown(field, edges)]
+    none: list[float | None] = [None] * len(lines)
+    before, after = ([_departure(edge) for edge in some] or none for some in (edges, moved))
     measured = [
         BentLine(
             (float(start[0]), float(start[1])), (float(end[0]), float(end[1])), _departure(one),
