@@ -86,7 +86,7 @@ def test_a_phones_portrait_comes_back_whole(cli, works, small_portrait, tmp_path
     lying.save(phone, exif=exif, xmp=xmp, icc_profile=files.SRGB)
     phone.write_bytes(phone.read_bytes() + more + metadata_cases.MP4)
     said = works("warp", phone, "-o", tmp_path / "out.jpg", "--motion", "keep")
-    assert "the motion photo's video still shows the face as it was" in said
+    assert "the motion photo's video still shows the original face" in said
     assert "not kept" not in said
     source, result = photo.read(phone), photo.read(tmp_path / "out.jpg")
     assert result.orientation == 6
