@@ -136,7 +136,7 @@ def test_a_packet_that_cannot_be_read_stays_as_it_is():
     assert references.found(packet) == ()
 
 
-# ---- resolution and the pixel aspect ratio -----------------------------------------------------------
+# ---- resolution and the pixel aspect ratio ------------------------------------------------------
 
 
 def with_jfif(version, unit, x, y):
