@@ -123,7 +123,7 @@ def _table(photo: Photo, judged: Sequence[tuple[Face, Verdict]]) -> str:
         tilt = math.degrees(math.atan2(across[1], across[0]))
         lines.append(
             f"{number:4}  {face.score:5.2f}  {x:5.0f}  {y:5.0f}  {width:5.0f}  {height:6.0f}"
-            f"  {tilt:+3.0f}°"
+            f"  {round(tilt):+3d}°"
         )
     notes = [verdict.told(number) for number, (_, verdict) in enumerate(judged, start=1)]
     if optics.focal_mm is not None:
