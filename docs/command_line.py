@@ -44,14 +44,15 @@ kogao-cli --language ja warp --help
 `warp` prints one line per photo: output file, faces, change, unchanged share of a JPEG.
 
 ```text
-six.jpg: 1 face, 6 % smaller; 72.8 % of the JPEG unchanged
+six.jpg: 1 face, 6 % smaller; 45.0 % of the JPEG unchanged
 ```
 
 *Amount* is the distance that landmarks move, in % of their distance to the centre of the face.
 *reshaped* means that other settings changed the face, too. Warnings and errors go to stderr. `-q`
-prints only these; `-v` adds measurements and timings; `--json` prints everything for programs.
+prints only these; `-v` adds measurements and timings; `--json` prints all figures for programs.
 
-Above 6 %, people in a survey noticed the change. `kogao-cli` overwrites no file without `--force`.
+Above 6 %, many people in the survey of the paper called a face unnatural. `kogao-cli` overwrites no
+file without `--force`.
 
 ## Pipes
 

@@ -112,6 +112,10 @@ def read(path: Path, most_bytes: int) -> bytes:
     try:
         with path.open("rb") as file:
             return file.read(most_bytes + 1)
+    except FileNotFoundError:
+        raise BadFile(
+            Text("{path} doesn't exist; check the name and the folder", path=path)
+        ) from None
     except OSError as error:
         raise BadFile(
             Text("{path} can't be read ({reason})", path=path, reason=system_reason(error))
@@ -137,9 +141,11 @@ def parse(data: bytes, most_bytes: int) -> Node:
         )
     except RecursionError:
         raise BadFile(Text("the file is nested too deeply")) from None
+    except UnicodeDecodeError:
+        raise BadFile(Text("the file is not JSON, but binary data")) from None
     except BadFile:
         raise
-    except ValueError as error:  # not UTF-8, not JSON, or a number of thousands of digits
+    except ValueError as error:  # not JSON, or a number of thousands of digits
         raise BadFile(Text("the file is not JSON ({error})", error=str(error)[:80])) from None
     return Node(value)
 

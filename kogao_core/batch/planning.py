@@ -139,4 +139,4 @@ def _photos(path: Path, folder: Path) -> Iterator[tuple[Path, Path]]:
     elif os.path.lexists(path):
         yield path, Path(path.name)
     else:
-        raise NothingToDo(Text("{path} doesn't exist", path=path))
+        raise NothingToDo(Text("{path} doesn't exist; check the name and the folder", path=path))

@@ -82,7 +82,9 @@ def _expanded(inputs: tuple[Path, ...]) -> list[Path]:
         anchor = Path(path.anchor) if path.anchor else Path()
         found = sorted(anchor.glob(str(path.relative_to(anchor) if path.anchor else path)))
         if not found:
-            raise ending.Stop(Text("no file matches {path}", path=path))
+            raise ending.Stop(
+                Text("no file matches {path}; check the pattern and the folder", path=path)
+            )
         paths += found
     return paths
 

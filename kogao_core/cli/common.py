@@ -9,7 +9,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from math import isfinite
 from pathlib import Path
 from typing import Any, Final, TypeVar
@@ -40,22 +40,40 @@ class Number(click.FloatRange):
         self, value: Any, param: click.Parameter | None, ctx: click.Context | None
     ) -> float:
         """Convert the value. Reject NaN and infinity."""
-        number: float = click.FLOAT.convert(value, param, ctx)
-        if not isfinite(number):
-            raise words.bad_value(Text("{value} is not a finite number.", value=shown(value)))
-        try:
-            return float(super().convert(value, param, ctx))
-        except click.BadParameter:
-            if self.max is None:
-                raise
-            raise words.bad_value(
-                Text(
-                    "{value} is not in the range {low:g}..{high:g}.",
-                    value=shown(number),
-                    low=self.min,
-                    high=self.max,
-                )
-            ) from None
+        with suppress(click.BadParameter):
+            number = float(super().convert(value, param, ctx))
+            if isfinite(number):
+                return number
+        raise words.bad_value(
+            Text(
+                "{value} is not a number in the range {limits}.",
+                value=shown(value),
+                limits=_limits(self),
+            )
+        )
+
+
+class Whole(click.IntRange):
+    """A whole number within a range. click calls it a valid integer range."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int:
+        """Convert the value."""
+        with suppress(click.BadParameter):
+            return int(super().convert(value, param, ctx))
+        raise words.bad_value(
+            Text(
+                "{value} is not a whole number in the range {limits}.",
+                value=shown(value),
+                limits=_limits(self),
+            )
+        )
+
+
+def _limits(numbers: Number | Whole) -> str:
+    """Return a range as in the help: ``1..100``, ``>=1`` or ``>0``."""
+    if numbers.max is not None:
+        return f"{numbers.min:g}..{numbers.max:g}"
+    return f"{'>' if numbers.min_open else '>='}{numbers.min:g}"
 
 
 def check_free(file: Path, force: bool) -> None:
@@ -104,14 +122,16 @@ def count_of_faces(count: int) -> Text:
     return Text.counted(count, "{n} face", "{n} faces")
 
 
-def _no_photo(_: click.Context, __: click.Parameter, file: Path | None) -> Path | None:
-    """Reject the name of a photo: without F, click takes the next argument for F."""
+def no_photo(_: click.Context, parameter: click.Parameter, file: Path | None) -> Path | None:
+    """Reject the name of a photo. Without F, click takes the next argument for F."""
     if file is None or file == STDOUT:
         return file
 
     from kogao_core.photo import READABLE  # loads numpy
 
     if file.suffix.lower() in READABLE:
+        if parameter.type is not _PLACE:
+            raise words.bad_value(Text("{file} is a photo; name another file.", file=file))
         raise words.bad_value(
             Text("{file} is a photo; name a report file, or - for standard output.", file=file)
         )
@@ -122,7 +142,7 @@ def writes(kind: str, what: Text) -> Callable[[_Command], _Command]:
     """Return a decorator that adds an option to write or print a kind of report."""
     return words.option(
         f"--{kind}", f"{kind}_file", type=_PLACE, is_flag=False, flag_value="-", metavar="[F]",
-        callback=_no_photo, help=what,
+        callback=no_photo, help=what,
     )  # fmt: skip
 
 
@@ -164,6 +184,10 @@ def received() -> Iterator[Path]:
         path = Path(folder, "stdin")
         with path.open("wb") as file:
             shutil.copyfileobj(sys.stdin.buffer, file)
+        if path.stat().st_size == 0:
+            raise ending.Stop(
+                Text("standard input is empty; pipe a photo into the command"), ending.UNREADABLE
+            )
         yield path
 
 

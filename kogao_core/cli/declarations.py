@@ -144,6 +144,7 @@ def _corners(value: str) -> list[list[float]]:
         "evidence_file",
         type=click.Path(path_type=Path),
         metavar="FILE",
+        callback=common.no_photo,
         help="Save displacement, lattices, domains and versions as FILE (.npz)",
     ),
     options.exports,
@@ -174,7 +175,7 @@ def warp() -> None:
 )  # fmt: skip
 @options.chooses
 @words.option(
-    "-j", "--jobs", type=click.IntRange(1, 256), default=lambda: os.cpu_count() or 1,
+    "-j", "--jobs", type=common.Whole(1, 256), default=lambda: os.cpu_count() or 1,
     help="Photos processed in parallel; each needs about 8 times its pixels in memory "
     "[processors]",
 )  # fmt: skip
@@ -185,6 +186,7 @@ def warp() -> None:
 )  # fmt: skip
 @words.option(
     "--measures", type=common.FILE, metavar="FILE", section=options.OUTPUT,
+    callback=common.no_photo,
     help="Write requested and achieved amounts and face measures (CSV), with a codebook",
 )  # fmt: skip
 @words.option(
@@ -254,6 +256,7 @@ def detect() -> None:
 @click.argument("inputs", nargs=-1, required=True, type=common.PHOTO, metavar="BEFORE AFTER...")
 @words.option(
     "--project", "project_file", type=click.Path(path_type=Path), metavar="FILE",
+    callback=common.no_photo,
     help="Write a project with the read outlines as targets, for warp --project.",
 )  # fmt: skip
 @words.option("--style", metavar="NAME", help="Save the median settings as a preset.")
@@ -309,7 +312,7 @@ def originals() -> None:
 @program.command("restore")
 @click.argument("file", metavar="PHOTO", type=common.PHOTO)
 @words.option(
-    "--original", "number", type=click.IntRange(1), metavar="N",
+    "--original", "number", type=common.Whole(1), metavar="N",
     help="Bring back number N of the list that kogao-cli originals PHOTO prints.",
 )  # fmt: skip
 @words.option("--force", is_flag=True, help="Replace the file even if it has changed since")

@@ -36,6 +36,8 @@ def run(args: SimpleNamespace) -> None:
     common.check_report(args.json_file, args.force)
     common.check_report(args.mask_file, args.force)
     path = common.input_path(args.source, args.sample)
+    if args.mask_file is not None and args.mask_file.exists() and args.mask_file.samefile(path):
+        raise ending.Stop(Text("{file} is the input photo; name another file", file=path))
     known = landmark_source(args.landmarks)
     photo = reading.read_photo(path, args.max_megapixels)
     faces = reading.find_faces(photo, args.landmarks, known=known)
@@ -121,7 +123,7 @@ def _table(photo: Photo, judged: Sequence[tuple[Face, Verdict]]) -> str:
         tilt = math.degrees(math.atan2(across[1], across[0]))
         lines.append(
             f"{number:4}  {face.score:5.2f}  {x:5.0f}  {y:5.0f}  {width:5.0f}  {height:6.0f}"
-            f"  {tilt:+3.0f}°"
+            f"  {round(tilt):+3d}°"
         )
     notes = [verdict.told(number) for number, (_, verdict) in enumerate(judged, start=1)]
     if optics.focal_mm is not None:

@@ -116,7 +116,7 @@ def _option(setting: Setting) -> Callable[[_Command], _Command]:
 def _number(setting: Setting) -> Any:
     assert setting.within is not None
     low, high = setting.within
-    return click.IntRange(int(low), int(high)) if setting.is_whole else common.Number(low, high)
+    return common.Whole(int(low), int(high)) if setting.is_whole else common.Number(low, high)
 
 
 def _section(setting: Setting) -> str:
@@ -211,11 +211,11 @@ discloses = words.section(
 exports = words.section(
     OUTPUT,
     words.option(
-        "--longest-side", "longest_px", type=click.IntRange(1, 65500), metavar="PX",
+        "--longest-side", "longest_px", type=common.Whole(1, 65500), metavar="PX",
         help="Downscale to this longer side in the same resampling as the warp, 1..65500",
     ),
     words.option(
-        "--quality", type=click.IntRange(1, 100),
+        "--quality", type=common.Whole(1, 100),
         help="JPEG and WebP quality, 1..100 [source quality]; re-encodes the whole picture",
     ),
     words.option(

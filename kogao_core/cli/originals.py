@@ -46,7 +46,7 @@ def restore(args: SimpleNamespace) -> None:
     ending.print_text(
         tr("{file}: original restored", file=file)
         if is_restored
-        else tr("{file}: is the original already", file=file)
+        else tr("{file} is already the original", file=file)
     )
 
 

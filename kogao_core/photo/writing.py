@@ -148,7 +148,7 @@ def write(
         if before is not None:
             before(pieces)
         elif path.exists() and photo.path.exists() and path.samefile(photo.path):
-            there = Text("the photo as it was is {file}", file=_backed_up(path))
+            there = Text("original copied to {file}", file=_backed_up(path))
             note = Text.joined("; ", [there, note])
         # Check again just before the rename: another program may have created the file.
         atomic_write(pieces, path, lambda: check_output(path, force=force))
@@ -268,7 +268,7 @@ def _worth_knowing(
     along = {one.kind for one in photo.companions}
     notes = [*photo.notes, form.not_kept(photo, extras, along, is_export=is_export)]
     if kinds.VIDEO in along:
-        notes.append(Text("the motion photo's video still shows the face as it was"))
+        notes.append(Text("the motion photo's video still shows the original face"))
     if photo.exif and not form.holds_exif(photo.exif):
         notes.append(
             Text(

@@ -202,7 +202,8 @@ def to_dict(project: Project) -> dict[str, Any]:
 
 def from_node(top: Node) -> Project:
     """Read a project written by `to_dict`. Raises BadFile."""
-    top.field("format").text(40, (_FORMAT,))
+    if top.field("format").value != _FORMAT:
+        raise BadFile(Text("the file is no project of Kogao (PHOTO.kogao.json)"))
     version = top.field("version").whole(1, 10**6)
     if version > VERSION:
         raise BadFile(
@@ -259,7 +260,7 @@ def load(path: str | os.PathLike[str]) -> Project:
     ...     kogao.load_project("no-such.kogao.json")
     ... except kogao.BadFile as problem:
     ...     print(problem)
-    no-such.kogao.json can't be read (No such file or directory)
+    no-such.kogao.json doesn't exist; check the name and the folder
     """
     if Path(path).exists() and not Path(path).is_file():
         raise BadFile(

@@ -98,7 +98,7 @@ class Results:
 
     def forget(self, photo: Path) -> int:
         """Remove the lines about a photo and about a file as a result; return how many."""
-        lines, digest = self._read(), sha256_of(photo) if photo.is_file() else ""
+        lines, digest = self._read(), sha256_of(photo) if photo.is_file() else None
         kept = [one for one in lines if one.source != _hashes(photo)[0] and one.sha256 != digest]
         if len(kept) < len(lines):
             atomic_write(

@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import Final
 from urllib.parse import unquote
 
+from kogao_core.base import json_reader
 from kogao_core.base.atomic import atomic_write
 from kogao_core.base.installed import data_folder
-from kogao_core.base.json_reader import parse
 from kogao_core.base.language import Text
-from kogao_core.base.wording import shown, system_reason
+from kogao_core.base.wording import shown
 from kogao_core.recipe.recipe import PAPER, Recipe
 
 BUILT_IN: Final[dict[str, Recipe]] = {
@@ -39,16 +39,12 @@ def user_folder() -> Path:
 
 def read(file: Path) -> Recipe:
     """Return the recipe in a file."""
+    data = json_reader.read(file, _MOST_BYTES)
     try:
-        with file.open("rb") as opened:
-            data = opened.read(_MOST_BYTES + 1)
-        return Recipe.from_dict(parse(data, _MOST_BYTES).value)
-    except OSError as error:
-        raise ValueError(
-            Text(
-                "the recipe {file} can't be read ({reason})", file=file, reason=system_reason(error)
-            )
-        ) from error
+        values = json_reader.parse(data, _MOST_BYTES).value
+        if isinstance(values, dict) and "format" in values:
+            raise ValueError(Text("it is no recipe; apply a project with kogao-cli warp --project"))
+        return Recipe.from_dict(values)
     except ValueError as error:
         raise ValueError(
             Text("the recipe {file} can't be used: {error}", file=file, error=error)

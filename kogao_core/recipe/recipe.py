@@ -419,7 +419,8 @@ class Recipe:
         if (version := fields.pop("version", VERSION)) != VERSION:
             raise ValueError(
                 Text(
-                    "this program reads recipes of version {version}, got {found}",
+                    "this program reads recipes of version {version}, got {found}; update Kogao, "
+                    "or save the recipe again",
                     version=VERSION,
                     found=shown(version),
                 )

@@ -178,8 +178,8 @@ def test_json_of_others_is_named_with_a_way_out(tmp_path, content, found, advice
 
 def test_files_too_large_missing_and_folders_are_refused(tmp_path, monkeypatch):
     (tmp_path / "folder.csv").mkdir()
-    for name in ("folder.csv", "missing.pts"):
-        with pytest.raises(BadFile, match="can't be read"):
+    for name, words in (("folder.csv", "can't be read"), ("missing.pts", "doesn't exist; check")):
+        with pytest.raises(BadFile, match=words):
             read(tmp_path / name)
     (tmp_path / "large.pts").write_bytes(b"# x\n" * 100)
     monkeypatch.setattr(interchange, "MOST_BYTES", 100)

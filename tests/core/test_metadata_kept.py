@@ -83,11 +83,11 @@ def test_every_kind_is_tried():
 def test_the_document_holds_the_table():
     def fate(kind, form):
         word = form.fate(kind)
-        said = "left out" if kind.is_reported else "left out, unsaid"
+        said = "no" if kind.is_reported else "no, unreported"
         if kind is kinds.THUMBNAIL and word == "kept":
-            return "made anew"
-        asked = {kinds.VIDEO: "by `--motion keep`, said"}
-        words = {"kept": "yes", "moved": "moved, said", "on request": asked.get(kind)}
+            return "new"
+        asked = {kinds.VIDEO: "with `--motion keep`, reported"}
+        words = {"kept": "yes", "moved": "moved, reported", "on request": asked.get(kind)}
         return words.get(word, said)
 
     lines = DOCUMENT.read_text(encoding="utf-8").splitlines()
@@ -136,7 +136,7 @@ def test_a_packet_that_cannot_be_read_stays_as_it_is():
     assert references.found(packet) == ()
 
 
-# ---- resolution and the pixels' shape -----------------------------------------------------------
+# ---- resolution and the pixel aspect ratio ------------------------------------------------------
 
 
 def with_jfif(version, unit, x, y):
@@ -183,7 +183,7 @@ def test_pixels_keep_their_shape(tmp_path, suffix):
     with Image.open(tmp_path / "out.tif") as seen:
         assert (seen.tag_v2[282], seen.tag_v2[283], seen.tag_v2[296]) == (2, 1, 1)
     said, _, _ = changed(tmp_path, name, SHAPED[suffix], "out.webp")
-    assert "not kept: the pixels' shape" in said
+    assert "not kept: the pixel aspect ratio" in said
 
 
 @pytest.mark.parametrize(

@@ -54,6 +54,8 @@ def test_a_result_that_equals_its_photo_makes_no_result_of_that(results, photo):
     results.add(photo, copy)
     assert results.origin(photo) is None
     assert results.origin(copy) is None
+    assert results.forget(photo.with_name("never-there.jpg")) == 0
+    assert results.forget(photo) == 1
 
 
 @pytest.mark.parametrize(

@@ -155,7 +155,7 @@ def test_a_jpeg_lies_as_it_lay_and_every_number_stays_true(tmp_path, orientation
 def test_elsewhere_numbers_are_turned_or_named(tmp_path, orientation, as_attributes, suffix):
     source = turned_photo(tmp_path, orientation, as_attributes)
     said = photo.write(source, source.pixels // 2, tmp_path / f"out{suffix}")
-    assert "not kept: places in the picture as it lay" in said
+    assert "not kept: positions in the unrotated picture" in said
     again = photo.read(tmp_path / f"out{suffix}")
     assert b"Crop" not in again.xmp
     assert b'crs:Exposure2012="+0.50"' in again.xmp
@@ -190,6 +190,6 @@ def test_places_in_a_makers_note_are_said_to_be_of_the_lying_picture(tmp_path):
     block = files.exif_block(6, HEIGHT, WIDTH)
     Image.new("RGB", (HEIGHT, WIDTH)).save(tmp_path / "in.jpg", exif=block)
     source = photo.read(tmp_path / "in.jpg")
-    note = "places in the maker's note are those of the picture as it lay"
+    note = "positions in the maker's note are those of the unrotated picture"
     assert note in photo.write(source, source.pixels + 9, tmp_path / "out.png")
     assert note not in photo.write(source, source.pixels + 9, tmp_path / "out.jpg")

@@ -129,10 +129,11 @@ def test_what_was_done_is_skipped_unless_something_has_changed(cli, folder, tmp_
 def test_wrong_calls_end_with_one_line(fails, folder, tmp_path):
     (tmp_path / "empty").mkdir()
     for arguments, words in (
-        ((folder / "nothing.jpg",), "doesn't exist"),
-        ((folder / "*.gif",), "no file matches"),
+        ((folder / "nothing.jpg",), "doesn't exist; check"),
+        ((folder / "*.gif",), "no file matches .*; check"),
+        ((folder / "a.jpg", "--measures", folder / "b.jpg"), "b.jpg is a photo"),
         ((folder / "a.jpg", folder / "deeper" / "a.jpg"), "both become"),
-        ((folder / "a.jpg", "--amount", "99"), "99.0 is not in the range"),
+        ((folder / "a.jpg", "--amount", "99"), "'99' is not a number in the range"),
         ((tmp_path / "empty",), "no photos"),
         ((folder / "a.jpg", "--names", "{date}"), "made of letters"),
         ((folder, "--names", "same"), "would both become"),

@@ -181,6 +181,7 @@ def test_detect_writes_where_people_are(works, fails, portrait, tmp_path):
         assert picture.getpixel((round(x), round(y))) > 240
         assert picture.getpixel((5, 5)) < 15
     fails(2, "exists; use --force", "detect", portrait, "--person-mask", mask)
+    fails(2, "is the input photo", "detect", mask, "--person-mask", mask, "--force")
     fails(2, "doesn't end in .png", "detect", portrait, "--person-mask", tmp_path / "mask.jpg")
     nowhere = tmp_path / "no" / "mask.png"
     fails(3, "create the folder first", "detect", portrait, "--person-mask", nowhere)
@@ -294,18 +295,20 @@ def test_force_replaces_even_the_input(cli, small_portrait, tmp_path, fails):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["--amount", "99"], "'--amount': 99.0 is not in the range -15..15"),
-        (["--amount", "much"], "'much' is not a valid float"),
-        (["--amount", "1" + "0" * 400], "is not a finite number"),
-        (["--center", "9"], "'--center': 9 is not in the range"),
-        (["--threshold", "-1"], "-1.0 is not in the range 0..16"),
+        (["--amount", "99"], "'--amount': '99' is not a number in the range -15..15"),
+        (["--amount", "much"], "'much' is not a number in the range"),
+        (["--amount", "1" + "0" * 400], "is not a number in the range"),
+        (["--center", "9"], "'--center': '9' is not a whole number in the range 1..4"),
+        (["--quality", "high"], "'high' is not a whole number in the range 1..100"),
+        (["--threshold", "-1"], "'-1' is not a number in the range 0..16"),
         (["--fit", "tight"], "'tight' is not one of"),
         (["--face", "biggest"], "expected all, largest, or numbers"),
         (["--face", "1,"], "expected all, largest, or numbers"),
-        (["--recipe", "missing.json"], "missing.json can't be read"),
-        (["--max-megapixels", "0"], "not in the range"),
-        (["--max-megapixels", "nan"], "'nan' is not a finite number"),
-        (["--protect-width", "inf"], "'inf' is not a finite number"),
+        (["--recipe", "missing.json"], "missing.json doesn't exist; check the name"),
+        (["--max-megapixels", "0"], "'0' is not a number in the range >0"),
+        (["--max-megapixels", "nan"], "'nan' is not a number in the range >0"),
+        (["--protect-width", "inf"], "'inf' is not a number in the range >=0"),
+        (["--evidence", "photo.jpg"], "photo.jpg is a photo; name another file"),
         (["--sample"], "name one photo, or use --sample"),
         (["--wrong"], "No such option.*see kogao-cli warp --help"),
         (["second.jpg"], "warp takes one photo; use kogao-cli batch for several"),
@@ -356,7 +359,11 @@ def test_what_is_printed_of_a_name_holds_no_orders_to_the_terminal(works, tmp_pa
 @pytest.mark.parametrize(
     ("content", "words"),
     [
-        ("\x80", "can't be used: the file is not JSON"),
+        ("\x80", "can't be used: the file is not JSON, but binary data"),
+        (
+            '{"format": "kogao-project", "version": 1}',
+            "apply a project with kogao-cli warp --project",
+        ),
         ("[]", "must be a JSON object"),
         ('{"percent": 99}', "can't be used: percent must be"),
         ("[" * 100_000, "nested too deeply"),
@@ -633,6 +640,9 @@ def test_a_photo_goes_through_pipes_and_comes_out_as_from_a_file(works, small_po
     assert done.stderr.startswith(b"-: 1 face, 6 % smaller")
     broken = subprocess.run([*command, "-"], input=b"no photo", capture_output=True)
     assert (broken.returncode, broken.stdout) == (3, b"")
+    empty = subprocess.run([*command, "-"], input=b"", capture_output=True)
+    assert empty.returncode == 3
+    assert empty.stderr == b"kogao-cli: standard input is empty; pipe a photo into the command\n"
 
 
 # What a warp has no use for.

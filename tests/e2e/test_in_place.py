@@ -54,7 +54,7 @@ def test_a_photo_is_written_over_and_comes_back_byte_for_byte(cli, works, jpeg, 
     np.testing.assert_array_equal(now.qt, then.qt)
     assert cli("restore", jpeg)[:2] == (0, f"{jpeg}: original restored\n")
     assert jpeg.read_bytes() == before
-    assert cli("restore", jpeg)[:2] == (0, f"{jpeg}: is the original already\n")
+    assert cli("restore", jpeg)[:2] == (0, f"{jpeg} is already the original\n")
 
 
 def test_of_a_file_that_the_caller_throws_away_no_original_is_kept(
@@ -86,7 +86,7 @@ def test_a_phones_portrait_comes_back_whole(cli, works, small_portrait, tmp_path
     lying.save(phone, exif=exif, xmp=xmp, icc_profile=files.SRGB)
     phone.write_bytes(phone.read_bytes() + more + metadata_cases.MP4)
     said = works("warp", phone, "-o", tmp_path / "out.jpg", "--motion", "keep")
-    assert "the motion photo's video still shows the face as it was" in said
+    assert "the motion photo's video still shows the original face" in said
     assert "not kept" not in said
     source, result = photo.read(phone), photo.read(tmp_path / "out.jpg")
     assert result.orientation == 6
@@ -162,7 +162,7 @@ def test_every_original_of_a_photo_is_listed_and_restored(cli, jpeg, store):
     for number, whole in (("2", first), ("1", second), ("2", first)):
         assert cli("restore", jpeg, "--original", number)[0] == 0
         assert jpeg.read_bytes() == whole
-    assert cli("restore", jpeg)[:2] == (0, f"{jpeg}: is the original already\n"), "not the newest"
+    assert cli("restore", jpeg)[:2] == (0, f"{jpeg} is already the original\n"), "not the newest"
     jpeg.write_bytes(b"theirs")
     assert cli("restore", jpeg, "--original", 2)[0] == 2
     assert cli("restore", jpeg, "--original", 2, "--force")[0] == 0

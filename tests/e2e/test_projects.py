@@ -96,10 +96,12 @@ def test_projects_that_cannot_be_used_are_one_line(fails, kept, tmp_path):
     Image.open(kept).crop((0, 0, 300, 240)).save(tmp_path / "cut.png")
     bad = tmp_path / "bad.json"
     bad.write_text('{"format": "kogao-project", "version": 99}')
+    (recipe := tmp_path / "recipe.json").write_text('{"version": 4, "percent": 4.0}')
     for arguments, words in (
         ((tmp_path / "cut.png", "--project", side), "another shape"),
         ((kept, "--project", bad), "newer Kogao"),
-        ((kept, "--project", tmp_path / "none.json"), "can't be read"),
+        ((kept, "--project", recipe), "is no project of Kogao"),
+        ((kept, "--project", tmp_path / "none.json"), "none.json doesn't exist; check"),
         ((kept, "--project", side, "--amount", "3"), "--amount can't be combined"),
         ((kept, "--project", side, "--chin-length", "-5"), "--chin-length can't be combined"),
         ((kept, "--project", side, "--face", "all"), "--face can't be combined"),

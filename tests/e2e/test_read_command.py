@@ -28,3 +28,4 @@ def test_a_retouch_becomes_a_project_and_a_preset(works, fails, pair, tmp_path, 
     assert np.abs(ours - after).mean() < 0.6 * np.abs(before - after).mean()
     assert "nothing moved" in works("read", pair[0], pair[0])
     fails(2, "name photos in pairs", "read", pair[0])
+    fails(2, "is a photo; name another file", "read", *pair, "--project", pair[1], "--force")

@@ -139,7 +139,7 @@ def _option(one: ExperimentOption) -> Any:
     elif one.names:
         given["type"] = click.Choice(one.names)
     else:
-        given["type"] = click.IntRange(one.least)
+        given["type"] = common.Whole(one.least)
     return words.option(f"--{one.name}", one.key, help=one.help, **given)
 
 

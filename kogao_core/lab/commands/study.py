@@ -81,7 +81,7 @@ def _text(path: Path | None) -> str:
         return path.read_text(encoding="utf-8").strip()
     except (OSError, UnicodeDecodeError):
         raise ending.Stop(
-            Text("{path} can't be read as UTF-8 text", path=path), ending.UNREADABLE
+            Text("{path} can't be read; name a text file in UTF-8", path=path), ending.UNREADABLE
         ) from None
 
 
@@ -127,16 +127,16 @@ def _text(path: Path | None) -> str:
     help="At the end, raters grade the picture of their own face from 0 to 100.",
 )  # fmt: skip
 @words.option(
-    "--practice", type=click.IntRange(0, 8), default=0, show_default=True,
+    "--practice", type=common.Whole(0, 8), default=0, show_default=True,
     help="Number of practice pictures of the sample portrait.",
 )  # fmt: skip
 @words.option(
-    "--faces-each", type=click.IntRange(0), default=0, show_default=True,
+    "--faces-each", type=common.Whole(0), default=0, show_default=True,
     help="Faces per rater, in balanced blocks; 0 for all.",
 )  # fmt: skip
 @words.option("--swap-keys", is_flag=True, help="Swap F and J for half of the raters.")
 @words.option(
-    "--break-every", type=click.IntRange(0), default=0, show_default=True,
+    "--break-every", type=common.Whole(0), default=0, show_default=True,
     help="Answers between breaks; 0 for no breaks.",
 )  # fmt: skip
 @words.option(

@@ -188,5 +188,5 @@ class FileFormat:
         if moved:
             notes.append(Text("the maker's note has moved: programs may miss parts of it"))
         if has_note and turns:
-            notes.append(Text("places in the maker's note are those of the picture as it lay"))
+            notes.append(Text("positions in the maker's note are those of the unrotated picture"))
         return Text.joined("; ", notes)
