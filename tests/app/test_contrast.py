@@ -7,11 +7,12 @@ import pytest
 from kogao_app import theme
 from kogao_app.canvas.overlays import glyphs
 from kogao_app.widgets import icons
-from PySide6.QtCore import QPointF, QRectF, Qt
+from PySide6.QtCore import QItemSelectionModel, QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QIcon, QImage, QPainter
 from PySide6.QtWidgets import (
     QCheckBox,
     QDialogButtonBox,
+    QListWidget,
     QMenu,
     QProxyStyle,
     QSlider,
@@ -119,13 +120,17 @@ def test_the_ring_of_the_focus_is_seen(name):
 
 @pytest.mark.parametrize("name", THEMES)
 @pytest.mark.parametrize("checked", [False, True])
-@pytest.mark.parametrize("kind", [QCheckBox, QSlider])
+@pytest.mark.parametrize("kind", [QCheckBox, QListWidget, QSlider])
 def test_what_is_set_is_seen_without_its_words(qapp, qtbot, name, kind, checked):
     colours = theme.apply(qapp, name)
     widget = kind(Qt.Orientation.Horizontal) if kind is QSlider else kind()
     qtbot.addWidget(widget)
     if kind is QSlider:
         widget.setValue(50 * checked)
+    elif kind is QListWidget:
+        widget.addItem("")
+        state = Qt.CheckState.Checked if checked else Qt.CheckState.Unchecked
+        widget.item(0).setCheckState(state)
     else:
         widget.setChecked(checked)
     drawn = pixels_of(widget.grab().toImage())
@@ -189,6 +194,27 @@ def test_whatever_takes_the_focus_shows_it(qapp, two, name):
         if contrast(*looks).max() < MARK:
             dim.append((type(widget).__name__, widget.accessibleName()))
     assert dim == []
+
+
+@pytest.mark.parametrize("name", THEMES)
+def test_the_focus_in_a_list_shows_its_row_and_keeps_the_text(qapp, qtbot, name):
+    colours = theme.apply(qapp, name)
+    rows = QListWidget()
+    qtbot.addWidget(rows)
+    rows.addItems(["first", "second"])
+    with qtbot.waitActive(rows):
+        rows.show()
+        rows.activateWindow()
+    rows.setFocus(Qt.FocusReason.TabFocusReason)
+    looks = []
+    for row in (0, 1):  # Ctrl and an arrow key move the focus without the selection
+        rows.setCurrentRow(row, QItemSelectionModel.SelectionFlag.NoUpdate)
+        picture = rows.viewport().grab(rows.visualItemRect(rows.item(1)))
+        looks.append(pixels_of(picture.toImage()))
+    assert contrast(*looks).max() >= MARK
+    middle = slice(8, -8)
+    assert contrast(looks[1][middle, middle], rgb(colours.window)).max() >= TEXT
+    assert np.array_equal(looks[0][middle, middle], looks[1][middle, middle])
 
 
 def worst_on_grey(draw):

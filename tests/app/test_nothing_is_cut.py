@@ -4,7 +4,7 @@ from functools import partial
 
 import pytest
 from kogao_app import theme
-from kogao_app.widgets.controls import ChoiceBox
+from kogao_app.widgets.controls import ChoiceBox, WholeNumber
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import (
     QAbstractButton,
@@ -276,3 +276,13 @@ def test_every_tool_but_the_well_known_ones_has_a_word_in_a_wide_window(start):
     tools = tools_of(driver)
     named = {name for name, button in tools.items() if name not in known}
     driver.qtbot.waitUntil(lambda: {name for name, it in tools.items() if worded(it)} == named)
+
+
+def test_the_text_of_a_spin_box_has_room_above_and_below(qapp, qtbot):
+    theme.apply(qapp, "dark")
+    box = WholeNumber(0, 100, 0)
+    qtbot.addWidget(box)
+    box.resize(box.sizeHint())
+    box.show()
+    # Glyphs of another font, such as Japanese ones, are higher than the font's line.
+    assert box.lineEdit().height() >= box.fontMetrics().height() + 2
