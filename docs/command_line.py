@@ -78,7 +78,8 @@ For the editor, write `_KOGAO_COMPLETE` and `kogao`.
 def text() -> str:
     """Return the page."""
     codes = EPILOG.partition("Exit codes:\n")[2].partition("\n\n")[0]
-    root = click.Context(program, info_name=PROGRAM)
+    # Without the settings, click would forget -h for the whole process.
+    root = click.Context(program, info_name=PROGRAM, **program.context_settings)
     found = list(_commands(program, root))
     uses = Counter(row for command, context in found for row in _rows(command, context))
     shared = [row for row, count in uses.items() if count >= _SHARED]
