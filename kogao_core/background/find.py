@@ -159,8 +159,11 @@ class BackgroundFinder:
         def cut_lines() -> Array:
             return _cut(lines(people), people.grown(_APART), shortest)
 
-        both: list[Callable[[], Any]] = [partial(edges, k) for k in range(len(faces))]
-        *found, straight = parallel_map(lambda task: task(), [*both, cut_lines])
+        tasks: list[Callable[[], Any]] = [
+            *(partial(edges, k) for k in range(len(faces))),
+            cut_lines,
+        ]
+        *found, straight = parallel_map(lambda task: task(), tasks)
         return Background(
             straight,
             people.neighbours(faces, others),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from pathlib import Path
 from types import SimpleNamespace
@@ -12,7 +11,7 @@ from kogao_core.background.people import PersonFinder, PersonMask
 from kogao_core.base.assets import AssetMissing
 from kogao_core.base.atomic import atomic_write
 from kogao_core.base.display import png
-from kogao_core.base.geometry import Box
+from kogao_core.base.geometry import Box, degrees_of
 from kogao_core.base.language import Text, tr, translated
 from kogao_core.cli import common, ending, reading
 from kogao_core.faces.doubt import Verdict, verdicts
@@ -119,8 +118,7 @@ def _table(photo: Photo, judged: Sequence[tuple[Face, Verdict]]) -> str:
     lines.append(tr("face  score      x      y  width  height  tilt"))
     for number, (face, _) in enumerate(judged, start=1):
         x, y, width, height = face.box
-        across = face.eyes[3] - face.eyes[0]
-        tilt = math.degrees(math.atan2(across[1], across[0]))
+        tilt = degrees_of(face.eyes[3] - face.eyes[0])
         lines.append(
             f"{number:4}  {face.score:5.2f}  {x:5.0f}  {y:5.0f}  {width:5.0f}  {height:6.0f}"
             f"  {round(tilt):+3d}°"

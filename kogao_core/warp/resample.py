@@ -221,11 +221,10 @@ def channels_at(picture: Image, at: Array | Float32, flag: int) -> list[Float32]
     OpenCV applies cubic kernels to channels of floating point three times as fast as to coloured
     bytes, and rounds no weight.
     """
-    ends = at.min(axis=(1, 2)) - KERNEL_REACH_PX, at.max(axis=(1, 2)) + KERNEL_REACH_PX + 1
+    size = np.array(picture.shape[1::-1])
     # At least one pixel at the edge of the picture remains to be replicated.
-    low, high = (np.clip(end.astype(int), 0, picture.shape[1::-1]) for end in ends)
-    low = np.minimum(low, np.array(picture.shape[1::-1]) - 1)
-    high = np.maximum(high, 1)
+    low = np.clip(at.min(axis=(1, 2)) - KERNEL_REACH_PX, 0, size - 1).astype(int)
+    high = np.clip(at.max(axis=(1, 2)) + KERNEL_REACH_PX + 1, 1, size).astype(int)
     part = np.ascontiguousarray(picture[low[1] : high[1], low[0] : high[0]])
     x, y = np.asarray(at - low[:, None, None].astype(at.dtype), np.float32)
     border = cv2.BORDER_REPLICATE

@@ -1,14 +1,19 @@
 """A change calls few functions: only listeners of the changed fields, only their controls."""
 
 import sys
+from pathlib import Path
 
+import kogao_app
 import pytest
 from kogao_app.document import Document
 from kogao_app.widgets.sliders import ValueSlider
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
+import kogao_core
+
 MOST_CALLS, MOST_RECEIVERS = 400, 8
+OURS = tuple(str(Path(next(iter(one.__path__)))) for one in (kogao_app, kogao_core))
 
 
 @pytest.fixture(params=["retouch", "inspect"])
@@ -23,7 +28,7 @@ def notch(request, start, photo):
 
     def note(frame, event, _):
         file = frame.f_code.co_filename
-        if event == "call" and ("/app/" in file or "/kogao_" in file) and "/tests/" not in file:
+        if event == "call" and file.startswith(OURS):
             calls.append((frame.f_back.f_code, frame.f_code))
 
     before = sys.getprofile()

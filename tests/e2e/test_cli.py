@@ -146,6 +146,13 @@ def test_warp_protects_a_line_and_says_what_bends(cli, fails, works, tmp_path):
         fails(2, "10,20 10,400", "warp", "--sample", "-o", tmp_path / "x.png", "--protect", wrong)
 
 
+def test_an_upright_face_has_no_negative_tilt(works, portrait, tmp_path):
+    mirrored = tmp_path / "mirrored.png"
+    with Image.open(portrait) as image:
+        image.transpose(Image.Transpose.FLIP_LEFT_RIGHT).save(mirrored)
+    assert works("detect", mirrored).splitlines()[2].endswith(" +0°")
+
+
 def test_detect_prints_exactly_the_documented_json(works, portrait):
     said = works("detect", "--sample", "--json", "-")
     found = json.loads(said)

@@ -101,6 +101,7 @@ def test_projects_that_cannot_be_used_are_one_line(fails, kept, tmp_path):
         ((tmp_path / "cut.png", "--project", side), "another shape"),
         ((kept, "--project", bad), "newer Kogao"),
         ((kept, "--project", recipe), "is no project of Kogao"),
+        ((kept, "--recipe", bad), "it is no recipe; apply a project with .*--project"),
         ((kept, "--project", tmp_path / "none.json"), "none.json doesn't exist; check"),
         ((kept, "--project", side, "--amount", "3"), "--amount can't be combined"),
         ((kept, "--project", side, "--chin-length", "-5"), "--chin-length can't be combined"),

@@ -25,7 +25,7 @@ import numpy.typing as npt
 
 from kogao_core.base.language import Text
 from kogao_core.base.stderr import if_unsaid
-from kogao_core.base.threads import default_threads, parallel_for
+from kogao_core.base.threads import default_threads, parallel_map
 from kogao_core.photo.jpeg import scans
 from kogao_core.photo.jpeg.segments import segments
 
@@ -156,12 +156,12 @@ def write(coefficients: Coefficients, folder: Path) -> bytes:
     # A part begins with the row before, because DC coefficients are coded as differences.
     wide = [(max(0, start - 1), stop) for start, stop in parts]
     heads = [(start - 1, start) for start, _ in parts[1:]]
-    files: dict[tuple[int, int], bytes] = {}
 
-    def code(some: tuple[int, int]) -> None:
-        files[some] = _coded(coefficients, *some, folder / f"{some[0]}-{some[1]}")
+    def code(some: tuple[int, int]) -> bytes:
+        return _coded(coefficients, *some, folder / f"{some[0]}-{some[1]}")
 
-    parallel_for(dict.fromkeys([*wide, *heads]), lambda: code, threads)
+    different = [*dict.fromkeys([*wide, *heads])]
+    files = dict(zip(different, parallel_map(code, different), strict=True))
     if len(parts) == 1:
         return files[wide[0]]
     return scans.joined([files[one] for one in wide], [files[one] for one in heads], frame.height)
