@@ -117,7 +117,8 @@ def test_a_thumbnail_shows_the_edits(strip, own):
     apart = np.abs(edited - before)
     assert apart.max() > 20
     assert np.median(apart) <= 2, "it is the same photo"
-    assert film.item(0).icon().cacheKey() != icon, "it was drawn again"
+    # On a busy machine the strip hears of the kept edit after the window has settled.
+    strip.qtbot.waitUntil(lambda: film.item(0).icon().cacheKey() != icon)
 
 
 def test_doubtful_faces_are_marked_until_they_are_switched_on(start, encoded, tmp_path, source):
