@@ -37,7 +37,7 @@ from kogao_core.warp.limits import check_corners, check_strokes
 from kogao_core.warp.measures import achieved_percent, protected_shares
 from kogao_core.warp.one_to_one import OneToOne, check_one_to_one
 from kogao_core.warp.protection import NOTHING, Protection
-from kogao_core.warp.surround import aimed, surrounds_of
+from kogao_core.warp.surround import aimed, giving_way, surrounds_of
 
 # The stages in order, with visible names; all time measurements use these keys.
 STAGES: Final = {
@@ -345,7 +345,8 @@ def render(
             lens = LensCorrection.of(faces, recipe, edges)
             seen = lens.faces or faces
             recipes = [recipe.of_face(face.recipe) for face in faces]
-            requested = aimed(faces, recipe, seen, edges, protection.strokes)
+            still = held.others if recipe.hold_background else ()
+            requested = aimed(faces, recipe, seen, edges, protection.strokes, still)
             pairs = (
                 tuple(attenuated_near_edge(pair, edges) for pair in requested)
                 if recipe.guard
@@ -353,11 +354,12 @@ def render(
             )
             beside = held.neighbours if recipe.hold_background else ()
             around = [pair.started for pair in pairs]
-            surrounds = surrounds_of(seen, around, recipes, edges, beside, lens)
+            surrounds = surrounds_of(seen, around, recipes, edges, beside, lens, still)
+            inside, pairs = pairs, giving_way(pairs, surrounds) if recipe.guard else pairs
         with watch.lap("lattice"):
             anchors = [face.anchor for face in faces]
-            inside = edges if recipe.guard else None
-            problems = problems_of(pairs, anchors, recipes, surrounds, inside)
+            frame = edges if recipe.guard else None
+            problems = problems_of(pairs, anchors, recipes, surrounds, frame)
             field = Field(solve(problems, recipes), domains.fade_of(recipe), protection)
         with watch.lap("guard"):
             field, limits = (
@@ -386,7 +388,7 @@ def render(
             pixels = canvas.pixels
     return Rendering(
         *(pixels, pairs, field, limits, unheld, area, changed, recipe),
-        cut_note(pairs, requested, [one.percent for one in recipes]),
+        cut_note(inside, requested, [one.percent for one in recipes], pairs),
         watch.laps_ms,
         brush_shares,
     )

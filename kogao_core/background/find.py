@@ -54,6 +54,7 @@ class Background:
     note: str = ""  # why some lines may not belong to the background
     told: bool = True  # False: the mask of people is missing, and no edge is held
     edges: tuple[Edges, ...] = ()  # for each face, the edges to hold
+    others: tuple[Face, ...] = ()  # faces of other people, who stay in place
     # The newest `Held`, by the released lines.
     newest: dict[tuple[Line, ...], Held] = dataclasses.field(default_factory=dict)
 
@@ -66,7 +67,7 @@ class Background:
             lines = np.array(key).reshape(-1, 2, 2)
             edges = (one.without(lines) for one in self.edges)
             self.newest.clear()
-            self.newest[key] = Held(tuple(edges), self.neighbours)
+            self.newest[key] = Held(tuple(edges), self.neighbours, self.others)
         return self.newest[key]
 
     def toggled(self, line: Line, loose: Sequence[Line]) -> tuple[Line, ...]:
@@ -170,6 +171,7 @@ class BackgroundFinder:
             shortest,
             _missed(people.missed),
             edges=tuple(found),
+            others=tuple(others),
         )
 
 

@@ -74,10 +74,16 @@ def _orthogonal(lattice: Lattice, edge_px: float, axis: int) -> Lattice:
     return Lattice(lattice.grid, (first[0], first[1]), phi)
 
 
-def cut_note(pairs: Sequence[Pairs], requested: Sequence[Pairs], percents: Sequence[float]) -> str:
+def cut_note(
+    pairs: Sequence[Pairs],
+    requested: Sequence[Pairs],
+    percents: Sequence[float],
+    rendered: Sequence[Pairs] = (),
+) -> str:
     """Return a sentence on faces with too little space in the photo; empty if there are none.
 
-    `pairs` are the rendered pairs; `requested` and `percents` are the requested pairs and Amounts.
+    `pairs` are those the photo's edge allows; `requested` and `percents` are the requested pairs
+    and Amounts; `rendered` follow heads in front.
     """
     cut = sum(
         bool((np.abs(a.target_px - b.target_px) > _MISSED * b.warp_distance_px).any())
@@ -88,7 +94,19 @@ def cut_note(pairs: Sequence[Pairs], requested: Sequence[Pairs], percents: Seque
         for pair, percent in zip(pairs, percents, strict=True)
         if pair.head_share and abs(100.0 * pair.head_share) < (1.0 - _MISSED) * abs(percent)
     ]
+    behind = sum(
+        float(np.hypot(*(a.target_px - b.target_px).T).mean()) > _MISSED * b.warp_distance_px
+        for a, b in zip(rendered, pairs, strict=False)
+    )
     notes = []
+    if behind:
+        notes.append(
+            Text.counted(
+                behind,
+                "{n} face is partly behind another person: it gets less small there",
+                "{n} faces are partly behind other people: they get less small there",
+            )
+        )
     if cut:
         notes.append(
             Text.counted(

@@ -153,4 +153,7 @@ def toward_center_percent(pairs: Pairs, moved_px: Array) -> float:
     along = ((moved_px - pairs.start_px) * toward).sum(axis=1)
     # A landmark on the centre can't come closer.
     squared = np.maximum((toward**2).sum(axis=1), 1e-18)
+    if pairs.head_share:
+        # The pivot may lie beside a landmark, where the quotient says nothing.
+        return 100.0 * float(along.sum() / squared.sum())
     return 100.0 * float((along / squared).mean())

@@ -153,7 +153,7 @@ def test_lines_that_are_let_go_are_not_held_and_the_meter_says_so():
     seen = found_in(photo, Finder(BODY))
     upright = [tuple(map(tuple, line.tolist())) for line in seen.lines if line[0, 0] < 100]
     (every,), (some,) = seen.held().edges, seen.held(upright).edges
-    on_door = every.places_px[:, 1, 0] < 200
+    on_door = every.places_px[:, 0, 0] < 200
     assert every.weights[on_door].max() > 100.0 > 0.0 == some.weights[on_door].max()
     np.testing.assert_array_equal(every.weights[~on_door], some.weights[~on_door])
     wide = dataclasses.replace(RECIPE, lattice=4.0, percent=4.0)
