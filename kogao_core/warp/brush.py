@@ -20,11 +20,10 @@ import numpy.typing as npt
 
 from kogao_core.base.geometry import Affine, Array, Box, frozen, smoothstep
 from kogao_core.base.language import Text
+from kogao_core.paper.lattice import MIN_SPACING_PX, Grid, Lattice, meet
 from kogao_core.warp.field import Field
-from kogao_core.warp.fit import MIN_SPACING_PX
 from kogao_core.warp.frame import zero_on_edges
 from kogao_core.warp.guard import limited_stroke
-from kogao_core.warp.lattice import Grid, Lattice, meet
 from kogao_core.warp.one_to_one import fade_is_safe
 
 BrushKind = Literal["push", "restore"]

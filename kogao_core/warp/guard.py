@@ -10,10 +10,9 @@ import numpy as np
 import numpy.typing as npt
 
 from kogao_core.base.geometry import Array, Box, smoothstep
+from kogao_core.paper.lattice import Lattice, groups, meet, quantised
 from kogao_core.warp.field import Field
-from kogao_core.warp.fit import quantised
 from kogao_core.warp.frame import zero_on_edges
-from kogao_core.warp.lattice import Lattice, groups, meet
 from kogao_core.warp.one_to_one import (
     LEAST_MEASURED_DET,
     certify,

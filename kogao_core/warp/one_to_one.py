@@ -18,8 +18,8 @@ import numpy as np
 import numpy.typing as npt
 
 from kogao_core.base.geometry import Array
+from kogao_core.paper.lattice import Lattice, groups, meet
 from kogao_core.warp.field import Field
-from kogao_core.warp.lattice import Lattice, groups, meet
 from kogao_core.warp.protection import slope_bound
 
 SAMPLES_PER_CELL: Final = 8  # samples of det J per cell and axis; larger: surer, slower

@@ -5,9 +5,9 @@ import pytest
 from few_cases import few_of
 from scenes import field_of, oval_face
 
+from kogao_core.paper.lattice import Grid, Lattice
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.warp.field import Field
-from kogao_core.warp.lattice import Grid, Lattice
 from kogao_core.warp.one_to_one import (
     INJECTIVE_BOUND,
     certify,

@@ -13,11 +13,11 @@ from scenes import oval_face, textured_photo
 from kogao_core.background.lines import bends, straight_lines
 from kogao_core.base.geometry import Affine
 from kogao_core.faces.targets import aim
+from kogao_core.paper.lattice import Grid, Lattice
 from kogao_core.pipeline import render
 from kogao_core.recipe.recipe import SETTINGS, Recipe
 from kogao_core.warp.brush import Brushwork
 from kogao_core.warp.field import Field, shown_at
-from kogao_core.warp.lattice import Grid, Lattice
 from kogao_core.warp.measures import reduced
 from kogao_core.warp.one_to_one import protected_slopes
 from kogao_core.warp.protection import Protection, Stroke, axes, sampled, share
