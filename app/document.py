@@ -13,18 +13,18 @@ import numpy as np
 from PySide6.QtCore import QObject, QSignalBlocker, Signal
 from PySide6.QtGui import QUndoCommand, QUndoStack
 
+from kogao_core.additions.brush import UNTOUCHED, Brushwork
 from kogao_core.base.geometry import Box, Line
 from kogao_core.faces.doubt import doubtful
 from kogao_core.faces.face import Face
 from kogao_core.faces.targets import FacePairs
+from kogao_core.field.protection import NOTHING, Protection
 from kogao_core.photo import Photo
 from kogao_core.photo.optics import UNKNOWN, Optics, optics_of
 from kogao_core.projects.project import Mode, Sheet
 from kogao_core.projects.sidecar import Applied
 from kogao_core.recipe.recipe import FACE_FIELDS, Recipe
 from kogao_core.steps import WarpDraft, lens, pivots, targets
-from kogao_core.warp.brush import UNTOUCHED, Brushwork
-from kogao_core.warp.protection import NOTHING, Protection
 
 if TYPE_CHECKING:
     from .render.pictures import PicturePyramid
@@ -77,8 +77,8 @@ class State(Sheet):
     @property
     def focal_mm(self) -> float | None:
         """Focal length (35 mm equivalent): the recipe's value, or else the photo's."""
-        lens = self.recipe.lens
-        return self.optics.focal_mm if isinstance(lens, str) else lens
+        focal_mm = self.recipe.lens
+        return self.optics.focal_mm if isinstance(focal_mm, str) else focal_mm
 
     @property
     def done(self) -> Applied:

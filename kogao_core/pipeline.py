@@ -13,6 +13,10 @@ from typing import Final
 
 import numpy as np
 
+from kogao_core.additions.brush import UNTOUCHED, Brushwork
+from kogao_core.additions.edge import cut_note
+from kogao_core.additions.guard import Limit
+from kogao_core.additions.limits import check_corners, check_strokes
 from kogao_core.background.holding import NOTHING_HELD, Held
 from kogao_core.base.display import preview
 from kogao_core.base.geometry import Box, Image, check_image, check_type
@@ -20,22 +24,18 @@ from kogao_core.base.language import Text
 from kogao_core.base.threads import one_blas_thread
 from kogao_core.faces.face import Face
 from kogao_core.faces.targets import FacePairs
+from kogao_core.field.fade import threshold_of
+from kogao_core.field.field import Field, Residual, residual
+from kogao_core.field.measures import achieved_percent, protected_shares
+from kogao_core.field.one_to_one import OneToOne, check_one_to_one
+from kogao_core.field.protection import NOTHING, Protection
 from kogao_core.paper.domain import Domain, pixel_counts
 from kogao_core.projects import evidence
 from kogao_core.projects.evidence import Evidence
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.recipe.settings import DomainName
+from kogao_core.resample.canvas import FLAGS, Canvas, reduced, size_of, warp_alike
 from kogao_core.steps import STEPS, WarpDraft
-from kogao_core.warp.brush import UNTOUCHED, Brushwork
-from kogao_core.warp.canvas import FLAGS, Canvas, reduced, size_of, warp_alike
-from kogao_core.warp.fade import threshold_of
-from kogao_core.warp.field import Field, Residual, residual
-from kogao_core.warp.frame import cut_note
-from kogao_core.warp.guard import Limit
-from kogao_core.warp.limits import check_corners, check_strokes
-from kogao_core.warp.measures import achieved_percent, protected_shares
-from kogao_core.warp.one_to_one import OneToOne, check_one_to_one
-from kogao_core.warp.protection import NOTHING, Protection
 
 # The stages in order, with visible names; all time measurements use these keys.
 STAGES: Final = {
@@ -347,9 +347,9 @@ def render(
         brushwork=brushwork,
     )
     with one_blas_thread():
-        for stage, step in STEPS:
-            with watch.lap(stage):
-                draft = step(draft)
+        for step in STEPS:
+            with watch.lap(step.stage):
+                draft = step.apply(draft)
         size = size_of(image, longest_px)
         if size != (photo.shape[1], photo.shape[0]):
             with watch.lap("warp"):

@@ -1,8 +1,9 @@
 """From faces and a recipe to a displacement field: three steps of the paper, seven additions.
 
-Each step takes a `WarpDraft` and returns one that knows more. Without its setting, an addition
-returns the draft as it is: with `PAPER`, what is left is `targets`, `lattice` and `domain`. To add
-a step, write its mathematics in a module of its own, a function here, and a line in `STEPS`.
+Each step takes a `WarpDraft` and returns a draft with more results. `STEPS` lists the steps in
+their order. The paper's are `targets`, `lattice` and `domain`. The recipe `PAPER` skips the other
+seven: they return the draft unchanged. To add a step, write its mathematics in a module of
+`additions`, a function here, and a line in `STEPS`.
 """
 
 from __future__ import annotations
@@ -12,24 +13,24 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import repeat
-from typing import Final
+from typing import Final, NamedTuple
 
+from kogao_core.additions.brush import UNTOUCHED, Brushwork, brushed
+from kogao_core.additions.contact import near_heads
+from kogao_core.additions.edge import attenuated_near_edge
+from kogao_core.additions.fit import fit, grids_of
+from kogao_core.additions.guard import Limit, limited
+from kogao_core.additions.head import HeadDisplacement, giving_way, near_protected, surrounds_of
+from kogao_core.additions.lens import NO_LENS, LensCorrection
 from kogao_core.background.holding import NOTHING_HELD, Held, Site, hold
 from kogao_core.base.geometry import Box
 from kogao_core.faces.face import Anchor, Face
 from kogao_core.faces.targets import FacePairs, aim
+from kogao_core.field.fade import domain_of, fade_of
+from kogao_core.field.field import Field
+from kogao_core.field.protection import NOTHING, Protection
 from kogao_core.paper.domain import Domain
 from kogao_core.recipe.recipe import Recipe
-from kogao_core.warp.brush import UNTOUCHED, Brushwork, brushed
-from kogao_core.warp.contact import near_heads
-from kogao_core.warp.fade import domain_of, fade_of
-from kogao_core.warp.field import Field
-from kogao_core.warp.fit import fit, grids_of
-from kogao_core.warp.frame import attenuated_near_edge
-from kogao_core.warp.guard import Limit, limited
-from kogao_core.warp.lens import NO_LENS, LensCorrection
-from kogao_core.warp.protection import NOTHING, Protection
-from kogao_core.warp.surround import HeadDisplacement, giving_way, near_protected, surrounds_of
 
 _STILL: Final = Field(())
 _NOWHERE: Final = Domain("image", Box(0, 0, 0, 0), ())
@@ -47,17 +48,21 @@ class WarpDraft:
     held: Held = NOTHING_HELD
     brushwork: Brushwork = UNTOUCHED
 
-    corrected_faces: Sequence[Face] = ()  # `lens`: the faces after lens correction
     correction: LensCorrection = NO_LENS  # `lens`
-    requested_pairs: tuple[FacePairs, ...] = ()  # `targets`, changed by `pivots`
+    requested_pairs: tuple[FacePairs, ...] = ()  # `targets`, `pivots`
     pairs_in_photo: tuple[FacePairs, ...] = ()  # `edge`: moves that the photo's edge allows
     pairs: tuple[FacePairs, ...] = ()  # `heads`: moves that heads in front allow
     heads: tuple[HeadDisplacement | None, ...] = ()  # `heads`
-    field: Field = _STILL  # `lattice`, changed by all later steps
+    field: Field = _STILL  # `lattice`, `guard`, `background`, `brush`
+    field_before_holding: Field = _STILL  # `lattice`, `guard`
     limits: tuple[Limit, ...] = ()  # `guard`
-    field_before_holding: Field = _STILL  # `guard`
     brush_shares: tuple[float, ...] = ()  # `brush`
     domain: Domain = _NOWHERE  # `domain`
+
+    @property
+    def corrected_faces(self) -> Sequence[Face]:
+        """The faces after lens correction."""
+        return self.correction.faces or self.faces
 
     @cached_property
     def recipes(self) -> list[Recipe]:
@@ -75,7 +80,7 @@ class WarpDraft:
         return self.photo if self.recipe.guard else None
 
     @property
-    def neighbours(self) -> Held:
+    def people(self) -> Held:
         """The people to leave in place; none without `Recipe.hold_background`."""
         return self.held if self.recipe.hold_background else NOTHING_HELD
 
@@ -85,29 +90,30 @@ class WarpDraft:
 
 
 def lens(draft: WarpDraft) -> WarpDraft:
-    """Correct the perspective stretch of heads away from the photo's centre (`warp.lens`)."""
-    correction = LensCorrection.of(draft.faces, draft.recipe, draft.photo)
-    return draft.updated(correction=correction, corrected_faces=correction.faces or draft.faces)
+    """Correct the perspective stretch of heads away from the photo's centre."""
+    return draft.updated(correction=LensCorrection.of(draft.faces, draft.recipe, draft.photo))
 
 
 def targets(draft: WarpDraft) -> WarpDraft:
     """Section 3.2: place targets on the lines to the centre; then shapes and targets by hand."""
-    pairs = map(aim, draft.faces, repeat(draft.recipe), draft.corrected_faces, repeat(draft.photo))
-    return draft.updated(requested_pairs=tuple(pairs))
+    seen, photos = draft.corrected_faces, repeat(draft.photo)
+    pairs = tuple(map(aim, draft.faces, repeat(draft.recipe), seen, photos))
+    return draft.updated(requested_pairs=pairs, pairs_in_photo=pairs, pairs=pairs)
 
 
 def pivots(draft: WarpDraft) -> WarpDraft:
     """Move pivots towards heads in front and protected places nearby, and targets with them."""
-    faces, others = draft.corrected_faces, draft.neighbours.others
-    pairs = near_heads(draft.requested_pairs, faces, others)
-    return draft.updated(requested_pairs=near_protected(pairs, faces, draft.protection.strokes))
+    faces, strokes = draft.corrected_faces, draft.protection.strokes
+    pairs = near_heads(draft.requested_pairs, faces, draft.people.others)
+    pairs = near_protected(pairs, faces, strokes)
+    return draft.updated(requested_pairs=pairs, pairs_in_photo=pairs, pairs=pairs)
 
 
 def edge(draft: WarpDraft) -> WarpDraft:
-    """Reduce moves across the photo's edge (`warp.frame`)."""
-    pairs = draft.requested_pairs
-    if draft.recipe.guard:
-        pairs = tuple(attenuated_near_edge(pair, draft.photo) for pair in pairs)
+    """Reduce moves across the photo's edge."""
+    if not draft.recipe.guard:
+        return draft
+    pairs = tuple(attenuated_near_edge(pair, draft.photo) for pair in draft.requested_pairs)
     return draft.updated(pairs_in_photo=pairs, pairs=pairs)
 
 
@@ -118,9 +124,9 @@ def heads(draft: WarpDraft) -> WarpDraft:
         [pair.started for pair in draft.pairs],
         draft.recipes,
         draft.photo,
-        draft.neighbours.neighbours,
+        draft.people.neighbours,
         draft.correction,
-        draft.neighbours.others,
+        draft.people.others,
     )
     pairs = giving_way(draft.pairs, fields) if draft.recipe.guard else draft.pairs
     return draft.updated(heads=fields, pairs=pairs)
@@ -129,19 +135,21 @@ def heads(draft: WarpDraft) -> WarpDraft:
 def lattice(draft: WarpDraft) -> WarpDraft:
     """Sections 2 and 3.3: fit the control points of each face to its pairs."""
     lattices = fit(draft.pairs, draft.anchors, draft.recipes, draft.heads, draft.still_edges)
-    return draft.updated(field=Field(lattices, fade_of(draft.recipe), draft.protection))
+    field = Field(lattices, fade_of(draft.recipe), draft.protection)
+    limits = (Limit(),) * len(lattices)
+    return draft.updated(field=field, field_before_holding=field, limits=limits)
 
 
 def guard(draft: WarpDraft) -> WarpDraft:
-    """Reduce displacements where they would fold or squeeze the picture (`warp.guard`)."""
-    field, limits = draft.field, (Limit(),) * len(draft.faces)
-    if draft.recipe.guard:
-        field, limits = limited(field, draft.photo)
+    """Reduce displacements where they would fold or squeeze the picture."""
+    if not draft.recipe.guard:
+        return draft
+    field, limits = limited(draft.field, draft.photo)
     return draft.updated(field=field, field_before_holding=field, limits=limits)
 
 
 def background(draft: WarpDraft) -> WarpDraft:
-    """Keep straight edges straight and neighbours in place (`background.holding`)."""
+    """Keep straight edges straight and neighbours in place."""
     if not draft.recipe.hold_background:
         return draft
     grids = grids_of(draft.pairs, draft.anchors, draft.recipes)
@@ -152,7 +160,7 @@ def background(draft: WarpDraft) -> WarpDraft:
 
 
 def brush(draft: WarpDraft) -> WarpDraft:
-    """Add the lattices of push and restore strokes (`warp.brush`)."""
+    """Add the lattices of push and restore strokes."""
     if not draft.brushwork.strokes:
         return draft
     guarded = draft.recipe.guard
@@ -165,16 +173,23 @@ def domain(draft: WarpDraft) -> WarpDraft:
     return draft.updated(domain=domain_of(draft.field, draft.image, draft.recipe.domain))
 
 
-# In order, each with the stage (`pipeline.STAGES`) that its time is added to.
-STEPS: Final[tuple[tuple[str, Callable[[WarpDraft], WarpDraft]], ...]] = (
-    ("targets", lens),
-    ("targets", targets),
-    ("targets", pivots),
-    ("targets", edge),
-    ("targets", heads),
-    ("lattice", lattice),
-    ("guard", guard),
-    ("background", background),
-    ("brush", brush),
-    ("domain", domain),
+class Step(NamedTuple):
+    """A step of `render`."""
+
+    stage: str  # key of `pipeline.STAGES` to which the step's time is added
+    apply: Callable[[WarpDraft], WarpDraft]
+    section: str = ""  # of the paper; empty for an addition, which `PAPER` skips
+
+
+STEPS: Final = (
+    Step("targets", lens),
+    Step("targets", targets, "3.2"),
+    Step("targets", pivots),
+    Step("targets", edge),
+    Step("targets", heads),
+    Step("lattice", lattice, "2, 3.3"),
+    Step("guard", guard),
+    Step("background", background),
+    Step("brush", brush),
+    Step("domain", domain, "4"),
 )

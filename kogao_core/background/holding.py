@@ -18,18 +18,18 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from kogao_core.additions.edge import edges_px, zero_on_edges
+from kogao_core.additions.guard import LEAST_DET, bisected, is_safe
+from kogao_core.additions.lens import away_px
 from kogao_core.background.edges import Edges, no_edges
 from kogao_core.base.geometry import Affine, Array, Box
 from kogao_core.base.threads import parallel_map
 from kogao_core.faces.face import Face
+from kogao_core.field.field import Field
+from kogao_core.field.one_to_one import least_det
 from kogao_core.paper.basis import ORDER, basis
 from kogao_core.paper.lattice import Grid, Lattice, groups, quantised
 from kogao_core.recipe.recipe import LOSSLESS_PX
-from kogao_core.warp.field import Field
-from kogao_core.warp.frame import edges_px, zero_on_edges
-from kogao_core.warp.guard import LEAST_DET, bisected, is_safe
-from kogao_core.warp.lens import away_px
-from kogao_core.warp.one_to_one import least_det
 
 # All lengths are in lattice spacings. A row counts nothing so near to a landmark, and in full so
 # far from it.

@@ -16,16 +16,16 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from kogao_core.additions.fit import fit
 from kogao_core.base.geometry import Array, Box, Image
 from kogao_core.base.language import Text
 from kogao_core.faces.face import Face
 from kogao_core.faces.targets import FacePairs, aim
+from kogao_core.field.fade import domain_of
+from kogao_core.field.field import Field
 from kogao_core.recipe.recipe import LOSSLESS_PX, Recipe
 from kogao_core.recipe.settings import FITS, Fit
-from kogao_core.warp.canvas import Canvas
-from kogao_core.warp.fade import domain_of
-from kogao_core.warp.field import Field
-from kogao_core.warp.fit import fit
+from kogao_core.resample.canvas import Canvas
 
 _ALONG: Final = np.linspace(0.0, 1.0, 5)  # positions of the fixed points along each photo edge
 _MOST_STEP_PX: Final = 8  # largest node spacing of an interpolated field

@@ -29,11 +29,11 @@ from kogao_core.base.json_reader import BadFile
 from kogao_core.base.language import Text
 from kogao_core.base.wording import system_reason
 from kogao_core.faces.targets import FacePairs
+from kogao_core.field.field import Field
 from kogao_core.paper.domain import mask_of
 from kogao_core.paper.lattice import Grid, Lattice
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.recipe.settings import DomainName
-from kogao_core.warp.field import Field
 
 VERSION: Final = 1
 ARRAYS: Final[Mapping[str, str]] = MappingProxyType({

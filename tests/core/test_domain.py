@@ -8,12 +8,12 @@ from scenes import field_of, oval_face, textured_photo
 
 from kogao_core.base.geometry import Box
 from kogao_core.faces.targets import aim
+from kogao_core.field.fade import domain_of, fade_of
+from kogao_core.field.field import Field
 from kogao_core.paper.domain import pixel_counts, threshold_mask
 from kogao_core.paper.lattice import groups
 from kogao_core.pipeline import render
 from kogao_core.recipe.recipe import LOSSLESS_PX, Recipe
-from kogao_core.warp.fade import domain_of, fade_of
-from kogao_core.warp.field import Field
 
 IMAGE = Box(0, 0, 480, 360)
 

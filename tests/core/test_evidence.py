@@ -11,9 +11,9 @@ from scenes import oval_face, textured_photo
 
 import kogao_core as kogao
 from kogao_core.base.json_reader import BadFile
+from kogao_core.field.field import Field
 from kogao_core.paper.domain import mask_of
 from kogao_core.projects import evidence
-from kogao_core.warp.field import Field
 
 PHOTO = textured_photo(240, 180)
 FACES = [oval_face(240, 180, size=0.3), kogao.template_face((200, 40), 40)]

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 from scenes import ALONE, oval_face
 
+from kogao_core.additions.fit import fit, spacing_px
 from kogao_core.faces.targets import aim
+from kogao_core.field.field import Field, residual
+from kogao_core.field.one_to_one import check_one_to_one
 from kogao_core.paper.basis import basis
 from kogao_core.paper.fit import Problem, approximate
 from kogao_core.paper.lattice import Grid, Lattice
 from kogao_core.recipe.recipe import Recipe
-from kogao_core.warp.field import Field, residual
-from kogao_core.warp.fit import fit, spacing_px
-from kogao_core.warp.one_to_one import check_one_to_one
 
 
 def solve(face, recipe):

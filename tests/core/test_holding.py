@@ -11,9 +11,9 @@ from kogao_core.background import holding
 from kogao_core.background.holding import NOTHING_HELD, Held
 from kogao_core.background.lines import bends
 from kogao_core.base.geometry import Affine
+from kogao_core.field.protection import Protection
 from kogao_core.pipeline import render
 from kogao_core.recipe.recipe import PAPER, Recipe
-from kogao_core.warp.protection import Protection
 
 WIDTH, HEIGHT = 960, 720
 PHOTO = np.zeros((HEIGHT, WIDTH), np.uint8)

@@ -13,9 +13,9 @@ from PySide6.QtGui import QBrush, QImage, QPainter, QPainterPath, QPen
 from kogao_core.base.display import Rgb8
 from kogao_core.base.geometry import Affine, Array, Box
 from kogao_core.base.language import Text
+from kogao_core.field.field import Field
 from kogao_core.paper import domain
 from kogao_core.paper.lattice import Grid, Lattice
-from kogao_core.warp.field import Field
 
 from ...i18n import tr
 from ...render.pictures import qt_image

@@ -14,6 +14,8 @@ from kogao_core.base.geometry import Box
 from kogao_core.base.language import Text
 from kogao_core.faces.face import Face, LandmarkSource
 from kogao_core.faces.targets import matching
+from kogao_core.field.fade import threshold_of
+from kogao_core.field.field import Field
 from kogao_core.lab.experiments.trials import Trial
 from kogao_core.lab.reports.spread import Spread, in_turns
 from kogao_core.lab.subjects import Progress, Subject, at_paper_size, no_progress, set_by_hand
@@ -21,8 +23,6 @@ from kogao_core.paper.domain import pixel_counts
 from kogao_core.pipeline import render
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.recipe.settings import DomainName
-from kogao_core.warp.fade import threshold_of
-from kogao_core.warp.field import Field
 
 Size = Literal["960x720", "own"]
 SIZES: Final[tuple[Size, ...]] = ("960x720", "own")

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from kogao_core.base.geometry import Box
+from kogao_core.field.field import Field
 from kogao_core.paper.domain import LOSSLESS_PX, Domain, reduce
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.recipe.settings import DomainName
-from kogao_core.warp.field import Field
 
 
 def fade_of(recipe: Recipe) -> float:

@@ -18,9 +18,9 @@ from kogao_core.base.geometry import Array, check_type
 from kogao_core.faces.face import Face
 from kogao_core.faces.reshape import across
 from kogao_core.faces.targets import FacePairs
+from kogao_core.field.field import Field, shown_at
+from kogao_core.field.protection import NOTHING
 from kogao_core.recipe.recipe import LOSSLESS_PX
-from kogao_core.warp.field import Field, shown_at
-from kogao_core.warp.protection import NOTHING
 
 # A landmark that makes less than this share of its move counts as reduced by protection.
 NEARLY_WHOLE: Final = 0.95

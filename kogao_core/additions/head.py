@@ -23,14 +23,7 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from kogao_core.base.geometry import Array, Box, ramp, smoothstep
-from kogao_core.faces.face import FOREHEAD_POINTS, Face
-from kogao_core.faces.head import EDGE_SLOPE, HeadFrame, limited
-from kogao_core.faces.reshape import across
-from kogao_core.faces.targets import FacePairs, shape_center
-from kogao_core.faces.zones import Shape, directions
-from kogao_core.recipe.recipe import Recipe
-from kogao_core.warp.contact import (
+from kogao_core.additions.contact import (
     HeadOutline,
     OtherHead,
     beyond,
@@ -38,10 +31,17 @@ from kogao_core.warp.contact import (
     others_of,
     shifted,
 )
-from kogao_core.warp.field import inverted
-from kogao_core.warp.frame import edges_px
-from kogao_core.warp.lens import NO_LENS, NOBODY, LensCorrection, away_px
-from kogao_core.warp.protection import Strokes, sampled
+from kogao_core.additions.edge import edges_px
+from kogao_core.additions.lens import NO_LENS, NOBODY, LensCorrection, away_px
+from kogao_core.base.geometry import Array, Box, ramp, smoothstep
+from kogao_core.faces.face import FOREHEAD_POINTS, Face
+from kogao_core.faces.head import EDGE_SLOPE, HeadFrame, limited
+from kogao_core.faces.reshape import across
+from kogao_core.faces.targets import FacePairs, shape_center
+from kogao_core.faces.zones import Shape, directions
+from kogao_core.field.field import inverted
+from kogao_core.field.protection import Strokes, sampled
+from kogao_core.recipe.recipe import Recipe
 
 # The head moves whole up to this rho: straight up, which reaches past the crown, and straight
 # down. Straight to the sides it is 1. Larger values move more hair, more neck.

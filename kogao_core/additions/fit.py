@@ -11,6 +11,10 @@ from typing import Final, assert_never
 
 import numpy as np
 
+from kogao_core.additions.edge import zero_on_edges
+from kogao_core.additions.exact import exact, norm_px
+from kogao_core.additions.head import HeadDisplacement
+from kogao_core.additions.limits import MOST_CONTROL_POINTS, MOST_TOGETHER, OutOfBounds
 from kogao_core.base.geometry import Array, Box
 from kogao_core.base.language import Text
 from kogao_core.faces.face import Anchor
@@ -20,10 +24,6 @@ from kogao_core.paper.basis import ORDER
 from kogao_core.paper.fit import MULTILEVEL_STEPS, Problem, approximate, multilevel
 from kogao_core.paper.lattice import Grid, Lattice, Spline, groups, quantised
 from kogao_core.recipe.recipe import LOSSLESS_PX, Recipe
-from kogao_core.warp.exact import exact, norm_px
-from kogao_core.warp.frame import zero_on_edges
-from kogao_core.warp.limits import MOST_CONTROL_POINTS, MOST_TOGETHER, OutOfBounds
-from kogao_core.warp.surround import HeadDisplacement
 
 # Least lattice spacing, in landmark spacings. At this spacing each landmark has control points of
 # its own. Without the limit, a warp distance of 0 would need infinitely many control points.

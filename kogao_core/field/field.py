@@ -12,8 +12,8 @@ import numpy.typing as npt
 
 from kogao_core.base.geometry import Array, points_of, smoothstep
 from kogao_core.faces.targets import FacePairs
+from kogao_core.field.protection import NOTHING, Protection, axes, share, slopes_on_grid
 from kogao_core.paper.lattice import Lattice, Spline
-from kogao_core.warp.protection import NOTHING, Protection, axes, share, slopes_on_grid
 
 _INVERSION_STEPS: Final = 64  # most iterations of `shown_at`
 _INVERTED_PX: Final = 1e-4  # largest error of a converged point, px
