@@ -110,9 +110,11 @@ def hold(field: Field, problems: Sequence[Problem], faces: Sequence[Face], held:
         after = field.lattices[k]
         if not after.phi.any():
             return None
+        exact = [targets[k]]
         for steady in _changes(field, problems[k], faces[k], held, k):
             after = after.plus(steady.change(after, targets[k]))
-        after = _without_tails(after, targets[k], _UNSEEN * faces[k].anchor.spacing_px)
+            exact.append(steady.still_px)
+        after = _without_tails(after, np.vstack(exact), _UNSEEN * faces[k].anchor.spacing_px)
         return quantised(zero_on_edges(after, problems[k].photo))
 
     made = parallel_map(change, range(len(lattices)))
@@ -124,13 +126,13 @@ def hold(field: Field, problems: Sequence[Problem], faces: Sequence[Face], held:
     return dataclasses.replace(field, lattices=tuple(lattices))
 
 
-def _without_tails(lattice: Lattice, landmarks: Array, unseen_px: float) -> Lattice:
-    """Return the lattice without displacements that nobody sees; near landmarks all stay."""
+def _without_tails(lattice: Lattice, exact_px: Array, unseen_px: float) -> Lattice:
+    """Return the lattice without displacements that nobody sees, but for those near `exact_px`."""
     (rows, columns), grid = lattice.shape, lattice.grid
     x, y = grid.nodes_px(lattice.first[0], columns, 0), grid.nodes_px(lattice.first[1], rows, 1)
     nodes = np.stack(np.meshgrid(x, y), -1).reshape(-1, 2)
-    # Control points that move a landmark are nearer than three spacings; all of these stay.
-    near = ORDER - away_px(nodes, landmarks).reshape(rows, columns) / grid.spacing_px
+    # Control points that move a place are nearer than three spacings; all of these stay.
+    near = ORDER - away_px(nodes, exact_px).reshape(rows, columns) / grid.spacing_px
     kept = 1.5 - 1.5 * unseen_px / np.maximum(lattice.magnitude_px, unseen_px)
     kept = np.maximum(np.clip(near, 0.0, 1.0), np.minimum(kept, 1.0))
     return dataclasses.replace(lattice, phi=lattice.phi * kept[..., None])
@@ -216,7 +218,7 @@ class _Steady:
         # Nearly exact where a neighbour is clear of the face, soft where both meet.
         clear = away_px(near, swept) / (_TOUCHING * h) - np.array([[1.0], [2.0]])
         soft, exact = np.clip(clear, 0.0, 1.0) ** 2
-        self._edges, self._normals = len(weights), normals
+        self._edges, self._normals, self.still_px = len(weights), normals, near
         self.weights = np.concatenate([weights, _NEIGHBOUR * soft + _STILL * exact])
         self.places = np.concatenate([pairs.reshape(-1, 2), near])
         both = np.column_stack([np.ones(len(tied)), -tied]).ravel()

@@ -106,9 +106,8 @@ class HeadOutline:
         wide = _SIDE + _TURNED * self._turn * np.sign(sides) - _LEAST_SIDE
         wide = _LEAST_SIDE + 0.5 * (wide + np.hypot(wide, _ROUND))
         ends = np.where(along > 0.0, _DOWN, _UP)
-        return np.interp(angles, self._angles, self._radii) * (
-            ends + (wide - ends) * sides**2
-        )
+        radii = np.interp(angles, self._angles, self._radii)
+        return np.asarray(radii * (ends + (wide - ends) * sides**2))
 
     def _seen(self, points: Array) -> tuple[Array, Array]:
         away = points - self._center
@@ -116,9 +115,7 @@ class HeadOutline:
         return np.arctan2(right, down), np.hypot(right, down)
 
 
-def others_of(
-    k: int, faces: Sequence[Face], still: Sequence[Face] = ()
-) -> tuple[OtherHead, ...]:
+def others_of(k: int, faces: Sequence[Face], still: Sequence[Face] = ()) -> tuple[OtherHead, ...]:
     """Return the other heads of a photo, seen from face `k`; `still` are those that stay."""
     moving = [face for j, face in enumerate(faces) if j != k]
     return tuple(
@@ -141,8 +138,9 @@ def near_heads(
         size = HeadFrame.of(face).height_px
         rings = [one.outline.ring_px for one in front]
         lengths = [np.hypot(*(np.roll(r, -1, axis=0) - np.roll(r, 1, axis=0)).T) / 2 for r in rings]
-        places, weights = np.vstack(rings), np.concatenate(
-            [one.ahead * part for one, part in zip(front, lengths, strict=True)]
+        places, weights = (
+            np.vstack(rings),
+            np.concatenate([one.ahead * part for one, part in zip(front, lengths, strict=True)]),
         )
         points = np.vstack([face.points, face.points if face.forehead is None else face.forehead])
         away = np.min(np.hypot(*(places[:, None] - points).transpose(2, 0, 1)), axis=1)
