@@ -111,7 +111,7 @@ class HeadDisplacement:
     middle_px: Array  # (2,): about which the face is shaped, before the warp
     photo: Box  # nothing moves across its edge
     shape: Shape | None  # what is requested of the face beside its warp distance
-    neighbours_px: Array  # (M, 2): points of people beside, who don't go along
+    neighbours_px: Array  # (M, 3): points of people beside, who don't go along (`PersonMask`)
     lens: LensCorrection = NO_LENS
     which: int = 0  # index of the face in `lens`
     others: tuple[OtherHead, ...] = ()  # other heads, near

@@ -191,7 +191,7 @@ def test_protected_places_stay_where_a_line_is_held_beside_them():
 
 def test_a_neighbour_is_not_dragged_along():
     beside = oval_face(WIDTH, HEIGHT, center=(RIGHT + 172.0, 380.0), size=0.5)
-    held = Held(neighbours=(beside.outline,), others=(beside,))
+    held = Held(neighbours=(np.insert(beside.outline, 2, 0.0, axis=1),), others=(beside,))
     made = render(PHOTO, [FACE], Recipe(percent=8), held=held)
     alone = render(PHOTO, [FACE], Recipe(percent=8), held=NOTHING_HELD)
     width = np.ptp(beside.outline[:, 0])
@@ -259,7 +259,7 @@ def test_earlier_settings_on_the_same_photo_change_nothing():
     small = FACE.mapped(Affine.resize(0.4, 0.4))
     x = small.outline[:, 0].min() - 60.0
     held = held_along(np.array([[(x, 5.0), (x, 700.0)]]), [small])
-    held = dataclasses.replace(held, neighbours=(np.array([[x, 150.0]]),))
+    held = dataclasses.replace(held, neighbours=(np.array([[x, 150.0, 0.0]]),))
     far = {"percent": 15.0, "width": -15.0, "length": -15.0, "jaw_width": -15.0}
     fresh = render(PHOTO, [small], Recipe(**far), held=dataclasses.replace(held, built={}))
     render(PHOTO, [small], Recipe(percent=4), held=held)
