@@ -261,7 +261,9 @@ class HeadDisplacement:
             return np.asarray(moved)
         assert self.shape is not None
         keep, fade = self._hair_keep_and_fade(angles)
+        # The hairline's move is that of places before the warp.
         hair = _hairline(self.face, self.middle_px, self.shape, points)
+        hair = _hairline(self.face, self.middle_px, self.shape, points + hair)
         return np.asarray(moved + hair * (1.0 - ramp((rho - keep) / fade))[:, None])
 
     def kept(self, points: Array) -> Array:
