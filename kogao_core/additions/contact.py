@@ -106,8 +106,8 @@ class HeadOutline:
         wide = _SIDE + _TURNED * self._turn * np.sign(sides) - _LEAST_SIDE
         wide = _LEAST_SIDE + 0.5 * (wide + np.hypot(wide, _ROUND))
         ends = np.where(along > 0.0, _DOWN, _UP)
-        radii_px = np.interp(angles, self._angles, self._radii)
-        return np.asarray(radii_px * (ends + (wide - ends) * sides**2))
+        radii = np.interp(angles, self._angles, self._radii)
+        return np.asarray(radii * (ends + (wide - ends) * sides**2))
 
     def _seen(self, points: Array) -> tuple[Array, Array]:
         away = points - self._center

@@ -20,6 +20,7 @@ from kogao_core.paper.lattice import Lattice
 _ROOM: Final = 4.0
 # The same for a head that moves as a whole: the pivot already keeps more distance from the edge.
 _ROOM_OF_HEAD: Final = 3.0
+_PEAK: Final = 0.7616  # where `ramp` is steepest seen from its start: ramp(x) / x is largest
 # The note mentions a face that loses more than this share of its move or of its Amount.
 _MISSED: Final = 0.05
 
@@ -37,7 +38,9 @@ def attenuated_near_edge(pairs: FacePairs, photo: Box) -> FacePairs:
     low, high = edges_px(photo)
     room = np.where(moves < 0.0, pairs.source_px - low, high - pairs.source_px)
     times = _ROOM_OF_HEAD if pairs.head_share else _ROOM
-    share = ramp(room / np.maximum(times * np.abs(moves), 1e-9))
+    room = room / np.maximum(times * np.abs(moves), 1e-9)
+    # With less room than at the peak, a longer move goes as far as the peak's: never less.
+    share = ramp(np.maximum(room, _PEAK)) * np.clip(room / _PEAK, 0.0, 1.0)
     if (share == 1.0).all():
         return pairs
     return dataclasses.replace(pairs, target_px=pairs.source_px - share * moves)

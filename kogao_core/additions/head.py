@@ -109,7 +109,7 @@ class HeadDisplacement:
     middle_px: Array  # (2,): about which the face is shaped, before the warp
     photo: Box  # nothing moves across its edge
     shape: Shape | None  # what is requested of the face beside its warp distance
-    neighbours_px: Array  # (M, 2): points of people beside, who don't go along
+    neighbours_px: Array  # (M, 3): points of people beside, who don't go along (`PersonMask`)
     lens: LensCorrection = NO_LENS
     which: int = 0  # index of the face in `lens`
     others: tuple[OtherHead, ...] = ()  # other heads, near
@@ -259,7 +259,9 @@ class HeadDisplacement:
             return np.asarray(moved)
         assert self.shape is not None
         keep, fade = self._hair_keep_and_fade(angles)
+        # The hairline's move is that of places before the warp.
         hair = _hairline(self.face, self.middle_px, self.shape, points)
+        hair = _hairline(self.face, self.middle_px, self.shape, points + hair)
         return np.asarray(moved + hair * (1.0 - ramp((rho - keep) / fade))[:, None])
 
     def kept(self, points: Array) -> Array:

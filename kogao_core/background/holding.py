@@ -76,7 +76,7 @@ class Held:
     """Edges to keep straight and people to leave in place, for each face of a rendering."""
 
     edges: tuple[Edges, ...] = ()  # one for each face; empty: none
-    # (M, 2): for each face, points on the edge of other people, px; empty where there are none.
+    # (M, 3): for each face, points on other people and how unsure they are (`PersonMask`), px.
     neighbours: tuple[Array, ...] = ()
     others: tuple[Face, ...] = ()  # faces of other people, who stay in place
     # The newest equations of each face, by its index, after the values they were built for.
@@ -84,7 +84,10 @@ class Held:
 
     def mapped(self, transform: Affine) -> Held:
         """Return the same in another image's px."""
-        neighbours = tuple(transform(points) for points in self.neighbours)
+        neighbours = tuple(
+            np.column_stack([transform(points[:, :2]), transform.scale * points[:, 2:]])
+            for points in self.neighbours
+        )
         others = tuple(face.mapped(transform) for face in self.others)
         return Held(tuple(edges.mapped(transform) for edges in self.edges), neighbours, others)
 
@@ -116,9 +119,11 @@ def hold(field: Field, sites: Sequence[Site], faces: Sequence[Face], held: Held)
         after = field.lattices[k]
         if not after.phi.any():
             return None
+        exact = [targets[k]]
         for steady in _changes(field, sites[k], faces[k], held, k):
             after = after.plus(steady.change(after, targets[k]))
-        after = _without_tails(after, targets[k], _UNSEEN * faces[k].anchor.spacing_px)
+            exact.append(steady.still_px)
+        after = _without_tails(after, np.vstack(exact), _UNSEEN * faces[k].anchor.spacing_px)
         return quantised(zero_on_edges(after, sites[k].photo))
 
     made = parallel_map(change, range(len(lattices)))
@@ -130,13 +135,13 @@ def hold(field: Field, sites: Sequence[Site], faces: Sequence[Face], held: Held)
     return dataclasses.replace(field, lattices=tuple(lattices))
 
 
-def _without_tails(lattice: Lattice, landmarks: Array, unseen_px: float) -> Lattice:
-    """Return the lattice without displacements that nobody sees; near landmarks all stay."""
+def _without_tails(lattice: Lattice, exact_px: Array, unseen_px: float) -> Lattice:
+    """Return the lattice without displacements that nobody sees, but for those near `exact_px`."""
     (rows, columns), grid = lattice.shape, lattice.grid
     x, y = grid.nodes_px(lattice.first[0], columns, 0), grid.nodes_px(lattice.first[1], rows, 1)
     nodes = np.stack(np.meshgrid(x, y), -1).reshape(-1, 2)
-    # Control points that move a landmark are nearer than three spacings; all of these stay.
-    near = ORDER - away_px(nodes, landmarks).reshape(rows, columns) / grid.spacing_px
+    # Control points that move a place are nearer than three spacings; all of these stay.
+    near = ORDER - away_px(nodes, exact_px).reshape(rows, columns) / grid.spacing_px
     kept = 1.5 - 1.5 * unseen_px / np.maximum(lattice.magnitude_px, unseen_px)
     kept = np.maximum(np.clip(near, 0.0, 1.0), np.minimum(kept, 1.0))
     return dataclasses.replace(lattice, phi=lattice.phi * kept[..., None])
@@ -146,8 +151,8 @@ def _changes(field: Field, site: Site, face: Face, held: Held, k: int) -> tuple[
     """Return the equations of the changes of a face: neighbours on a fine lattice, then all."""
     edges = held.edges[k] if held.edges else None
     # Faces of people who stay, also beyond the crop in which neighbours are looked for.
-    still = [one.points for one in held.others]
-    near = np.vstack([np.zeros((0, 2)), *held.neighbours[k : k + 1], *still])
+    still = [np.insert(one.points, 2, 0.0, axis=1) for one in held.others]
+    near = np.vstack([np.zeros((0, 3)), *held.neighbours[k : k + 1], *still])
     # Neighbours alone are held first, in half the square and on a lattice twice as fine.
     rooms = [_room(site, face, scale) for scale in (0.5, 1.0)]
     known, found = held.built.get(k, (None, ()))
@@ -217,13 +222,16 @@ class _Steady:
             [middle + f * (source - middle) for f in (1.0, (1.0 + _INNERMOST) / 2.0, _INNERMOST)]
         )
         pairs, tied, normals, weights = _near_rows(edges, self.room, swept, h)
-        near = near[self.room.reaches(near)]
-        near = _thinned(near[away_px(near, swept) > _TOUCHING * h], 0.5 * h)
+        near = near[self.room.reaches(near[:, :2])]
+        near = _thinned(near[away_px(near[:, :2], swept) > _TOUCHING * h], 0.5 * h)
+        near, sure = near[:, :2], 1.0 / (1.0 + near[:, 2] / h)
         # Nearly exact where a neighbour is clear of the face, soft where both meet.
         clear = away_px(near, swept) / (_TOUCHING * h) - np.array([[1.0], [2.0]])
         soft, exact = np.clip(clear, 0.0, 1.0) ** 2
-        self._edges, self._normals = len(weights), normals
-        self.weights = np.concatenate([weights, _NEIGHBOUR * soft + _STILL * exact])
+        # A weight acts by its order of magnitude.
+        still = np.expm1(sure**2 * np.log1p(_NEIGHBOUR * soft + _STILL * exact))
+        self._edges, self._normals, self.still_px = len(weights), normals, near
+        self.weights = np.concatenate([weights, still])
         self.places = np.concatenate([pairs.reshape(-1, 2), near])
         both = np.column_stack([np.ones(len(tied)), -tied]).ravel()
         factors = np.concatenate([both, np.ones(len(near))])
@@ -429,7 +437,8 @@ def _face_places(outline: Array, h: float) -> Array:
 def _thinned(places: Array, step_px: float) -> Array:
     """Return one place for each small square, of squares so large that few are left."""
     while len(places):
-        _, first = np.unique(np.floor(places / step_px), axis=0, return_index=True)
+        cells = np.floor(places[:, :2] / step_px)
+        _, first = np.unique(cells, axis=0, return_index=True)
         if len(first) <= _MOST_PLACES:
             return np.asarray(places[np.sort(first)])
         step_px *= 2.0

@@ -96,7 +96,10 @@ def test_only_a_threshold_above_lossless_fades():
 
 
 def test_no_seam_at_the_edge_of_a_large_threshold():
-    """Neighbouring pixels part by little more than in the field itself; a hard cut tears them."""
+    """Neighbouring pixels part by less than three times what the field itself has.
+
+    That is the steepest slope of a fade; a hard cut tears them.
+    """
     recipe = Recipe(percent=10, threshold_px=1.0)
     rendering = render(textured_photo(), [oval_face()], recipe)
     spline = Field(rendering.field.lattices)
@@ -108,5 +111,5 @@ def test_no_seam_at_the_edge_of_a_large_threshold():
 
     faded = rendering.field.on_grid(np.arange(480), np.arange(360))
     untouched = spline.on_grid(np.arange(480), np.arange(360))
-    assert tear(faded) < 2.0 * tear(untouched)
+    assert tear(faded) < 3.0 * tear(untouched)
     assert tear(hard) > 0.9

@@ -185,7 +185,7 @@ def test_a_line_beside_the_head_stays_straight():
 def test_neighbours_and_protected_places_stay():
     face = off_axis(on_axis(), (330.0, 0.0), 26.0)
     beside = np.column_stack([np.full(60, 660.0), np.linspace(240.0, 420.0, 60)])
-    made = rendered(LENS, face, held=Held(neighbours=(beside,)))
+    made = rendered(LENS, face, held=Held(neighbours=(np.insert(beside, 2, 0.0, axis=1),)))
     assert np.abs(made.field.at(beside)).max() < 0.5
     line = Protection().with_stroke([(660.0, 240.0), (660.0, 420.0)], radius_px=2.0)
     made = rendered(LENS, face, protection=line)

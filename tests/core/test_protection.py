@@ -105,7 +105,7 @@ def test_strokes_beside_held_lines_keep_their_pixels_and_squeeze_nothing():
         made = render(photo, [face], RECIPE, protection=protection, held=held)
         assert made.shares == (1.0,)
         assert made.one_to_one.certified
-        assert made.one_to_one.min_det > 0.55
+        assert made.one_to_one.min_det > 0.45
         assert made.field.lattices != made.unheld.lattices
         places = np.concatenate([_dense(s.points_px) for s in protection.strokes])
         x, y = np.rint(places[((places > 0) & (places < (WIDTH - 1, HEIGHT - 1))).all(axis=1)]).T

@@ -74,7 +74,8 @@ def test_pixels_outside_the_domain_keep_their_bytes(threshold_px):
     recipe = Recipe(interpolation="lanczos4", threshold_px=threshold_px, percent=8)
     rendering = render(photo, [oval_face(1200, 700, size=0.4)], recipe)
     displacement = rendering.field.on_grid(np.arange(1200), np.arange(700))
-    outside = np.hypot(*displacement) <= LOSSLESS_PX
+    # A position of up to 1200 px is known to within 1e-4 px in single precision.
+    outside = np.hypot(*displacement) <= LOSSLESS_PX - 1e-4
     assert outside.mean() > 0.5
     np.testing.assert_array_equal(rendering.pixels[outside], photo[outside])
     changed = np.ones(photo.shape[:2], bool)
