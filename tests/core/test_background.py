@@ -17,10 +17,10 @@ from kogao_core.background.people import PersonLook, PersonMask
 from kogao_core.base.assets import AssetMissing
 from kogao_core.base.geometry import Affine
 from kogao_core.faces.landmarks import ModelRefused
+from kogao_core.field.protection import NOTHING
 from kogao_core.pipeline import render
 from kogao_core.projects.sidecar import Applied
 from kogao_core.recipe.recipe import Recipe
-from kogao_core.warp.protection import NOTHING
 
 WIDTH, HEIGHT = 960, 720
 FACE = oval_face(WIDTH, HEIGHT, size=0.5)

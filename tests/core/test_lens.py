@@ -10,21 +10,21 @@ from edges_along import held_along
 from scenes import read_outside_px, textured_photo
 
 import kogao_core as kogao
-from kogao_core.background.holding import Held
-from kogao_core.background.lines import bends
-from kogao_core.base.geometry import Affine, Box
-from kogao_core.faces.face import Face
-from kogao_core.pipeline import render
-from kogao_core.recipe.recipe import PAPER, Recipe
-from kogao_core.warp.field import shown_at
-from kogao_core.warp.lens import (
+from kogao_core.additions.lens import (
     STRETCH_SEEN_PERCENT,
     distance_m,
     distance_note,
     nose_percent,
     stretch_percent,
 )
-from kogao_core.warp.protection import Protection
+from kogao_core.background.holding import Held
+from kogao_core.background.lines import bends
+from kogao_core.base.geometry import Affine, Box
+from kogao_core.faces.face import Face
+from kogao_core.field.field import shown_at
+from kogao_core.field.protection import Protection
+from kogao_core.pipeline import render
+from kogao_core.recipe.recipe import PAPER, Recipe
 
 WIDTH, HEIGHT = 900, 600
 PHOTO = Box(0, 0, WIDTH, HEIGHT)

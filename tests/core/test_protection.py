@@ -10,18 +10,18 @@ from edges_along import held_along
 from few_cases import few_of
 from scenes import oval_face, textured_photo
 
+from kogao_core.additions.brush import Brushwork
+from kogao_core.additions.head import near_protected
 from kogao_core.background.lines import bends, straight_lines
 from kogao_core.base.geometry import Affine
 from kogao_core.faces.targets import aim
+from kogao_core.field.field import Field, shown_at
+from kogao_core.field.measures import reduced
+from kogao_core.field.one_to_one import protected_slopes
+from kogao_core.field.protection import Protection, Stroke, axes, sampled, share
+from kogao_core.paper.lattice import Grid, Lattice
 from kogao_core.pipeline import render
 from kogao_core.recipe.recipe import SETTINGS, Recipe
-from kogao_core.warp.brush import Brushwork
-from kogao_core.warp.field import Field, shown_at
-from kogao_core.warp.lattice import Grid, Lattice
-from kogao_core.warp.measures import reduced
-from kogao_core.warp.one_to_one import protected_slopes
-from kogao_core.warp.protection import Protection, Stroke, axes, sampled, share
-from kogao_core.warp.surround import near_protected
 
 WIDTH, HEIGHT = 960, 720
 RECIPE = Recipe(percent=8)

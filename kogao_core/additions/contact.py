@@ -20,7 +20,7 @@ from kogao_core.base.geometry import Array, smoothstep
 from kogao_core.faces.face import Face
 from kogao_core.faces.head import HeadFrame
 from kogao_core.faces.reshape import across
-from kogao_core.faces.targets import Pairs
+from kogao_core.faces.targets import FacePairs
 
 # A face is surely in front of another that is smaller by this factor, or higher in the photo by
 # this many distances from the eyes to the chin. Larger values call more pairs of heads equal.
@@ -106,8 +106,8 @@ class HeadOutline:
         wide = _SIDE + _TURNED * self._turn * np.sign(sides) - _LEAST_SIDE
         wide = _LEAST_SIDE + 0.5 * (wide + np.hypot(wide, _ROUND))
         ends = np.where(along > 0.0, _DOWN, _UP)
-        radii = np.interp(angles, self._angles, self._radii)
-        return np.asarray(radii * (ends + (wide - ends) * sides**2))
+        radii_px = np.interp(angles, self._angles, self._radii)
+        return np.asarray(radii_px * (ends + (wide - ends) * sides**2))
 
     def _seen(self, points: Array) -> tuple[Array, Array]:
         away = points - self._center
@@ -126,8 +126,8 @@ def others_of(k: int, faces: Sequence[Face], still: Sequence[Face] = ()) -> tupl
 
 
 def near_heads(
-    pairs: Sequence[Pairs], faces: Sequence[Face], still: Sequence[Face]
-) -> tuple[Pairs, ...]:
+    pairs: Sequence[FacePairs], faces: Sequence[Face], still: Sequence[Face]
+) -> tuple[FacePairs, ...]:
     """Move the pivot of each head towards heads in front that touch it, and all targets alike."""
     found = []
     for k, (pair, face) in enumerate(zip(pairs, faces, strict=True)):
@@ -150,7 +150,7 @@ def near_heads(
     return tuple(found)
 
 
-def shifted(pair: Pairs, face: Face, shift: Array) -> Pairs:
+def shifted(pair: FacePairs, face: Face, shift: Array) -> FacePairs:
     """Return pairs with another pivot; targets placed by hand stay."""
     moved = pair.target_px + pair.head_share * shift
     if face.targets is not None:
