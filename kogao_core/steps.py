@@ -17,7 +17,7 @@ from typing import Final, NamedTuple
 
 from kogao_core.additions.brush import UNTOUCHED, Brushwork, brushed
 from kogao_core.additions.contact import near_heads
-from kogao_core.additions.edge import attenuated_near_edge
+from kogao_core.additions.edge import attenuated_near_edge, cut_note
 from kogao_core.additions.fit import fit, grids_of
 from kogao_core.additions.guard import Limit, limited
 from kogao_core.additions.head import HeadDisplacement, giving_way, near_protected, surrounds_of
@@ -83,6 +83,12 @@ class WarpDraft:
     def people(self) -> Held:
         """The people to leave in place; none without `Recipe.hold_background`."""
         return self.held if self.recipe.hold_background else NOTHING_HELD
+
+    @property
+    def note(self) -> str:
+        """A sentence on faces with too little space in the photo; empty if there are none."""
+        percents = [recipe.percent for recipe in self.recipes]
+        return cut_note(self.pairs_in_photo, self.requested_pairs, percents, self.pairs)
 
     def updated(self, **results: object) -> WarpDraft:
         """Return the draft with the results of a step."""
