@@ -1,4 +1,4 @@
-"""The window's bend meter is the command line's."""
+"""The window's meter of lines is the command line's."""
 
 import dataclasses
 import json

@@ -1,4 +1,4 @@
-"""The bend meter goes by the background: lines of people are left out, others cut at them."""
+"""The meter of lines goes by the background: lines of people are left out, others cut at them."""
 
 import dataclasses
 import re
@@ -12,7 +12,7 @@ from threadpoolctl import threadpool_info, threadpool_limits
 from kogao_core.background import find as backgrounds
 from kogao_core.background.find import BackgroundFinder, held_of, measure
 from kogao_core.background.holding import NOTHING_HELD, Held
-from kogao_core.background.lines import bends, straight_lines
+from kogao_core.background.lines import straight_lines
 from kogao_core.background.people import PersonLook, PersonMask
 from kogao_core.base.assets import AssetMissing
 from kogao_core.base.geometry import Affine
@@ -100,24 +100,16 @@ def test_who_could_not_be_told_from_the_background_is_counted():
     assert "2 faces couldn't be told" in found.note
 
 
-def test_a_line_is_as_straight_as_its_edge_before_and_after():
-    y = np.arange(60, 660)
-    x = RIGHT + 30.0 + 4.0 * ((y - 360.0) / 300.0) ** 2
-    photo = np.full((HEIGHT, WIDTH), 90, np.uint8)
-    columns = np.arange(WIDTH)
-    photo[60:660] = 90 + 110 / (1.0 + np.exp(-(columns - x[:, None])))
-    chord = np.array([[[x[0] - 2.7, 60.0], [x[-1] - 2.7, 659.0]]])
-    rendering = render(photo, [FACE], RECIPE)
-    (line,) = bends(rendering.field, chord, photo)
-    (ruled,) = bends(rendering.field, chord)
-    assert line.bend_px == ruled.bend_px > 1.0
-    assert (ruled.before_px, ruled.after_px) == (None, None)
-    straight = np.polyval(np.polyfit(y, x, 1), y)
-    assert line.before_px == pytest.approx(np.abs(x - straight).max(), abs=0.4)
-    assert abs(line.after_px - line.before_px) > 0.5
-    still = render(photo, [FACE], Recipe(percent=0))
-    (line,) = bends(still.field, chord, photo)
-    assert line.after_px == pytest.approx(line.before_px, abs=1e-6)
+def test_halves_left_and_right_of_a_person_are_one_line():
+    photo = photo_with(((20, 660), (940, 660)))
+    done, finder = Applied([FACE], RECIPE, NOTHING), BackgroundFinder(Finder(BODY))
+    told = measure(photo, render(photo, [FACE], RECIPE), done, finder).lines
+    sides = {bool(line.start_px[0] < WIDTH / 2) for line in told}
+    assert sides == {True, False}
+    upper = {line.number for line in told if abs(line.start_px[1] - 657) < 2}
+    assert len(upper) == 1 < len(told)
+    assert len({line.rise_permille for line in told if line.number in upper}) == 1
+    assert all(line.clearness > 0.9 for line in told)
 
 
 def test_lines_of_people_and_where_nobody_looked_are_not_sought():
