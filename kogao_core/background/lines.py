@@ -139,8 +139,9 @@ def turns(
     rises = np.zeros(len(lines))
     for number in range(int(numbers.max()) + 1):
         on = numbers == number
-        (u, v), moved = _direction(along[on][lengths[on].argmax()]), (shown - along)[on]
-        rises[on] = 1000.0 / face_px * np.ptp(moved @ np.array([-v, u]))
+        u, v = np.diff(lines[on][lengths[on].argmax()], axis=0)[0]
+        moved = (shown - along)[on] @ np.array([-v, u]) / np.hypot(u, v)
+        rises[on] = 1000.0 / face_px * np.ptp(moved)
     measured = zip(
         lines.tolist(), numbers.tolist(), lengths.tolist(), _clearness(photo, along).tolist(),
         _turned(along, shown, lengths), rises.tolist(), _turned(along, free, lengths), strict=True,
@@ -152,25 +153,22 @@ def turns(
 def joined(lines: Array, aside_px: float) -> npt.NDArray[np.int64]:
     """Return a number for each piece (N, 2, 2); pieces of one straight line have one number.
 
-    From the longest piece to the shortest, a piece joins the first line that differs in direction
-    by less than 2 degrees and has all ends within `aside_px` of one straight line.
+    From the longest piece to the shortest, a piece joins a line that differs in direction by less
+    than 2 degrees, if all ends lie within `aside_px` of one straight line; of several lines, that
+    where the ends lie nearest.
     """
-    whole: list[list[int]] = []
-    for piece in np.argsort(-np.linalg.norm(lines[:, 1] - lines[:, 0], axis=1), kind="stable"):
-        u, v = _direction(lines[piece])
-        for one in whole:
-            x, y = _direction(lines[one[0]])
-            ends = lines[[*one, piece]].reshape(-1, 2)
-            along = _direction(ends)
-            off = (ends - ends.mean(axis=0)) @ np.array([-along[1], along[0]])
-            if abs(x * v - y * u) < _ALIGNED and np.abs(off).max() <= aside_px:
-                one.append(int(piece))
-                break
-        else:
-            whole.append([int(piece)])
-    numbers = np.zeros(len(lines), np.int64)
-    for number, one in enumerate(whole):
-        numbers[one] = number
+    chords = lines[:, 1] - lines[:, 0]
+    lengths = np.hypot(*chords.T)
+    (x, y), numbers = (chords / lengths[:, None]).T, np.full(len(lines), -1)
+    for piece in np.argsort(-lengths, kind="stable"):
+        nearest, numbers[piece] = aside_px, numbers.max() + 1
+        for number in range(numbers[piece]):
+            on = np.flatnonzero(numbers == number)
+            first = on[lengths[on].argmax()]
+            if abs(x[first] * y[piece] - y[first] * x[piece]) < _ALIGNED:
+                off = _off_line(lines[[*on, piece]].reshape(-1, 2))
+                if off <= nearest:
+                    nearest, numbers[piece] = off, number
     return numbers
 
 
@@ -178,10 +176,10 @@ def _shown(field: Field, points: Array) -> Array:
     return shown_at(field, points.reshape(-1, 2)).reshape(points.shape)
 
 
-def _direction(points: Array) -> Array:
-    """Return the unit vector along the least-squares line through points (N, 2)."""
+def _off_line(points: Array) -> float:
+    """Return the distance of the farthest point from the least-squares line through all (N, 2)."""
     offsets = points - points.mean(axis=0)
-    return np.asarray(np.linalg.svd(offsets, full_matrices=False)[2][0])
+    return float(np.abs(offsets @ np.linalg.svd(offsets, full_matrices=False)[2][1]).max())
 
 
 def _turned(before: Array, after: Array, lengths: Array) -> list[float]:
