@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 import threading
 import weakref
 from collections.abc import Callable, Sequence
@@ -93,9 +94,9 @@ class MeasuredLines:
 
     @property
     def seen(self) -> tuple[BackgroundLine, ...]:
-        """The lines that gave way, if an eye sees them: their clear lengths add up."""
+        """The lines that gave way, if an eye sees them: see `SEEN_LENGTH`."""
         turned = tuple(line for line in self.lines if line.holding == "gave way")
-        length = sum(line.length * line.clearness for line in turned)
+        length = math.hypot(*(line.length * line.clearness for line in turned))
         return turned if length >= SEEN_LENGTH else ()
 
 

@@ -21,9 +21,9 @@ from kogao_core.warp.field import Field, shown_at
 
 HoldingName = Literal["held", "gave way", "let go", ""]
 SEEN_DEGREES: Final = 3.0  # an eye begins to see that a line beside a head leans
-# Turned lines that an eye sees are together at least this long, in the photo's longer side. Chosen
-# by eye on 66 photos: single shorter lines are leaves, letters, curls and cloth.
-SEEN_LENGTH: Final = 1.0 / 6.0
+# An eye sees turned lines if the root of the sum of squares of their clear lengths is at least this,
+# in the photo's longer side. Shorter lines are leaves, letters, curls and cloth.
+SEEN_LENGTH: Final = 0.16
 _SHORTEST: Final = 0.04  # in the photo's longer side; shorter lines are texture
 _MEASURED: Final = 0.08  # in the longer side; shorter parts turn unseen
 _ALIGNED: Final = np.sin(np.radians(2.0))  # pieces of one line differ by a smaller angle

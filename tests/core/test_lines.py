@@ -122,5 +122,6 @@ def test_short_lines_are_not_measured():
 )
 def test_an_eye_sees_turned_lines_that_are_long_and_clear(length, clearness, holding, seen):
     one = turns(turned_field(4.0), LEDGE[:1], PLAIN, FACE_PX)[0]
-    one = dataclasses.replace(one, length=length / 2, clearness=clearness, holding=holding)
+    share = length / np.sqrt(2.0)
+    one = dataclasses.replace(one, length=share, clearness=clearness, holding=holding)
     assert bool(MeasuredLines((one, one)).seen) is seen
