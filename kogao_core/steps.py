@@ -16,11 +16,10 @@ from itertools import repeat
 from typing import Final, NamedTuple
 
 from kogao_core.additions.brush import UNTOUCHED, Brushwork, brushed
-from kogao_core.additions.contact import near_heads
 from kogao_core.additions.edge import attenuated_near_edge, cut_note
 from kogao_core.additions.fit import fit, grids_of
 from kogao_core.additions.guard import Limit, limited
-from kogao_core.additions.head import HeadDisplacement, giving_way, near_protected, surrounds_of
+from kogao_core.additions.head import HeadDisplacement, giving_way, near_fixed, surrounds_of
 from kogao_core.additions.lens import NO_LENS, LensCorrection
 from kogao_core.background.holding import NOTHING_HELD, Held, Site, hold
 from kogao_core.base.geometry import Box
@@ -110,8 +109,7 @@ def targets(draft: WarpDraft) -> WarpDraft:
 def pivots(draft: WarpDraft) -> WarpDraft:
     """Move pivots towards heads in front and protected places nearby, and targets with them."""
     faces, strokes = draft.corrected_faces, draft.protection.strokes
-    pairs = near_heads(draft.requested_pairs, faces, draft.people.others)
-    pairs = near_protected(pairs, faces, strokes)
+    pairs = near_fixed(draft.requested_pairs, faces, strokes, draft.people.others)
     return draft.updated(requested_pairs=pairs, pairs_in_photo=pairs, pairs=pairs)
 
 
