@@ -175,9 +175,9 @@ class RecipePanel(QWidget):
         else:
             self.lens_amount.setHidden(value == "off")
 
-    def show_frame(self, frame: RenderedFrame) -> None:
-        """Read folds, shares and residuals from a frame."""
-        if not frame.rendering.pairs:
+    def show_frame(self, frame: RenderedFrame | None) -> None:
+        """Show a frame's folds, what the guard kept of each face, and the residual."""
+        if frame is None or not frame.rendering.pairs:
             self.clear_readings()
             return
         rendering = frame.rendering
