@@ -166,10 +166,14 @@ class Driver:
         self.editor.recipe.set_field(field, value)
         self.editor.document.commit()
 
+    def show(self, field: str, value: object) -> None:
+        """Set a field of the recipe as one undo step, and wait until it is shown and kept."""
+        self.set(field, value)
+        self.settle()
+
     def edit(self, percent: float) -> None:
         """Set the warp distance as one undo step, and wait until the edit is kept."""
-        self.set("percent", percent)
-        self.settle()
+        self.show("percent", percent)
 
     def save(self, path: Path) -> None:
         """Save a copy, and wait until it is written."""

@@ -39,6 +39,7 @@ class RecipeEditing(Feature):
         self.window.canvas.picked.connect(self.choose)
         self.window.arranged.connect(lambda workspace: self._show_words(workspace.plain))
         self.view.watch(self._show, "face", "also")
+        self.view.watch(self._show_gauge, "face", "frame")
         self.view.watch(self._show_frame, "frame")
         self.bind("copy-settings", self.copy)
         self.bind("paste-settings", self.paste)
@@ -147,6 +148,9 @@ class RecipeEditing(Feature):
 
     def _show(self) -> None:
         self.panel.show_state(self.document.state, self.view.face, self.view.also)
+
+    def _show_gauge(self) -> None:
+        self.panel.gauge.show_frame(self.view.frame, self.document.state, self.view.face)
 
     def _show_words(self, plain: bool) -> None:
         self.panel.show_words(plain=plain)

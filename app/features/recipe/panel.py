@@ -147,7 +147,6 @@ class RecipePanel(QWidget):
         recipe = state.recipe_of(chosen)
         self._on = [index for index in range(len(state.faces)) if index not in state.off]
         self.owner.show_state(state, chosen, also)
-        self.gauge.show_state(state, chosen)
         before, self._recipe = self._recipe, recipe
         values = {field: getattr(recipe, field) for field in SETTINGS}
         changed = [n for n, v in values.items() if self._is_new or v != getattr(before, n)]
