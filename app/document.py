@@ -202,9 +202,13 @@ class Document(QObject, Watched):
     A part to watch is a field of `State`, ``"photo"`` or ``"in_gesture"``.
     """
 
+    # (): another photo is open; its faces are not known yet.
     opened = Signal()
+    # (): `pyramid` has the colours of another screen.
     recoloured = Signal()
+    # (): a save has begun or ended.
     marked = Signal()
+    # (): the gesture is cancelled; emitted before the committed state returns.
     aborted = Signal()
 
     def __init__(self, parent: QObject | None = None) -> None:

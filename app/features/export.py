@@ -100,7 +100,9 @@ class ExportDialog(Dialog):
     open photo, for its file name.
     """
 
+    # (export: Export, file: Path): export the open photo to a file.
     one = Signal(object, object)
+    # (order: Order): export several photos.
     many = Signal(object)
 
     def __init__(

@@ -45,8 +45,11 @@ class Faces(Feature):
     """Detects faces and lists the faces."""
 
     name = "faces"
+    # (faces: int): the search has ended, with this number of faces.
     found = Signal(int)
+    # (why: str): the search has failed; before `found`.
     not_found = Signal(str)
+    # (search: FaceSearch): a face is found while the search goes on; from a worker.
     _came = Signal(object)
 
     def __init__(self, context: Context, recipe: RecipeEditing, source: LandmarkSource) -> None:
@@ -236,7 +239,9 @@ class Faces(Feature):
 class FacesPanel(QWidget):
     """A row for all faces, then one row per face with check box, thumbnail and score."""
 
+    # (face: int, on: bool): the check box of a face.
     switched = Signal(int, bool)
+    # ((face: int or None, others: sequence of int)): the selected rows.
     chosen = Signal(object)
 
     def __init__(self) -> None:

@@ -28,6 +28,7 @@ _WIPE_STEP: Final = 1 / 40
 class Screen(Feature):
     """Zooms, shows the original, and stores the window size."""
 
+    # (): the window is on a screen with another colour profile.
     screen_changed = Signal()
 
     def __init__(self, context: Context) -> None:

@@ -50,8 +50,11 @@ class MessageBar(QFrame):
     to open, save or find something (`clear`). A purely informative message also times out.
     """
 
+    # (): the bar had the keyboard focus and hides.
     left = Signal()
+    # (): the user has closed the message.
     dismissed = Signal()
+    # (): a message is shown.
     appeared = Signal()
 
     def __init__(self) -> None:

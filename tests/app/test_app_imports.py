@@ -110,3 +110,19 @@ def test_the_state_of_the_view_is_set_in_one_way_and_nobody_orders_the_canvas_to
             if isinstance(node, ast.Attribute) and "redraw" in node.attr and name != "self":
                 strangers.append(f"{path.name}:{node.lineno} calls {ast.unparse(node)}")
     assert strangers == []
+
+
+def test_every_signal_says_what_it_carries_and_when():
+    """In a comment above it, or in the section "Signals" of its class."""
+    silent = []
+    for path in sorted(APP.rglob("*.py")):
+        lines = path.read_text(encoding="utf-8").splitlines()
+        for made in (node for node in ast.walk(tree(path)) if isinstance(node, ast.ClassDef)):
+            told = (ast.get_docstring(made) or "").partition("Signals\n---")[2]
+            for node in made.body:
+                call = getattr(node, "value", None)
+                if isinstance(call, ast.Call) and getattr(call.func, "id", "") == "Signal":
+                    name = ast.unparse(node.targets[0])
+                    if name not in told and not lines[node.lineno - 2].lstrip().startswith("# ("):
+                        silent.append(f"{path.name}: {made.name}.{name}")
+    assert silent == []

@@ -239,6 +239,7 @@ class SettingClock(QObject):
     Corrections count, too. The clock pauses in automatic mode and while another window is active.
     """
 
+    # (): the time has changed; ten times a second while the clock runs.
     ticked = Signal()
 
     def __init__(self, parent: QObject | None = None) -> None:

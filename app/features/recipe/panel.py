@@ -78,6 +78,11 @@ class RecipePanel(QWidget):
         self.more.button.toggled.connect(self._show_lens)
         self.owner = OwnerLine()
         self.gauge = NaturalnessGauge()
+        self._lay_out()
+        self.show_words(plain=False)
+        self.show_first(DEFAULT)
+
+    def _lay_out(self) -> None:
         readings = QVBoxLayout()
         readings.setSpacing(0)
         readings.addWidget(self.gauge)
@@ -99,8 +104,6 @@ class RecipePanel(QWidget):
         )
         fine = self.centre, self.lattice, self.fold
         column_of(self._fine, *fine, spacing=3 * GRID_PX)
-        self.show_words(plain=False)
-        self.show_first(DEFAULT)
 
     def show_first(self, recipe: Recipe) -> None:
         """Set the default values of the sliders from a recipe."""
