@@ -10,8 +10,8 @@ from typing import Final
 from PySide6.QtGui import QAction, QActionGroup
 from PySide6.QtWidgets import QPushButton, QWidget
 
-from kogao_core.warp.measures import reduced
-from kogao_core.warp.protection import NOTHING
+from kogao_core.field.measures import reduced
+from kogao_core.field.protection import NOTHING
 
 from ..canvas.tools.gesture import Gesture, PointerEvent
 from ..canvas.tools.protect import protect

@@ -8,8 +8,8 @@ from typing import Final
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QPushButton
 
-from kogao_core.warp.brush import LEAST_FALLOFF, UNTOUCHED
-from kogao_core.warp.limits import OutOfBounds
+from kogao_core.additions.brush import LEAST_FALLOFF, UNTOUCHED
+from kogao_core.additions.limits import OutOfBounds
 
 from ..canvas.tools.gesture import Gesture, PointerEvent
 from ..canvas.tools.push import push

@@ -8,7 +8,7 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
-from kogao_core.warp.guard import Limit
+from kogao_core.additions.guard import Limit
 
 pytestmark = pytest.mark.usefixtures("one_window")
 
@@ -33,6 +33,8 @@ def test_the_papers_choice_reads_zero_and_names_its_source(opened):
 
 
 def test_visibility_has_three_grades_by_the_studies(opened):
+    """Of the moves that are made: the photo's edge and heads in front take some of the amount."""
+    opened.show("scope", "face")
     seen = gauge(opened).seen
     for percent, words in (
         (4.9, "fewer than half"),

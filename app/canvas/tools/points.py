@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from kogao_core.additions.limits import OutOfBounds, check_faces
 from kogao_core.base.geometry import Array
-from kogao_core.warp.limits import OutOfBounds, check_faces
 
 from ...document import Document, State
 from ...i18n import tr

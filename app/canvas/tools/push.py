@@ -8,9 +8,9 @@ from typing import Final
 
 import numpy as np
 
+from kogao_core.additions.brush import BrushKind, BrushStroke, Brushwork
+from kogao_core.additions.limits import OutOfBounds, check_brushwork
 from kogao_core.base.geometry import Array
-from kogao_core.warp.brush import BrushKind, BrushStroke, Brushwork
-from kogao_core.warp.limits import OutOfBounds, check_brushwork
 
 from ...i18n import tr
 from ...view_state import ViewState
