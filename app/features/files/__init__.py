@@ -51,13 +51,21 @@ UNTOUCHED: Final = Recipe(percent=0.0)
 class Files(Feature):
     """Opens photos and saves results."""
 
+    # (): a photo is being read.
     began = Signal()
+    # (): the sample opened at the first start.
     welcomed = Signal()
+    # (opened: Opened): a photo with earlier work is read, and not open yet.
     resuming = Signal(object)
+    # (work: EarlierWork, note: str): earlier work is open again.
     restored = Signal(object, str)
+    # (why: str): no photo could be opened.
     unreadable = Signal(str)
+    # (): the open photo's own file has been replaced.
     saved_over = Signal()
+    # (request: Request): a copy is written.
     saved = Signal(object)
+    # (file: Path): the photo of a project isn't beside the project.
     wants_photo = Signal(object)
 
     def __init__(
