@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from PIL import Image, ImageFile
 from scenes import textured_photo
+from systems import needs_linux
 
 from kogao_core import photo
 from kogao_core.photo.formats.jpeg import JPEG
@@ -220,6 +221,7 @@ def test_threads_write_the_same_file(tmp_path, monkeypatch, kind):
             np.testing.assert_array_equal(plane, other)
 
 
+@needs_linux("reads ahead on Linux only")
 def test_blocks_read_ahead_are_used_once_and_for_the_same_file_only(tmp_path, monkeypatch):
     path = jpeg_file(tmp_path / "in.jpg", textured_photo(160, 120))
     other = jpeg_file(tmp_path / "other.jpg", textured_photo(160, 120, seed=2)).read_bytes()

@@ -15,7 +15,12 @@ folder() {
   rm -rf "$folder"
   mkdir -p "$site" "$folder/licences"
   cp -r "$embedded/." "$runtime/"
-  for one in "$1"/*.whl "$own"; do unpack "$one" "$site"; done
+  for one in "$1"/*.whl "$own"; do
+    case ${one##*/} in
+    setuptools-* | wheel-* | packaging-*) ;; # asked for by jpeglib's Python, which is left out
+    *) unpack "$one" "$site" ;;
+    esac
+  done
   for one in "$site"/*.data; do
     for kind in purelib platlib; do [ ! -d "$one/$kind" ] || cp -r "$one/$kind/." "$site/"; done
     rm -r "$one"
@@ -76,8 +81,8 @@ bytecode() {
   rm -rf "$inside/compiler"
   cp -r "$embedded" "$inside/compiler"
   rm "$inside"/compiler/*._pth
-  within "wine compiler/python.exe -m compileall -q -j 1 --invalidation-mode unchecked-hash \
-    -s 'Z:\\kogao\\Kogao\\runtime\\site' Kogao/runtime/site" || true # tests of other packages
+  within "wine compiler/python.exe -m compileall -qq -j 1 --invalidation-mode unchecked-hash \
+    -s Kogao/runtime/site Kogao/runtime/site" || true # tests of other packages
 }
 
 # packed FOLDER [FAST]: zip and installer of $inside/Kogao.
