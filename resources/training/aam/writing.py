@@ -25,7 +25,7 @@ def write(model: Model, path: Path) -> None:
     arrays = dict(_arrays(model))
     # Stored, not compressed: zlib's output differs between versions, and saves little here.
     with io.BytesIO() as stream:
-        np.savez(stream, allow_pickle=False, **arrays)
+        np.savez(stream, **arrays)
         atomic_write(stream.getvalue(), path)
 
 
