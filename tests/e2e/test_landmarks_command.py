@@ -1,7 +1,5 @@
 """Landmarks out by one command and in by another."""
 
-import json
-
 import numpy as np
 import pytest
 from PIL import Image
@@ -40,7 +38,7 @@ def test_what_cant_be_done_is_said_and_leaves_nothing(fails, small_portrait, tmp
     for name in ("small.csv", "empty/text.txt"):
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).touch()
-    interchange.write(interchange.read(_far(tmp_path)), tmp_path / "far.json")
+    interchange.write([oval_face(9000, 9000)], tmp_path / "far.json")
     export = ("landmarks", "export", small_portrait)
     warp = ("warp", small_portrait, "-o", tmp_path / "out.png")
     batch = ("batch", small_portrait, "-o", tmp_path / "out")
@@ -49,43 +47,9 @@ def test_what_cant_be_done_is_said_and_leaves_nothing(fails, small_portrait, tmp
         (2, "use --force", *export, "--format", "csv", "-o", tmp_path),
         (2, "several photos", *export, small_portrait, "--format", "csv", "-o", tmp_path / "new"),
         (3, "n_points: N", *warp, "--points", tmp_path / "text.pts"),
-        (3, "save points of other programs as .csv", *warp, "--points", tmp_path / "old.tem"),
+        (3, "must end in one of .json, .csv, .pts, .tem, .xml", *warp, "--points", "points.txt"),
         (3, "another photo or size", *warp, "--points", tmp_path / "far.json"),
         (3, no_points, *batch, "--points", tmp_path / "empty"),
         (2, "combined with --project", *warp, "--points", "x.pts", "--project", "x.kogao.json"),
     ):
         fails(wanted, words, *arguments)
-
-
-def _far(folder):
-    path = folder / "far.csv"
-    rows = [f"{9000 + 3 * k},{9000 + (k - 10) ** 2}" for k in range(27)]
-    path.write_text("\n".join(["x,y", *rows]))
-    return path
-
-
-def test_every_command_reads_landmarks_from_files(cli, small_png, tmp_path):
-    face = oval_face(300, 300)
-    every = _ibug(face)
-    points = tmp_path / "points"
-    points.mkdir()
-    rows = "\n".join(f"{x:.3f},{y:.3f}" for x, y in every.tolist())
-    (points / "small.csv").write_text(f"x,y\n{rows}\n")
-    ours = np.round(face.outline[0], 1).tolist()
-    code, _, _ = cli("landmarks", "export", small_png, "--points", points, "--format", "json",
-                     "-o", tmp_path / "json")  # fmt: skip
-    assert code == 0
-    (found,) = json.loads((tmp_path / "json" / "small.json").read_text(encoding="utf-8"))["faces"]
-    assert np.abs(np.subtract(found["eyes"], face.eyes)).max() < 0.002
-    assert np.abs(np.subtract(found["outline"][0], ours)).max() < 0.06
-    report = tmp_path / "out" / "kogao-batch.jsonl"
-    batch = "batch", small_png, "--points", points, "-o", tmp_path / "out", "--jobs", "1"
-    assert cli(*batch)[0] == 0
-    assert json.loads(report.read_text(encoding="utf-8"))["status"] == "done"
-    given = "experiment", "domains", small_png, "--points", points, "--repeats", "1"
-    code, said, _ = cli(*given, "--json", "-")
-    assert code == 0
-    assert json.loads(said)["photos"][0]["photo"] == "small.png"
-    code, said, _ = cli("experiment", "study", "make", small_png, "--points", points,
-                        "-o", tmp_path / "study", "--lattices", "", "--percents", "4")  # fmt: skip
-    assert code == 0
