@@ -1,5 +1,7 @@
 """Landmarks out by one command and in by another."""
 
+import json
+
 import numpy as np
 import pytest
 from PIL import Image
@@ -53,3 +55,30 @@ def test_what_cant_be_done_is_said_and_leaves_nothing(fails, small_portrait, tmp
         (2, "combined with --project", *warp, "--points", "x.pts", "--project", "x.kogao.json"),
     ):
         fails(wanted, words, *arguments)
+
+
+def test_every_command_reads_landmarks_from_files(cli, small_png, tmp_path):
+    face = oval_face(300, 300)
+    every = _ibug(face)
+    points = tmp_path / "points"
+    points.mkdir()
+    rows = "\n".join(f"{x:.3f},{y:.3f}" for x, y in every.tolist())
+    (points / "small.csv").write_text(f"x,y\n{rows}\n")
+    ours = np.round(face.outline[0], 1).tolist()
+    code, _, _ = cli("landmarks", "export", small_png, "--points", points, "--format", "json",
+                     "-o", tmp_path / "json")  # fmt: skip
+    assert code == 0
+    (found,) = json.loads((tmp_path / "json" / "small.json").read_text(encoding="utf-8"))["faces"]
+    assert np.abs(np.subtract(found["eyes"], face.eyes)).max() < 0.002
+    assert np.abs(np.subtract(found["outline"][0], ours)).max() < 0.06
+    report = tmp_path / "out" / "kogao-batch.jsonl"
+    batch = "batch", small_png, "--points", points, "-o", tmp_path / "out", "--jobs", "1"
+    assert cli(*batch)[0] == 0
+    assert json.loads(report.read_text(encoding="utf-8"))["status"] == "done"
+    given = "experiment", "domains", small_png, "--points", points, "--repeats", "1"
+    code, said, _ = cli(*given, "--json", "-")
+    assert code == 0
+    assert json.loads(said)["photos"][0]["photo"] == "small.png"
+    code, said, _ = cli("experiment", "study", "make", small_png, "--points", points,
+                        "-o", tmp_path / "study", "--lattices", "", "--percents", "4")  # fmt: skip
+    assert code == 0
