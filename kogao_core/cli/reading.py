@@ -113,9 +113,7 @@ def points_of(photo: Photo, place: Path | None) -> list[Face] | None:
     if place is None:
         return None
     with ending.stopping(BadFile, ending.UNREADABLE):
-        faces = interchange.read(interchange.file_for(photo.path, place))
-        interchange.check_inside(faces, Box.of(photo.pixels))
-    return faces
+        return interchange.faces_of(photo, place)
 
 
 def find_faces(
