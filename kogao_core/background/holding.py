@@ -18,18 +18,18 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from kogao_core.additions.edge import edges_px, zero_on_edges
+from kogao_core.additions.guard import LEAST_DET, bisected, is_safe
+from kogao_core.additions.lens import away_px
 from kogao_core.background.edges import Edges, no_edges
-from kogao_core.base.geometry import Affine, Array
+from kogao_core.base.geometry import Affine, Array, Box
 from kogao_core.base.threads import parallel_map
 from kogao_core.faces.face import Face
+from kogao_core.field.field import Field
+from kogao_core.field.one_to_one import least_det
+from kogao_core.paper.basis import ORDER, basis
+from kogao_core.paper.lattice import Grid, Lattice, groups, quantised
 from kogao_core.recipe.recipe import LOSSLESS_PX
-from kogao_core.warp.field import Field
-from kogao_core.warp.fit import Problem, quantised
-from kogao_core.warp.frame import edges_px, zero_on_edges
-from kogao_core.warp.guard import LEAST_DET, bisected, is_safe
-from kogao_core.warp.lattice import ORDER, Grid, Lattice, basis, groups
-from kogao_core.warp.lens import away_px
-from kogao_core.warp.one_to_one import least_det
 
 # All lengths are in lattice spacings. A row counts nothing so near to a landmark, and in full so
 # far from it.
@@ -93,7 +93,17 @@ class Held:
 NOTHING_HELD: Final = Held()
 
 
-def hold(field: Field, problems: Sequence[Problem], faces: Sequence[Face], held: Held) -> Field:
+@dataclass(frozen=True, slots=True, eq=False)
+class Site:
+    """Where the lattice of one face stands, and what must not change there."""
+
+    grid: Grid  # of the fit
+    target_px: Array  # (N, 2): the targets of the landmarks
+    around_px: Array | None  # (2, 2): corners of the box that the head displaces
+    photo: Box | None  # nothing moves across its edges
+
+
+def hold(field: Field, sites: Sequence[Site], faces: Sequence[Face], held: Held) -> Field:
     """Change a field so that edges stay straight and neighbours stay in place.
 
     A change that would squeeze the picture is reduced. The result is one-to-one where `field` is.
@@ -101,22 +111,18 @@ def hold(field: Field, problems: Sequence[Problem], faces: Sequence[Face], held:
     if not held.edges and not any(len(points) for points in held.neighbours):
         return field
     lattices, found = list(field.lattices), groups(field.lattices)
-    targets = {
-        k: np.vstack([problems[k].target_px[: problems[k].landmark_count] for k in group])
-        for group in found
-        for k in group
-    }
+    targets = {k: np.vstack([sites[k].target_px for k in group]) for group in found for k in group}
 
     def change(k: int) -> Lattice | None:
         after = field.lattices[k]
         if not after.phi.any():
             return None
         exact = [targets[k]]
-        for steady in _changes(field, problems[k], faces[k], held, k):
+        for steady in _changes(field, sites[k], faces[k], held, k):
             after = after.plus(steady.change(after, targets[k]))
             exact.append(steady.still_px)
         after = _without_tails(after, np.vstack(exact), _UNSEEN * faces[k].anchor.spacing_px)
-        return quantised(zero_on_edges(after, problems[k].photo))
+        return quantised(zero_on_edges(after, sites[k].photo))
 
     made = parallel_map(change, range(len(lattices)))
     for group in found:
@@ -136,20 +142,20 @@ def _without_tails(lattice: Lattice, exact_px: Array, unseen_px: float) -> Latti
     return dataclasses.replace(lattice, phi=lattice.phi * kept[..., None])
 
 
-def _changes(field: Field, problem: Problem, face: Face, held: Held, k: int) -> tuple[_Steady, ...]:
+def _changes(field: Field, site: Site, face: Face, held: Held, k: int) -> tuple[_Steady, ...]:
     """Return the equations of the changes of a face: neighbours on a fine lattice, then all."""
     edges = held.edges[k] if held.edges else None
     # Faces of people who stay, also beyond the crop in which neighbours are looked for.
     still = [np.insert(one.points, 2, 0.0, axis=1) for one in held.others]
     near = np.vstack([np.zeros((0, 3)), *held.neighbours[k : k + 1], *still])
     # Neighbours alone are held first, in half the square and on a lattice twice as fine.
-    rooms = [_room(problem, face, scale) for scale in (0.5, 1.0)]
+    rooms = [_room(site, face, scale) for scale in (0.5, 1.0)]
     known, found = held.built.get(k, (None, ()))
     places = [(room.grid, room.first, room.shape) for room in rooms]
-    values = face.points.tobytes(), problem.photo, places
+    values = face.points.tobytes(), site.photo, places
     if known != values:
         both = zip(rooms, (None, edges or no_edges()), strict=True)
-        found = tuple(_Steady(problem, face, room, rows, near) for room, rows in both)
+        found = tuple(_Steady(site, face, room, rows, near) for room, rows in both)
         found = tuple(steady for steady in found if len(steady.weights))
         held.built[k] = values, found
     if not field.protection.strokes:
@@ -158,7 +164,7 @@ def _changes(field: Field, problem: Problem, face: Face, held: Held, k: int) -> 
     # A protected part pins its edge.
     shares = [alone.protected_share(steady.places) for steady in found]
     return tuple(
-        _Steady(problem, face, one.room, one.edges, near, share) if (share < 1.0).any() else one
+        _Steady(site, face, one.room, one.edges, near, share) if (share < 1.0).any() else one
         for one, share in zip(found, shares, strict=True)
     )
 
@@ -194,7 +200,7 @@ class _Steady:
 
     def __init__(
         self,
-        problem: Problem,
+        site: Site,
         face: Face,
         room: Lattice,
         edges: Edges | None,
@@ -232,7 +238,7 @@ class _Steady:
             [np.repeat(number[: len(weights)], 2), number[len(weights) :]]
         )
         self._rows = self._basis_rows(self.places, self._of_row, self._factors)
-        matrix = self._built(problem, face, edges, swept)
+        matrix = self._built(site, face, edges, swept)
         self._whitening = _inverse(np.asarray(np.linalg.cholesky(matrix), np.float64))
         # The newest change, after the values it was solved for: a drag leaves other faces alone.
         self._newest: tuple[Any, Lattice] = (), self.room
@@ -292,7 +298,7 @@ class _Steady:
         rows_of_basis = np.bincount(at[on], weights[on], shape[0] * shape[1])
         return np.asarray(rows_of_basis.reshape(shape), np.float64)
 
-    def _built(self, problem: Problem, face: Face, edges: Edges | None, swept: Array) -> Array:
+    def _built(self, site: Site, face: Face, edges: Edges | None, swept: Array) -> Array:
         """Return the symmetric matrix of the change's x, then y components."""
         (rows, columns), n = self.room.shape, self._rows.shape[1]
         still: Array = np.zeros((n, n))
@@ -317,7 +323,7 @@ class _Steady:
         matrix = _squared(both, self.weights[:count]).reshape(2, n, 2, n)
         for axis in (0, 1):
             matrix[axis, :, axis] += still
-        for axis, there in _edge_places(problem, self.room):
+        for axis, there in _edge_places(site, self.room):
             matrix[axis, :, axis] += _squared(self._basis_rows(there), np.full(len(there), _STILL))
         return matrix.reshape(2 * n, 2 * n)
 
@@ -346,23 +352,23 @@ def _inverse(lower: Array) -> Array:
     return inverse
 
 
-def _room(problem: Problem, face: Face, scale: float) -> Lattice:
+def _room(site: Site, face: Face, scale: float) -> Lattice:
     """Return the lattice that a change can move, of zeros; `scale`: of its square and spacing."""
     outline, h, half = face.outline, face.anchor.spacing_px, scale * _HALF
-    spacing, origin = problem.grid.spacing_px, np.array(problem.grid.origin_px)
+    spacing, origin = site.grid.spacing_px, np.array(site.grid.origin_px)
     while spacing < scale * _FINEST * h:
         spacing *= 2.0
     up = (outline[0] + outline[-1]) / 2.0 - outline.mean(axis=0)
     middle = (outline.min(axis=0) + outline.max(axis=0)) / 2.0
-    if problem.around_px is not None and np.abs(problem.around_px - middle).max() > half * h:
+    if site.around_px is not None and np.abs(site.around_px - middle).max() > half * h:
         half *= _WIDER
     middle = middle + _UP * h * up / max(1e-9, float(np.hypot(*up)))
     low, high = ((middle + way * half * h - origin) / spacing for way in (-1.0, 1.0))
     first, last = np.ceil(low).astype(int), np.floor(high).astype(int)
     columns, rows = last - first + 1
     zeros = np.zeros((rows, columns, 2))
-    room = Lattice(Grid(problem.grid.origin_px, spacing), (int(first[0]), int(first[1])), zeros)
-    return room if problem.photo is None else room.within(problem.photo)
+    room = Lattice(Grid(site.grid.origin_px, spacing), (int(first[0]), int(first[1])), zeros)
+    return room if site.photo is None else room.within(site.photo)
 
 
 def _near_rows(
@@ -378,12 +384,12 @@ def _near_rows(
     return places[some], edges.tied[on][some], edges.normals[on][some], weights[some]
 
 
-def _edge_places(problem: Problem, room: Lattice) -> Iterator[tuple[int, Array]]:
+def _edge_places(site: Site, room: Lattice) -> Iterator[tuple[int, Array]]:
     """Yield places along each edge of the photo in the room, and the axis across it."""
-    if problem.photo is None:
+    if site.photo is None:
         return
     reach = np.array(room.reach_px).reshape(2, 2)
-    edges = edges_px(problem.photo)
+    edges = edges_px(site.photo)
     for axis in (0, 1):
         low, high = np.clip(reach[:, 1 - axis], *edges[:, 1 - axis])
         for edge in edges[:, axis]:

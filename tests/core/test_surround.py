@@ -8,15 +8,15 @@ import pytest
 from few_cases import few_of
 from scenes import oval_face, read_outside_px, textured_photo
 
+from kogao_core.additions.fit import fit
+from kogao_core.additions.guard import LEAST_DET
+from kogao_core.additions.head import forehead_pairs
 from kogao_core.base.geometry import Affine, Box
 from kogao_core.faces.head import HeadFrame
 from kogao_core.faces.targets import aim
+from kogao_core.field.field import shown_at
 from kogao_core.pipeline import render
 from kogao_core.recipe.recipe import PAPER, SETTINGS, SHAPE, Recipe
-from kogao_core.warp.field import shown_at
-from kogao_core.warp.fit import fit
-from kogao_core.warp.guard import LEAST_DET
-from kogao_core.warp.surround import forehead_pairs
 
 ON = Recipe(percent=8.0, scope="head")  # the defaults are not tested here
 ALONE = dataclasses.replace(ON, scope="face")

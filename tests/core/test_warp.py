@@ -13,12 +13,12 @@ from scenes import ALONE, oval_face, textured_photo
 from timeouts import LONGEST_S
 
 from kogao_core import pipeline
+from kogao_core.field.protection import NOTHING, Protection
 from kogao_core.pipeline import render
 from kogao_core.recipe.recipe import LOSSLESS_PX, SETTINGS, Recipe
-from kogao_core.warp import resample
-from kogao_core.warp.canvas import Canvas
-from kogao_core.warp.protection import NOTHING, Protection
-from kogao_core.warp.resample import SPANS_PX
+from kogao_core.resample import blocks as resample
+from kogao_core.resample.blocks import SPANS_PX
+from kogao_core.resample.canvas import Canvas
 
 INTERPOLATIONS = SETTINGS["interpolation"].choices
 

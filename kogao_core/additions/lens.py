@@ -23,14 +23,14 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from kogao_core.additions.edge import edges_px
 from kogao_core.base.geometry import Array, Box, ramp
 from kogao_core.base.language import Text
 from kogao_core.faces.face import Face
 from kogao_core.faces.reshape import across
+from kogao_core.field.field import inverted
 from kogao_core.photo.optics import FILM_MM
 from kogao_core.recipe.recipe import Recipe
-from kogao_core.warp.field import inverted
-from kogao_core.warp.frame import edges_px
 
 # A circle approximates a head with hair. The centre is this far above the middle of eyes and mouth,
 # in landmark spacings.

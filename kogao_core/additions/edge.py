@@ -10,8 +10,9 @@ import numpy as np
 
 from kogao_core.base.geometry import Array, Box, ramp
 from kogao_core.base.language import Text
-from kogao_core.faces.targets import Pairs
-from kogao_core.warp.lattice import ORDER, Lattice, basis
+from kogao_core.faces.targets import FacePairs
+from kogao_core.paper.basis import ORDER, basis
+from kogao_core.paper.lattice import Lattice
 
 # A landmark farther from the photo's edge than this many times its move moves fully. Nearer, the
 # component across the edge is reduced. Smaller values stretch the strip along the edge more: 4
@@ -31,7 +32,7 @@ def edges_px(photo: Box) -> Array:
     )
 
 
-def attenuated_near_edge(pairs: Pairs, photo: Box) -> Pairs:
+def attenuated_near_edge(pairs: FacePairs, photo: Box) -> FacePairs:
     """Reduce the moves of landmarks across the photo's edge; keep the component along the edge."""
     moves = pairs.displacement_px
     low, high = edges_px(photo)
@@ -78,10 +79,10 @@ def _orthogonal(lattice: Lattice, edge_px: float, axis: int) -> Lattice:
 
 
 def cut_note(
-    pairs: Sequence[Pairs],
-    requested: Sequence[Pairs],
+    pairs: Sequence[FacePairs],
+    requested: Sequence[FacePairs],
     percents: Sequence[float],
-    rendered: Sequence[Pairs] = (),
+    rendered: Sequence[FacePairs] = (),
 ) -> str:
     """Return a sentence on faces with too little space in the photo; empty if there are none.
 
