@@ -45,7 +45,7 @@ _NARROW: Final = 6.0  # exponent of the cosine that bounds "down": larger, less 
 # A fade is this many times as wide as the displacement where it begins. Larger values squeeze the
 # background less and move more of it.
 _FADE: Final = 6.2
-_FADE_DOWN: Final = 8.5  # the same straight down, where collar and shoulders follow a part
+_FADE_DOWN: Final = 10.0  # the same straight down, where collar and shoulders follow a part
 # A fade is at least this wide, in eyes-to-chin distances: straight up and down, and more straight
 # to the sides, where straight lines of the background cross it.
 _LEAST_FADE: Final = 0.25
