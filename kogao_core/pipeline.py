@@ -66,7 +66,7 @@ class Stopwatch:
             self.laps_ms[stage] = self.laps_ms.get(stage, 0.0) + elapsed
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Rendering:
     """A warped photo and all intermediate results.
 

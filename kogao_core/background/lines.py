@@ -39,7 +39,7 @@ _MEAN: Final = np.full((1, 3), 1.0 / 3.0)  # weights of red, green and blue
 _PLAIN: Final = np.uint8(128)  # grey level painted over people
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class BackgroundLine:
     """A straight piece of a line of the photo, and its movement."""
 
@@ -142,11 +142,21 @@ def turns(
         u, v = np.diff(lines[on][lengths[on].argmax()], axis=0)[0]
         moved = (shown - along)[on] @ np.array([-v, u]) / np.hypot(u, v)
         rises[on] = 1000.0 / face_px * np.ptp(moved)
-    measured = zip(
-        lines.tolist(), numbers.tolist(), lengths.tolist(), _clearness(photo, along).tolist(),
-        _turned(along, shown, lengths), rises.tolist(), _turned(along, free, lengths), strict=True,
-    )  # fmt: skip
-    found = [BackgroundLine(tuple(start), tuple(end), *more) for (start, end), *more in measured]
+    clearness, turned = _clearness(photo, along), _turned(along, shown, lengths)
+    free_degrees = _turned(along, free, lengths)
+    found = [
+        BackgroundLine(
+            start_px=tuple(start),
+            end_px=tuple(end),
+            number=int(numbers[k]),
+            length=float(lengths[k]),
+            clearness=float(clearness[k]),
+            turn_degrees=turned[k],
+            rise_permille=float(rises[k]),
+            unheld_turn_degrees=free_degrees[k],
+        )
+        for k, (start, end) in enumerate(lines.tolist())
+    ]
     return sorted(found, key=lambda line: -line.turn_degrees)
 
 

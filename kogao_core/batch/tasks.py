@@ -7,7 +7,7 @@ import hashlib
 import json
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import KW_ONLY, asdict, dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any, Final, Literal
@@ -59,6 +59,7 @@ class Outcome:
     source: str  # as in the task
     output: str  # as in the task
     status: Status  # "skipped": an earlier run made the output; "result": Kogao made the photo
+    _: KW_ONLY
     reason: str = ""  # error message, or notes on the result
     key: str = ""  # hash of source, project, output and options
     faces: int = 0  # number of warped faces
@@ -80,21 +81,30 @@ def work(task: Task) -> Outcome:
         if task.done and task.done == _key(task):
             return Outcome(task.source, task.output, "skipped", key=task.done)
         if task.results and (origin := Results(Path(task.results)).origin(Path(task.source))):
-            return Outcome(task.source, task.output, "result", origin.why)
+            return Outcome(task.source, task.output, "result", reason=origin.why)
         rows, note, doubtful = _render(task)
         seconds = round(time.perf_counter() - start, 3)
         edit = sha256_of(task.project) if task.project else ""
         achieved = tuple(round(row["achieved_percent"], 3) for row in rows)
         return Outcome(
-            task.source, task.output, "done", note, _key(task), len(rows), seconds, achieved, edit,
-            rows, doubtful,
-        )  # fmt: skip
+            task.source,
+            task.output,
+            "done",
+            reason=note,
+            key=_key(task),
+            faces=len(rows),
+            seconds=seconds,
+            achieved_percent=achieved,
+            edit=edit,
+            measures=rows,
+            doubtful=doubtful,
+        )
     except _NoFace:
-        return Outcome(task.source, task.output, "no face", Text("no face found"))
+        return Outcome(task.source, task.output, "no face", reason=Text("no face found"))
     except AllDoubted as doubts:
-        return Outcome(task.source, task.output, "no face", doubts.args[0], doubtful=True)
+        return Outcome(task.source, task.output, "no face", reason=doubts.args[0], doubtful=True)
     except Exception as error:  # one bad photo must not stop the batch
-        return Outcome(task.source, task.output, "failed", _sentence(error))
+        return Outcome(task.source, task.output, "failed", reason=_sentence(error))
 
 
 def _render(task: Task) -> tuple[tuple[dict[str, Any], ...], str, bool]:

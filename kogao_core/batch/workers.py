@@ -91,7 +91,7 @@ def run(
                 task.source,
                 task.output,
                 "failed",
-                Text("the worker process died; run fewer photos at a time"),
+                reason=Text("the worker process died; run fewer photos at a time"),
             )
 
 

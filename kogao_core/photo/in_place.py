@@ -78,11 +78,7 @@ def check_in_place(photo: Photo) -> None:
         )
 
 
-def write_in_place(
-    photo: Photo,
-    pixels: Image,
-    originals: Originals | None,
-) -> str:
+def write_in_place(photo: Photo, pixels: Image, originals: Originals | None) -> str:
     """Overwrite the photo's file with new pixels. `write` lists the preserved data.
 
     A photo may be saved several times: metadata and unchanged blocks come from the stored original.
@@ -101,28 +97,7 @@ def write_in_place(
         if originals is None:
             return
         replaced_a_result = originals.find(photo.path) is not None
-        try:
-            evicted = originals.keep(photo.path, pieces, _version(photo))
-        except StoreFull:
-            raise CannotWrite(
-                Text(
-                    "{folder} holds {limit:.0f} GB of originals and is full; kogao-cli originals "
-                    "lists them, kogao-cli forget PHOTO deletes one, and --anyway deletes the "
-                    "oldest",
-                    folder=originals.folder,
-                    limit=originals.limit_bytes / 1e9,
-                )
-            ) from None
-        except OSError as error:
-            raise CannotWrite(
-                Text(
-                    "the original of {path} can't be kept in {folder} ({reason}); "
-                    "make room, or write to another file",
-                    path=photo.path,
-                    folder=originals.folder,
-                    reason=system_reason(error),
-                )
-            ) from error
+        evicted = _keep_original(photo, originals, pieces)
 
     notes = [write(source, pixels, photo.path, force=True, before=keep)]
     if originals is not None:
@@ -144,6 +119,32 @@ def write_in_place(
             )
         )
     return Text.joined("; ", notes)
+
+
+def _keep_original(photo: Photo, originals: Originals, pieces: Chunks) -> int:
+    """Store the original of a photo. Return the number of deleted originals. Raises CannotWrite."""
+    try:
+        return originals.keep(photo.path, pieces, _version(photo))
+    except StoreFull:
+        raise CannotWrite(
+            Text(
+                "{folder} holds {limit:.0f} GB of originals and is full; kogao-cli originals "
+                "lists them, kogao-cli forget PHOTO deletes one, and --anyway deletes the "
+                "oldest",
+                folder=originals.folder,
+                limit=originals.limit_bytes / 1e9,
+            )
+        ) from None
+    except OSError as error:
+        raise CannotWrite(
+            Text(
+                "the original of {path} can't be kept in {folder} ({reason}); "
+                "make room, or write to another file",
+                path=photo.path,
+                folder=originals.folder,
+                reason=system_reason(error),
+            )
+        ) from error
 
 
 def _file_of(photo: Photo, originals: Originals | None) -> Path:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 from pathlib import Path
 from typing import Final
 
@@ -105,6 +105,7 @@ class Photo:
     pixels: Image
     path: Path
     format: str
+    _: KW_ONLY
     icc_profile: bytes | None = None
     exif: bytes | None = None
     xmp: bytes | None = None

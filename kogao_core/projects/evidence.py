@@ -55,7 +55,7 @@ ARRAYS: Final[Mapping[str, str]] = MappingProxyType({
 })  # fmt: skip
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Evidence:
     """The numbers behind a warped photo, as `Rendering.save_evidence` writes them.
 
@@ -130,16 +130,19 @@ def gathered(
     }
     lengths = [len(pair.source_px) for pair in pairs]
     return Evidence(
-        np.vstack([np.empty((0, 2)), *(pair.source_px for pair in pairs)]),
-        np.vstack([np.empty((0, 2)), *(pair.target_px for pair in pairs)]),
-        np.repeat(np.arange(len(pairs)), lengths),
-        np.array([pair.center_px for pair in pairs]).reshape(-1, 2),
-        field.lattices,
-        field.on_grid(xs, ys).transpose(1, 2, 0).astype(np.float32),
-        field.det_jacobian(xs, ys).astype(np.float32),
-        {name: mask_of(field.lattices, image, name, threshold_px) for name in get_args(DomainName)},
-        recipe,
-        made,
+        points_px=np.vstack([np.empty((0, 2)), *(pair.source_px for pair in pairs)]),
+        targets_px=np.vstack([np.empty((0, 2)), *(pair.target_px for pair in pairs)]),
+        face=np.repeat(np.arange(len(pairs)), lengths),
+        centers_px=np.array([pair.center_px for pair in pairs]).reshape(-1, 2),
+        lattices=field.lattices,
+        displacement_px=field.on_grid(xs, ys).transpose(1, 2, 0).astype(np.float32),
+        det_j=field.det_jacobian(xs, ys).astype(np.float32),
+        masks={
+            name: mask_of(field.lattices, image, name, threshold_px)
+            for name in get_args(DomainName)
+        },
+        recipe=recipe,
+        made=made,
     )
 
 
@@ -231,8 +234,18 @@ def _read(file: Any) -> Evidence:
         for k in range(count)
     )
     recipe = Recipe.from_dict(json.loads(str(file["recipe"])))
-    points = file["points_px"], file["targets_px"], file["face"], file["centers_px"]
-    return Evidence(*points, lattices, displacement, det_j, masks, recipe, made)
+    return Evidence(
+        points_px=file["points_px"],
+        targets_px=file["targets_px"],
+        face=file["face"],
+        centers_px=file["centers_px"],
+        lattices=lattices,
+        displacement_px=displacement,
+        det_j=det_j,
+        masks=masks,
+        recipe=recipe,
+        made=made,
+    )
 
 
 def _domain(name: DomainName) -> str:

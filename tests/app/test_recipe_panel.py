@@ -15,7 +15,7 @@ from scenes import oval_face, textured_photo
 from kogao_core.additions.guard import Limit
 from kogao_core.base import language
 from kogao_core.faces.landmarks import CHOICES
-from kogao_core.pipeline import render
+from kogao_core.pipeline import measure, render
 from kogao_core.recipe.recipe import SETTINGS, Recipe
 from kogao_core.recipe.settings import CENTERS
 
@@ -39,7 +39,8 @@ def test_it_says_in_everyday_words_which_faces_are_reduced(panel, shares, said):
         ),
     )
     panel.show_words(plain=True)
-    panel.show_frame(SimpleNamespace(rendering=rendering, scale=1.0))
+    figures = measure(rendering, counts=False)
+    panel.show_frame(SimpleNamespace(rendering=rendering, figures=figures, scale=1.0))
     panel.mark_readings(final=True)
     assert panel.one_to_one.text().partition(" more")[0] == said
 

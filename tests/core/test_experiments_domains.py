@@ -87,7 +87,17 @@ def photo_with(levels, psnr_db, pixels):
     counts = {"image": 1000, "control-points": pixels, "threshold": pixels}
     computing = {name: Spread.of([1.0]) for name in counts}
     step = domains.ThresholdErrors(0.5, pixels, error, error, True)
-    return domains.Domains("a.png", 40, 25, 1, counts, computing, (step,), {}, {})
+    return domains.Domains(
+        photo="a.png",
+        width=40,
+        height=25,
+        faces=1,
+        counts=counts,
+        computing_ms=computing,
+        steps=(step,),
+        shown={},
+        masks={},
+    )
 
 
 def test_medians_come_first_and_lie_between_the_middle_two_of_an_even_number():

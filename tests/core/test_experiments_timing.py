@@ -43,9 +43,18 @@ def subject(width: int = 480, height: int = 360) -> Subject:
 
 def trial(name="t1", **changed) -> Trial:
     made = Trial(
-        name, "manual", "made.png", 480, 360, False, 6.0, 20.0, (),
-        set_by_hand((oval_face(480, 360),), PAPER), "2026-11-23T10:00:00+00:00",
-    )  # fmt: skip
+        trial=name,
+        mode="manual",
+        photo="made.png",
+        width=480,
+        height=360,
+        cold=False,
+        looking_s=6.0,
+        setting_s=20.0,
+        corrections_s=(),
+        faces=set_by_hand((oval_face(480, 360),), PAPER),
+        at="2026-11-23T10:00:00+00:00",
+    )
     return replace(made, **changed)
 
 

@@ -85,8 +85,20 @@ def test_single_files_and_printing_and_sessions_that_time_the_hand(cli, fails, s
     trials, file = tmp_path / "sessions.jsonl", tmp_path / "figures.csv"
     for seconds in (60.0, 80.0):
         faces = (oval_face(300, 300),)
-        given = ("small.png", 300, 300, False, 6.0, seconds, (), faces, now())
-        append(trials, Trial(str(seconds), "manual", *given))
+        trial = Trial(
+            trial=str(seconds),
+            mode="manual",
+            photo="small.png",
+            width=300,
+            height=300,
+            cold=False,
+            looking_s=6.0,
+            setting_s=seconds,
+            corrections_s=(),
+            faces=faces,
+            at=now(),
+        )
+        append(trials, trial)
     once = ("timing", small_png, "--size", "own", *ONCE["timing"])
     code, said, _ = cli(*once, "--trials", trials, "--csv", file, "--json", "-")
     assert code == 0

@@ -57,8 +57,7 @@ def faces(
 ) -> list[Face]:
     """Return every face that `fit` confirms, without duplicates.
 
-    The result does not depend on the number of threads: views and fits run ahead, but duplicates
-    are removed in the order of the proposals.
+    Threads run ahead, but duplicates are removed in the order of the proposals.
     """
     found: list[Fitted] = []
     most: dict[Square, float] = {}
@@ -86,10 +85,6 @@ def faces(
     def stirred(views: Sequence[Square], least_score: float) -> list[Square]:
         return [view for view in views if most[view] > STIRRED * least_score]
 
-    def sure(proposal: Detection) -> Fitted | None:
-        fitted = fit(proposal)
-        return fitted if fitted is not None and fitted.face.score > SURE_SCORE else None
-
     whole, long_side = _whole(image), max(image.width, image.height)
     tiles = {parts: _tiles(image, parts) for parts in TILES_BELOW}
     look([whole], WHOLE_SCORE)
@@ -105,12 +100,22 @@ def faces(
         look(_turned(stirred(tiles[2], TILE_SCORE)), TILE_SCORE)
     if not found:
         # Small rotated faces are rare, and false ones (coins) are likelier: accept only sure faces.
-        look(_turned(stirred(tiles[4], SURE_SCORE)), SURE_SCORE, sure)
+        look(_turned(stirred(tiles[4], SURE_SCORE)), SURE_SCORE, _sure(fit))
     if not found:
         # A face larger than the frame is visible in a distant view.
         far = _far(image)
         look([far, *_turned([far])], TILE_SCORE)
     return [one.face for one in found]
+
+
+def _sure(fit: Fit) -> Fit:
+    """Return a fit that confirms sure faces only."""
+
+    def sure(proposal: Detection) -> Fitted | None:
+        fitted = fit(proposal)
+        return fitted if fitted is not None and fitted.face.score > SURE_SCORE else None
+
+    return sure
 
 
 def cut_faces(

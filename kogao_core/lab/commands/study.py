@@ -195,24 +195,31 @@ def make(**given: Any) -> None:
         progress.begin(tr("pictures for {folder}", folder=args.folder))
         key = making.make(subjects, args.folder, choices, progress.step, other)
         progress.end()
+    _tell_made(args.folder, len(key.pictures), len(photos))
+
+
+def _tell_made(folder: Path, pictures: int, faces: int) -> None:
+    """Print what a study consists of, and what to do next."""
     ending.print_text(
         tr(
             "{folder}: {count} pictures of {faces}",
-            folder=args.folder,
-            count=len(key.pictures),
-            faces=common.count_of_faces(len(photos)),
+            folder=folder,
+            count=pictures,
+            faces=common.count_of_faces(faces),
         )
     )
     ending.print_text(
         tr(
             "to rate: open {page} in a browser; put the saved files into {folder}",
-            page=args.folder / making.PAGE_FILE,
-            folder=args.folder,
+            page=folder / making.PAGE_FILE,
+            folder=folder,
         )
     )
-    key_file = plan.key_path(args.folder)
     ending.print_text(
-        tr("{file}: the key of the pictures; keep this file from the raters", file=key_file)
+        tr(
+            "{file}: the key of the pictures; keep this file from the raters",
+            file=plan.key_path(folder),
+        )
     )
 
 

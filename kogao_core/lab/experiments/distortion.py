@@ -34,7 +34,7 @@ _ROUND: Final = 0.25  # margin around the faces for the ruled lines, relative to
 _LOCAL_STEPS: Final = 200  # samples of det J along each side of the domain
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Distortion:
     """Measures of one variant on one photo."""
 

@@ -61,7 +61,7 @@ class ThresholdErrors:
     fade_proven: bool  # whether the fade is proven free of folds
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Domains:
     """The domains of one photo."""
 
@@ -99,12 +99,16 @@ def measure(
     computing = _times(subject, recipe, repeats)
     progress(len(thresholds) + 1, len(thresholds) + 1)
     return Domains(
-        subject.name, *subject.size, len(subject.faces),
-        {name: int(mask.sum()) for name, mask in masks.items()},
-        computing, tuple(steps),
-        {name: _shown(subject, mask) for name, mask in masks.items()},
-        {name: mask for name, mask in masks.items() if name != "image"},
-    )  # fmt: skip
+        photo=subject.name,
+        width=subject.size[0],
+        height=subject.size[1],
+        faces=len(subject.faces),
+        counts={name: int(mask.sum()) for name, mask in masks.items()},
+        computing_ms=computing,
+        steps=tuple(steps),
+        shown={name: _shown(subject, mask) for name, mask in masks.items()},
+        masks={name: mask for name, mask in masks.items() if name != "image"},
+    )
 
 
 def _shown(subject: Subject, mask: Mask) -> Image:

@@ -26,7 +26,7 @@ DIFFERENCE_GAIN: Final = 4
 _ROUND: Final = 0.35  # margin around the faces in report pictures, relative to their size
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Compared:
     """Results of one method on one photo."""
 
@@ -157,19 +157,19 @@ def _compared(
     asked_px = float(np.linalg.norm(task.displacement_px, axis=1).max())
     heat = np.clip(255.0 * length / max(asked_px, 1e-9), 0.0, 255.0).astype(np.uint8)
     return Compared(
-        method,
-        Spread.of([one.fit_ms for one in times]),
-        Spread.of([one.warp_ms for one in times]),
-        Spread.of([one.processor_ms for one in times]),
-        float(misses.mean()),
-        float(misses.max()),
-        float(np.linalg.norm(landed - task.target_px, axis=1).mean()),
-        float(det.min()),
-        float(det.max()),
-        float((det <= 0.0).mean()),
-        float((length > LOSSLESS_PX).mean()),
-        float(length.max()),
-        _pictures(rgb8(photo), rgb8(warp.pixels(photo)), heat),
+        method=method,
+        fit_ms=Spread.of([one.fit_ms for one in times]),
+        warp_ms=Spread.of([one.warp_ms for one in times]),
+        processor_ms=Spread.of([one.processor_ms for one in times]),
+        residual_mean_px=float(misses.mean()),
+        residual_max_px=float(misses.max()),
+        landing_mean_px=float(np.linalg.norm(landed - task.target_px, axis=1).mean()),
+        min_det=float(det.min()),
+        max_det=float(det.max()),
+        folded_share=float((det <= 0.0).mean()),
+        moved_share=float((length > LOSSLESS_PX).mean()),
+        largest_px=float(length.max()),
+        pictures=_pictures(rgb8(photo), rgb8(warp.pixels(photo)), heat),
     )
 
 

@@ -52,7 +52,7 @@ AGAIN: Final = dataclasses.replace(
 )
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Timing:
     """The runs of one procedure on one photo at one size."""
 
@@ -186,12 +186,17 @@ class _Timer:
         recipe = dataclasses.replace(self.recipe, domain=procedure.domain)
         counts = pixel_counts(field.lattices, image, threshold_of(recipe, field))
         return Timing(
-            self.subject.name, size, *self.subject.size, len(field.lattices), procedure.name,
-            counts[procedure.domain] / counts["image"],
-            setting_ms if procedure.automatic else (),
-            {stage: tuple(lap[stage] for lap in laps) for stage in laps[0]},
-            took_ms,
-        )  # fmt: skip
+            photo=self.subject.name,
+            size=size,
+            width=self.subject.size[0],
+            height=self.subject.size[1],
+            faces=len(field.lattices),
+            procedure=procedure.name,
+            domain_share=counts[procedure.domain] / counts["image"],
+            setting_ms=setting_ms if procedure.automatic else (),
+            stages_ms={stage: tuple(lap[stage] for lap in laps) for stage in laps[0]},
+            processor_ms=took_ms,
+        )
 
 
 def _again(faces: Sequence[Face], found: Sequence[Face]) -> list[Face]:

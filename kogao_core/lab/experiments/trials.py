@@ -35,7 +35,7 @@ _MOST_TRIALS: Final = 100_000
 _MOST_BYTES: Final = 2**21  # limit of a line
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Trial:
     """One trial: the landmarks of one photo, and times."""
 
@@ -118,18 +118,19 @@ def _trial(node: Node) -> Trial:
     if not faces:
         node.field("faces").refuse(Text("must hold a face"))
     return Trial(
-        node.field("trial").text(64),
-        mode,
-        node.field("photo").text(1024),
-        *size,
-        node.field("cold").flag(),
-        node.field("looking_s").number(0.0, _LONGEST_S),
-        node.field("setting_s").number(0.0, _LONGEST_S),
-        tuple(
+        trial=node.field("trial").text(64),
+        mode=mode,
+        photo=node.field("photo").text(1024),
+        width=size[0],
+        height=size[1],
+        cold=node.field("cold").flag(),
+        looking_s=node.field("looking_s").number(0.0, _LONGEST_S),
+        setting_s=node.field("setting_s").number(0.0, _LONGEST_S),
+        corrections_s=tuple(
             one.number(0.0, _LONGEST_S) for one in node.field("corrections_s").items(_MOST_TRIALS)
         ),
-        faces,
-        _time(node.field("at")),
+        faces=faces,
+        at=_time(node.field("at")),
     )
 
 

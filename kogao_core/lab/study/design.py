@@ -106,7 +106,7 @@ _SIZE: Final = re.compile(r"(\d+(?:\.\d+)?)px")
 _LARGEST_PX: Final = 4000.0
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Conduct:
     """Settings of all sessions of a study."""
 
@@ -141,15 +141,15 @@ class Conduct:
             node.field("task").text(20, ("natural",))
         try:
             return Conduct(
-                node.field("break_every").whole(0, 10**6),
-                node.field("faces_each").whole(0, 10**6),
-                node.field("swap_keys").flag(),
-                node.field("size").text(20),
-                node.field("full_screen").flag(),
-                _text(node.field("consent")),
-                _text(node.field("instructions")),
-                _text(node.field("debriefing")),
-                node.field("completion_code").text(_LONGEST_CODE),
+                break_every=node.field("break_every").whole(0, 10**6),
+                faces_each=node.field("faces_each").whole(0, 10**6),
+                swap_keys=node.field("swap_keys").flag(),
+                size=node.field("size").text(20),
+                full_screen=node.field("full_screen").flag(),
+                consent=_text(node.field("consent")),
+                instructions=_text(node.field("instructions")),
+                debriefing=_text(node.field("debriefing")),
+                completion_code=node.field("completion_code").text(_LONGEST_CODE),
             )
         except ValueError as problem:
             node.refuse(str(problem))

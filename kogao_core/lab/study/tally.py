@@ -111,7 +111,7 @@ class Answered:
         return self.record.took_ms < self.key.rules.least_ms
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Quality:
     """Quality of one rater's answers, without practice."""
 
@@ -346,23 +346,27 @@ def of_rater(rows: Sequence[Answered], rules: Rules) -> Quality:
     shown = [row.record.display for row in rows if row.record.display is not None]
     twins = _twins(others)
     sessions = {id(row.session): row.session for row in rows}.values()
+    follows, guess_error = _follows(rows)
     return Quality(
-        rows[0].session.rater,
-        len(rows),
-        statistics.median(times),
-        sum(ms < rules.least_ms for ms in times) / len(times),
-        len(set(said)) == 1,
-        sum(bool(row.is_unnatural) for row in others) / len(said) if said else None,
-        (min(asked, default=0.0), max(asked, default=0.0)),
-        max(runs, default=0),
-        len(twins),
-        sum(first == second for first, second in twins),
-        len(catches),
-        sum(bool(row.is_unnatural) for row in catches),
-        *_follows(rows),
-        sum(row.record.away_ms for row in rows),
-        sum(record.back for session in sessions for record in session.records),
-        tuple(sorted({one.shown for one in shown}, key=[one.shown for one in shown].count)[::-1]),
+        rater=rows[0].session.rater,
+        answers=len(rows),
+        median_ms=statistics.median(times),
+        quick=sum(ms < rules.least_ms for ms in times) / len(times),
+        is_straight=len(set(said)) == 1,
+        unnatural=sum(bool(row.is_unnatural) for row in others) / len(said) if said else None,
+        distances=(min(asked, default=0.0), max(asked, default=0.0)),
+        longest_run=max(runs, default=0),
+        pairs=len(twins),
+        agreeing=sum(first == second for first, second in twins),
+        catches=len(catches),
+        caught=sum(bool(row.is_unnatural) for row in catches),
+        follows=follows,
+        guess_error=guess_error,
+        away_ms=sum(row.record.away_ms for row in rows),
+        taken_back=sum(record.back for session in sessions for record in session.records),
+        sizes=tuple(
+            sorted({one.shown for one in shown}, key=[one.shown for one in shown].count)[::-1]
+        ),
     )
 
 

@@ -65,7 +65,7 @@ class Content:
             return out.getvalue()
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class FileFormat:
     """A file format: properties, decoder, encoder and supported metadata.
 
