@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 import struct
+from contextlib import suppress
 from fractions import Fraction
 from typing import IO, Any, Final
 
@@ -14,6 +15,7 @@ from PIL.ExifTags import Base as Tag
 
 from kogao_core.base.geometry import Image
 from kogao_core.base.language import Text
+from kogao_core.photo import profiles
 from kogao_core.photo.errors import UnreadablePhoto
 from kogao_core.photo.formats import colour, png, webp
 from kogao_core.photo.formats.base import Source
@@ -68,7 +70,9 @@ def decode(source: Source, names: tuple[str, ...]) -> Photo:
             pixels, image.info["icc_profile"], notes = colour.to_array(decoded, bits)
         if image.format == "PNG" and image.mode != "P" and "transparency" in image.info:
             notes = (*notes, Text("the transparent colour became an alpha channel"))
-        metadata = _blocks(image, file, channels_of(pixels))
+        metadata = _blocks(image, file, pixels)
+        if image.format == "AVIF" and metadata["xmp"]:  # only the boxes of the file turn it
+            metadata["xmp"] = upright.oriented_xmp(metadata["xmp"])
         turn = upright.orientation(metadata["exif"], metadata["xmp"])
         return Photo(
             turn_upright(pixels, turn),
@@ -158,7 +162,7 @@ def _is_rare_jpeg(file: IO[bytes]) -> bool:
     )
 
 
-def _blocks(image: Pillow.Image, file: IO[bytes], channels: int) -> dict[str, Any]:
+def _blocks(image: Pillow.Image, file: IO[bytes], pixels: Image) -> dict[str, Any]:
     """Return the metadata blocks of an open file, by their names in `Photo`."""
     found: dict[str, Any] = {"icc_profile": image.info.get("icc_profile") or None}
     if isinstance(image, JpegImagePlugin.JpegImageFile):
@@ -173,7 +177,10 @@ def _blocks(image: Pillow.Image, file: IO[bytes], channels: int) -> dict[str, An
     found["xmp"] = (xmp.encode() if isinstance(xmp, str) else xmp) or None
     if image.format == "PNG":
         found["photoshop"] = _raw_profile(image, "iptc")
-        found["carried"] = png.carried(file, channels)
+        if (name := png.colour_name(file)) is not None:  # overrules a profile
+            with suppress(KeyError):
+                found["icc_profile"] = profiles.of_name(name, pixels)
+        found["carried"] = png.carried(file, channels_of(pixels))
     elif image.format == "WEBP":
         found["carried"] = webp.carried(file)
     return found

@@ -15,6 +15,7 @@ from PIL import PngImagePlugin
 from kogao_core.base.atomic import Chunks
 from kogao_core.base.geometry import Image
 from kogao_core.base.threads import default_threads, parallel_in_order
+from kogao_core.photo import profiles
 from kogao_core.photo.formats.base import BLOCKS, OF_PRINTS, Content, FileFormat
 from kogao_core.photo.metadata import kinds, trailers
 from kogao_core.photo.metadata.kinds import Extra, Kind
@@ -53,25 +54,29 @@ _ZLIB_HEADER: Final = b"\x78\x01"  # a window of 32 KiB, the fastest level
 def _encode(content: Content) -> Chunks:
     aspect = content.photo.aspect
     shape = () if aspect is None else (made(b"pHYs", struct.pack(">IIB", *aspect, 0)),)
+    name = profiles.name_of(content.blocks["icc_profile"])
+    named = () if name is None else (made(b"cICP", bytes([*name, 0, 1])),)
     own = [b"iCCP", *((b"pHYs",) if aspect or content.blocks["dpi"] else ())]
+    own += [b"cICP"] if name else []
     kept = [one for one in content.carried if one[4:8] not in own]
     return [
         header(content.pixels),
         *shape,
-        *_profile(content),
+        *named,
+        *_profile(content, is_named=name is not None),
         *kept,
         _metadata(content),
         *packed(content.pixels),
     ]
 
 
-def _profile(content: Content) -> list[bytes]:
+def _profile(content: Content, *, is_named: bool) -> list[bytes]:
     """Return the chunk of the colour profile, with the profile name of the source."""
     profile = content.blocks.pop("icc_profile")
-    if not profile:
-        return []
-    names = (one[8:].partition(b"\0")[0] for one in content.carried if one[4:8] == b"iCCP")
-    name = next(names, b"ICC Profile")
+    stored = [one for one in content.carried if one[4:8] == b"iCCP"]
+    if not profile or (stored and is_named):  # readers without cICP use the source's profile
+        return stored if profile else []
+    name = stored[0][8:].partition(b"\0")[0] if stored else b"ICC Profile"
     return [made(b"iCCP", name + b"\0\0" + zlib.compress(profile))]
 
 
@@ -125,6 +130,12 @@ def carried(file: IO[bytes], channels: int) -> tuple[bytes, ...]:
     )
 
 
+def colour_name(file: IO[bytes]) -> profiles.Name | None:
+    """Return the CICP name of the colours; None if missing, or not of RGB in full range."""
+    body = next((chunk[8:-4] for name, chunk in chunks(file) if name == b"cICP"), b"")
+    return (body[0], body[1]) if body[2:] == b"\0\1" else None
+
+
 def is_colour(chunk: bytes) -> bool:
     """Return True if a chunk defines the colours or contains a profile."""
     return chunk[4:8] in (*_COLOUR_NAMES, b"sRGB", b"iCCP")
@@ -133,11 +144,11 @@ def is_colour(chunk: bytes) -> bool:
 def _inside(photo: Photo, file: IO[bytes]) -> Iterator[Extra]:
     depth = _file_depth(file)
     all_of_it = list(chunks(file))
-    is_srgb = any(name in (b"sRGB", b"iCCP") for name, _ in all_of_it)
+    is_known = photo.icc_profile is not None or any(name == b"sRGB" for name, _ in all_of_it)
     found = []
     for name, chunk in all_of_it:
         kind = _kind(name, chunk, photo.channels, depth)
-        is_overruled = is_srgb and name != b"cICP"  # only cICP overrules a colour profile
+        is_overruled = is_known and name not in (b"mDCV", b"cLLI")
         if kind is not kinds.COLOURS or not (is_overruled or _says_srgb(name, chunk)):
             found.append((kind, name.decode("latin-1")))
     return kinds.grouped("PNG", found)
@@ -260,6 +271,7 @@ PNG: Final = FileFormat(
     is_lossless=True,
     encode=_encode,
     layouts={"uint8": (1, 2, 3, 4), "uint16": (1, 3, 4)},
+    holds_hdr=True,
     kept=BLOCKS | OF_PRINTS | {kinds.TEXTS, kinds.COLOURS, kinds.CHUNKS},
     inside=_inside,
     behind=_behind,

@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import IO, Final
 
 import numpy as np
-from PIL import ImageCms
 
 from kogao_core.base.installed import adding
 from kogao_core.base.language import Text
+from kogao_core.photo import profiles
 from kogao_core.photo.errors import UnreadablePhoto
 from kogao_core.photo.formats.base import FileFormat, Source
 from kogao_core.photo.metadata import kinds, tiff, tiff_extras
@@ -55,9 +55,8 @@ def _decode(source: Source) -> Photo:
         ) from None
     if pixels.shape[2] == 1:  # a monochrome camera: the profile needs 3 channels
         pixels = np.repeat(pixels, 3, axis=2)
-    profile = ImageCms.ImageCmsProfile(ImageCms.createProfile("sRGB")).tobytes()
     note = Text("developed to {bits} bits with the camera's white balance", bits=source.bits)
-    photo = Photo(pixels, path, "RAW", icc_profile=profile)
+    photo = Photo(pixels, path, "RAW", icc_profile=profiles.srgb())
     if not data.startswith(tiff.HEADS):
         more = Text("its metadata are of a kind that isn't kept")
         return dataclasses.replace(photo, notes=(note, more))
