@@ -21,12 +21,14 @@ from kogao_core.base.wording import shown
 from kogao_core.photo import profiles
 from kogao_core.photo.errors import RefusedOutput
 from kogao_core.photo.formats import FORMATS, READ_ONLY, png
+from kogao_core.photo.formats.jpeg import JPEG
 from kogao_core.photo.metadata import jpeg_extras, kinds
 from kogao_core.photo.model import Photo, channels_of
 
 LONGEST_PX: Final = 65500
 # Sigma of the sharpening blur, in pixels of the result.
 _SHARPEN_PX: Final = 0.6
+_NO_BLOCK: Final = Text("without its metadata, every block of the JPEG was compressed again")
 _FIELD: Final = re.compile(r"\{(\w*)\}")
 _FIELDS: Final = ("name", "n", "amount")
 _SEPARATORS: Final = re.compile(r'[<>:"/\\|?*\x00-\x1f]')
@@ -108,9 +110,14 @@ class Export:
         if self.sharpen and pixels.shape[:2] != photo.pixels.shape[:2]:
             pixels = _sharpened(pixels, self.sharpen / 100.0)
         if not self.metadata:
+            lost = {one.name: 0 for one in photo.extras if one.kind in JPEG.companions}
+            notes = [Text("not kept: {lost}", lost=Text.joined(", ", lost))] if lost else []
+            if photo.format == JPEG.name:
+                notes.append(_NO_BLOCK)
             photo = dataclasses.replace(
-                photo, exif=None, xmp=None, photoshop=None, carried=(), extras=()
-            )
+                photo, exif=None, xmp=None, photoshop=None, carried=(), extras=(),
+                notes=(*photo.notes, *notes),
+            )  # fmt: skip
         return _in_srgb(photo, pixels) if self.srgb else (photo, pixels)
 
 

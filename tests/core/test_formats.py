@@ -79,7 +79,9 @@ def test_the_document_tells_what_each_format_holds():
     written = formats.WRITTEN
     assert rows[""] == [form.title for form in written]
     depths = [DEPTHS | {"uint16": str(form.deep_bits)} for form in written]
-    said = [", ".join(map(own.get, form.layouts)) for own, form in zip(depths, written, strict=True)]
+    said = [
+        ", ".join(map(own.get, form.layouts)) for own, form in zip(depths, written, strict=True)
+    ]
     assert rows["written"] == said
     sides = [str(form.longest_side_px or "any") for form in written]
     assert rows["longest side, px"] == sides

@@ -112,12 +112,11 @@ def _swapped(pixels: Image) -> Image:
 
 
 def with_alpha(grey: Image, transparent: int) -> Image:
-    """Convert 16-bit grey to RGBA; the grey value `transparent` becomes transparent.
+    """Add alpha to 16-bit grey, with 0 for the grey value `transparent`.
 
     OpenCV does this for colours only.
     """
-    alpha = np.where(grey == transparent, 0, _OPAQUE).astype(np.uint16)
-    return np.dstack([grey, grey, grey, alpha])
+    return np.dstack([grey, np.where(grey == transparent, 0, _OPAQUE).astype(np.uint16)])
 
 
 @contextmanager
