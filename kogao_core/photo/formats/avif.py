@@ -7,6 +7,7 @@ import math
 import re
 import struct
 from collections.abc import Iterator
+from contextlib import suppress
 from fractions import Fraction
 from pathlib import Path
 from typing import IO, Final
@@ -57,7 +58,9 @@ def _decode(source: Source) -> Photo:
             Text("is an AVIF photo, which this Pillow was built without; install Kogao by pip")
         )
     data = source.data()
-    properties = dict(_properties(data))  # the last colour name is that for readers without ICC
+    properties = dict[bytes, bytes]()
+    with suppress(LookupError):  # boxes in a rare order
+        properties.update(_properties(data))
     try:
         photo = common.decode(source, ("AVIF",))
     except ValueError:
@@ -97,6 +100,8 @@ def _cropped(stored: Image, aperture: bytes | None) -> Image:
     if aperture is None:
         return stored
     numbers = struct.unpack_from(">IIIIiIiI", aperture)
+    if 0 in numbers[1::2]:
+        return stored
     width, height, right, down = (Fraction(*numbers[at : at + 2]) for at in range(0, 8, 2))
     whole = Box.of(stored)
     left, top = (whole.width - width) / 2 + right, (whole.height - height) / 2 + down

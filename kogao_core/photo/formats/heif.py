@@ -106,7 +106,8 @@ def _opened(source: Source) -> Any:
             Text("is a HEIC photo, which an extra reads: {how}", how=adding("heic"))
         ) from None
     try:
-        return pi_heif.open_heif(source.file, convert_hdr_to_8bit=False)
+        image = pi_heif.open_heif(source.file, convert_hdr_to_8bit=False)
+        return image if image.mode else None
     except ValueError as error:
         if "nsupported" in str(error) or "rrelevant" in str(error):
             pass

@@ -34,7 +34,9 @@ def segments(file: IO[bytes]) -> Iterator[tuple[int, bytes]]:
         head = file.read(4)
         while len(head) == 4 and head[:2] == b"\xff\xff":  # fill bytes
             head = head[1:] + file.read(1)
-        if len(head) == 4 and head[0] != 0xFF:  # stray bytes, which all decoders skip
+        if len(head) == 4 and (
+            head[0] != 0xFF or head[1] == 0
+        ):  # stray bytes, which all decoders skip
             start = file.seek(-4, os.SEEK_CUR)
             marker = _MARKER.search(file.read(_MOST_STRAY))
             file.seek(start + marker.start() if marker else start)
