@@ -31,6 +31,10 @@ _BOXES: Final = {
     b"moov": kinds.FURTHER,
 }
 _CREDENTIALS: Final = bytes.fromhex("d8fec3d61b0e483c92975828877ec481")
+# Items that libheif's package can't decode: uncompressed, AV1, JPEG, JPEG 2000, VVC, AVC.
+_RARE: Final = re.compile(
+    rb"infe[\x02\x03].{3}(?:..|.{4})..(unci|av01|jpeg|j2k1|vvc1|avc1)", re.DOTALL
+)
 _TONE_MAP: Final = re.compile(rb"infe\x02.{3}.{4}tmap", re.DOTALL)  # ISO 21496-1's item
 # Kinds of auxiliary pictures, by a part of the name.
 _AUXILIARY: Final = {
@@ -107,11 +111,17 @@ def _opened(source: Source) -> Any:
         ) from None
     try:
         image = pi_heif.open_heif(source.file, convert_hdr_to_8bit=False)
-        return image if image.mode else None
-    except ValueError as error:
-        if "nsupported" in str(error) or "rrelevant" in str(error):
-            pass
+        _ = image.mode
+    except (IndexError, ValueError):  # IndexError: no picture that libheif knows
+        if (coding := _RARE.search(source.data())) is not None:
+            raise UnreadablePhoto(
+                Text(
+                    "is a HEIC photo of a rare kind ({coding}); save it as JPEG or PNG first",
+                    coding=coding[1].decode(),
+                )
+            ) from None
         raise
+    return image
 
 
 def _pictures(image: Any) -> Iterator[Extra]:
