@@ -71,49 +71,41 @@ def of_name(name: Name, pixels: Image) -> bytes | None:
     name = name[0] if name[0] != 2 else 1, name[1] if name[1] != 2 else _SRGB_CURVE
     if channels_of(pixels) < 3:  # a built profile has three channels
         raise KeyError(name)
-    nits = WHITE_NITS
-    if name[1] in _HDR:
-        signal = pixels[..., :3].max() / np.iinfo(pixels.dtype).max
-        nits = max(nits, float(_nits(name[1], np.array(signal))))
-    return _built(name, math.ceil(nits))
+    return _built(name, _peak(name[1], pixels) if name[1] in _HDR else 0)
 
 
 def name_of(icc: bytes | None) -> Name | None:
-    """Return the name of a profile that was built from a name; None for other profiles."""
-    found = _told(icc)
-    return found and found[0]
+    """Return the name in a profile, as built profiles have one; None without a known name."""
+    tag = _tags(icc or b"").get(b"cicp", b"")
+    name = (tag[8], tag[9]) if tag[10:] == b"\0\1" else (0, 0)
+    return name if name[0] in _PRIMARIES and name[1] in {*_CURVES, *_HDR} else None
 
 
 def is_hdr(icc: bytes | None) -> bool:
-    """Return True for a profile that was built for a PQ or HLG curve."""
+    """Return True for a profile with the name of a PQ or HLG curve."""
     name = name_of(icc)
     return name is not None and name[1] in _HDR
 
 
-def _told(icc: bytes | None) -> tuple[Name, int] | None:
-    """Return name and brightest value of a built profile, cd/m²."""
-    tags = _tags(icc or b"")
-    name, light = tags.get(b"cicp", b"")[8:10], tags.get(b"lumi", b"")[12:14]
-    if len(name) < 2 or name[0] not in _PRIMARIES or name[1] not in {*_CURVES, *_HDR}:
-        return None
-    told = (name[0], name[1]), int.from_bytes(light, "big")
-    return told if icc == _built(*told) else None
-
-
 def tone_mapped(photo: Photo, pixels: Image) -> tuple[Photo, Image]:
     """Convert pixels of a PQ or HLG photo to the sRGB curve. Return photo and pixels."""
-    told = _told(photo.icc_profile)
-    if told is None or told[0][1] not in _HDR:
+    name = name_of(photo.icc_profile)
+    if name is None or name[1] not in _HDR:
         return photo, pixels
-    (primaries, transfer), peak = told
     white = np.iinfo(pixels.dtype).max
-    linear = _curve(transfer, peak, white + 1)
+    linear = _curve(name[1], _peak(name[1], photo.pixels), white + 1)
     curve = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
     table = np.rint(white * curve).astype(pixels.dtype)
     pixels = pixels.copy()
     pixels[..., :3] = table[pixels[..., :3]]
-    icc = of_name((primaries, _SRGB_CURVE), pixels)
+    icc = of_name((name[0], _SRGB_CURVE), pixels)
     return dataclasses.replace(photo, icc_profile=icc, notes=(*photo.notes, TONE_MAPPED)), pixels
+
+
+def _peak(transfer: int, pixels: Image) -> int:
+    """Return the luminance of the brightest channel, at least that of white, cd/m²."""
+    signal = pixels[..., :3].max() / np.iinfo(pixels.dtype).max
+    return math.ceil(max(WHITE_NITS, float(_nits(transfer, np.array(signal)))))
 
 
 def to_srgb(pixels: Image, icc: bytes) -> Rgb8:
@@ -186,7 +178,6 @@ def _built(name: Name, peak_nits: int) -> bytes:
     tags |= {
         b"desc": struct.pack(">4s4xII4sII", b"mluc", 1, 12, b"enUS", len(text), 28) + text,
         b"cicp": struct.pack(">4s4x4B", b"cicp", *name, 0, 1),
-        b"lumi": b"XYZ \0\0\0\0" + _fixed((0, peak_nits, 0)),
     }
     return _assembled(srgb(), tags)
 

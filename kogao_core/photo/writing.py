@@ -110,7 +110,7 @@ def write(
     check_image(pixels)
     path = Path(path)
     name = check_output(path, force=force)
-    if not formats.BY_NAME[name].holds_hdr:
+    if not formats.BY_NAME[name].holds_hdr and name != photo.format:
         photo, pixels = profiles.tone_mapped(photo, pixels)
     if quality is not None and pixels.dtype == np.uint16 and bits_of(path) == 8:
         pixels = eight_bits(pixels)

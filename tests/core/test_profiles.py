@@ -229,11 +229,24 @@ def test_a_name_without_numbers_in_icc_is_named_and_not_called_srgb(tmp_path):
         assert "not kept: the name of rare colours" in saved(tmp_path, source, suffix)[1]
 
 
-def test_a_profile_of_another_program_is_not_taken_for_a_built_one():
+def test_a_profile_has_a_name_only_if_it_says_so():
     built = profiles.of_name((P3, CURVE), chart())
     assert profiles.name_of(built) == (P3, CURVE)
-    for other in (None, b"", b"nonsense", built[:200], built[:-1] + b"\1", profiles.srgb()):
+    for other in (None, b"", b"nonsense", built[:200], profiles.srgb(), files.GREY):
         assert profiles.name_of(other) is None
+
+
+def test_a_tiff_with_a_profile_of_pq_stays_as_it_is(tmp_path):
+    icc = profiles.of_name((BT2020, PQ), chart())
+    data = files.saved(chart(), "TIFF", icc_profile=icc)
+    (tmp_path / "in.tif").write_bytes(data)
+    source = photo.read(tmp_path / "in.tif")
+    out, note = saved(tmp_path, source, ".tif")
+    assert note == ""
+    np.testing.assert_array_equal(photo.read(out).pixels[1:], chart()[1:])
+    assert photo.read(out).icc_profile == icc
+    out, note = saved(tmp_path, source, ".png")
+    assert name_in(out.read_bytes(), ".png") == (BT2020, PQ)
 
 
 def test_a_profile_overrules_the_name_beside_it(tmp_path):
