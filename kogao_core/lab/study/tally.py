@@ -13,7 +13,9 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
+import numpy.typing as npt
 
+from kogao_core.base.geometry import Array
 from kogao_core.base.json_reader import BadFile
 from kogao_core.base.language import Text
 from kogao_core.lab.study import plan, results
@@ -120,10 +122,10 @@ class Quality:
         low, high = self.distances
         ends = low <= _NATURAL_PERCENT and high >= _UNNATURAL_PERCENT
         if ends and self.judged >= rules.straight:
-            # A tolerant rater can find every warp natural, but no catch picture.
-            if self.unnatural == 0.0 and (not self.catches or self.caught < self.catches):
+            # A tolerant rater can find every warp natural; catch pictures tell sleepers.
+            if self.unnatural == 0.0 and not self.catches:
                 reasons.append(Text("natural for all {n} warps", n=self.judged))
-            elif self.unnatural == 1.0:
+            if self.unnatural == 1.0:
                 reasons.append(Text("unnatural for all {n} warps", n=self.judged))
         if self.catches and self.caught < rules.least_caught * self.catches:
             caught = Text("{n} of {of} catch pictures seen", n=self.caught, of=self.catches)
@@ -336,6 +338,7 @@ def of_rater(rows: Sequence[Answered], rules: Rules) -> Quality:
     shown = [row.record.display for row in rows if row.record.display is not None]
     twins = _twins(others)
     sessions = {id(row.session): row.session for row in rows}.values()
+    results = [row for row in judged if row.variant.is_judged]
     return Quality(
         rows[0].session.rater,
         len(rows),
@@ -349,24 +352,28 @@ def of_rater(rows: Sequence[Answered], rules: Rules) -> Quality:
         sum(first == second for first, second in twins),
         len(catches),
         sum(bool(row.is_unnatural) for row in catches),
-        *_follows(rows),
+        *follows(
+            np.array([abs(row.meaning.measured.achieved) for row in results]),
+            np.array([bool(row.is_unnatural) for row in results], bool),
+        ),
         sum(row.record.away_ms for row in rows),
         sum(record.back for session in sessions for record in session.records),
         tuple(sorted({one.shown for one in shown}, key=[one.shown for one in shown].count)[::-1]),
     )
 
 
-def _follows(rows: Sequence[Answered]) -> tuple[float | None, float | None]:
-    """Return the AUC of "unnatural" over distance, and the standard error of guessing."""
-    judged = [row for row in rows if row.variant.is_judged]
-    distance = np.array([abs(row.meaning.measured.achieved) for row in judged])
-    worse = np.array([bool(row.is_unnatural) for row in judged], bool)
-    few, many = np.count_nonzero(worse), np.count_nonzero(~worse)
+def follows(
+    distances: Array, unnatural: npt.NDArray[np.bool_]
+) -> tuple[float | None, float | None]:
+    """Return the AUC of "unnatural" over distance, and the standard error of guessing.
+
+    Both are None if all answers are alike. The variance is that of Mann and Whitney (1947).
+    """
+    few, many = np.count_nonzero(unnatural), np.count_nonzero(~unnatural)
     if not few * many:
         return None, None
-    farther = np.sign(np.subtract.outer(distance[worse], distance[~worse]))
-    # Variance of Mann and Whitney (1947) for two groups.
-    error = math.sqrt((len(judged) + 1) / (12.0 * few * many))
+    farther = np.sign(np.subtract.outer(distances[unnatural], distances[~unnatural]))
+    error = math.sqrt((len(distances) + 1) / (12.0 * few * many))
     return float(0.5 + 0.5 * farther.mean()), error
 
 
