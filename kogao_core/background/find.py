@@ -30,9 +30,9 @@ from kogao_core.base.threads import one_blas_thread, parallel_map
 from kogao_core.faces.face import Face
 from kogao_core.faces.landmarks import ModelRefused
 from kogao_core.faces.landmarks.pixels import Pyramid
+from kogao_core.field.field import Field
+from kogao_core.paper.domain import Domain
 from kogao_core.projects.sidecar import Applied
-from kogao_core.warp.domain import Domain
-from kogao_core.warp.field import Field
 
 # Lines end this far from the mask of people, in sides of a face: hair extends beyond the mask.
 _APART: Final = 0.03
@@ -54,6 +54,7 @@ class Background:
     note: str = ""  # why some lines may not belong to the background
     told: bool = True  # False: the mask of people is missing, and no edge is held
     edges: tuple[Edges, ...] = ()  # for each face, the edges to hold
+    others: tuple[Face, ...] = ()  # faces of other people, who stay in place
     # The newest `Held`, by the released lines.
     newest: dict[tuple[Line, ...], Held] = dataclasses.field(default_factory=dict)
 
@@ -66,7 +67,7 @@ class Background:
             lines = np.array(key).reshape(-1, 2, 2)
             edges = (one.without(lines) for one in self.edges)
             self.newest.clear()
-            self.newest[key] = Held(tuple(edges), self.neighbours)
+            self.newest[key] = Held(tuple(edges), self.neighbours, self.others)
         return self.newest[key]
 
     def toggled(self, line: Line, loose: Sequence[Line]) -> tuple[Line, ...]:
@@ -170,6 +171,7 @@ class BackgroundFinder:
             shortest,
             _missed(people.missed),
             edges=tuple(found),
+            others=tuple(others),
         )
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from kogao_core.background.people import PersonMask
 from kogao_core.base.geometry import Affine, Array, Image
 from kogao_core.faces.landmarks.pixels import Pyramid
-from kogao_core.warp.field import Field, shown_at
+from kogao_core.field.field import Field, shown_at
 
 HoldingName = Literal["held", "gave way", "let go", ""]
 # Half a pixel is where a bend in a straight edge begins to be seen.

@@ -17,10 +17,10 @@ from kogao_core.background.people import PersonLook, PersonMask
 from kogao_core.base.assets import AssetMissing
 from kogao_core.base.geometry import Affine
 from kogao_core.faces.landmarks import ModelRefused
+from kogao_core.field.protection import NOTHING
 from kogao_core.pipeline import render
 from kogao_core.projects.sidecar import Applied
 from kogao_core.recipe.recipe import Recipe
-from kogao_core.warp.protection import NOTHING
 
 WIDTH, HEIGHT = 960, 720
 FACE = oval_face(WIDTH, HEIGHT, size=0.5)
@@ -153,7 +153,7 @@ def test_lines_that_are_let_go_are_not_held_and_the_meter_says_so():
     seen = found_in(photo, Finder(BODY))
     upright = [tuple(map(tuple, line.tolist())) for line in seen.lines if line[0, 0] < 100]
     (every,), (some,) = seen.held().edges, seen.held(upright).edges
-    on_door = every.places_px[:, 1, 0] < 200
+    on_door = every.places_px[:, 0, 0] < 200
     assert every.weights[on_door].max() > 100.0 > 0.0 == some.weights[on_door].max()
     np.testing.assert_array_equal(every.weights[~on_door], some.weights[~on_door])
     wide = dataclasses.replace(RECIPE, lattice=4.0, percent=4.0)
@@ -167,7 +167,7 @@ def test_lines_that_are_let_go_are_not_held_and_the_meter_says_so():
 
 @pytest.mark.parametrize(
     ("percent", "free", "bend_px", "word"),
-    [(4.0, False, 0.15, "held"), (1.0, True, 0.4, "held"), (2.0, True, 0.8, "gave way")],
+    [(4.0, False, 0.22, "held"), (1.0, True, 0.4, "held"), (2.0, True, 0.8, "gave way")],
 )
 def test_only_a_line_that_stays_straight_is_said_to_be_held(percent, free, bend_px, word):
     photo, recipe = photo_with(((int(RIGHT) + 40, 60), (int(RIGHT) + 40, 400))), Recipe(percent)
@@ -214,6 +214,9 @@ def test_a_figure_apart_and_a_face_left_alone_are_neighbours():
     (points,) = found_in(photo_with(), Finder(apart)).neighbours
     assert points[:, 0].min() > RIGHT + 50
     assert RIGHT + 240 < points[:, 0].max() < RIGHT + 258
+    small = points[:, 0] > RIGHT + 180
+    assert (points[~small, 2] == 0.0).all()
+    assert points[small, 2].min() > 3.0 * FACE.anchor.spacing_px
     touching = BODY.copy()
     touching[100:, int(LEFT) :] = 1.0
     assert len(found_in(photo_with(), Finder(touching)).neighbours[0]) == 0
@@ -236,3 +239,18 @@ def test_a_photo_is_looked_at_once_for_the_same_faces(monkeypatch):
     finder.find(photo, [FACE.with_outline_point(3, (300.0, 300.0))])
     finder.find(photo.copy(), [FACE])
     assert len(sought) == 3
+
+
+@pytest.mark.parametrize("side", [60, 160])
+def test_a_figure_that_grows_surer_comes_without_a_step(side):
+    """Neither the size nor the opacity of a figure beside decides by a threshold."""
+    moved = []
+    for opacity in np.linspace(0.45, 0.95, 26):
+        body = BODY.copy()
+        body[260 : 260 + side, int(RIGHT) + 60 : int(RIGHT) + 60 + side] = opacity
+        held = found_in(photo_with(), Finder(body)).held()
+        field = render(photo_with(), [FACE], RECIPE, held=held).field
+        moved.append(field.at(np.array([[RIGHT + 60.0, 300.0], [RIGHT + 90.0, 270.0]])))
+    steps = np.abs(np.diff(moved, axis=0)).max(axis=(1, 2))
+    assert np.abs(moved[-1] - moved[0]).max() > 1.0
+    assert steps.max() < 0.25 * np.abs(moved[-1] - moved[0]).max()
