@@ -21,8 +21,8 @@ from kogao_core.warp.field import Field, shown_at
 
 HoldingName = Literal["held", "gave way", "let go", ""]
 SEEN_DEGREES: Final = 3.0  # an eye begins to see that a line beside a head leans
-# An eye sees turned lines if the root of the sum of squares of their clear lengths is at least this,
-# in the photo's longer side. Shorter lines are leaves, letters, curls and cloth.
+# Least root of the sum of squares of the clear lengths of turned lines that an eye sees, in the
+# photo's longer side. Shorter lines are leaves, letters, curls and cloth.
 SEEN_LENGTH: Final = 0.16
 _SHORTEST: Final = 0.04  # in the photo's longer side; shorter lines are texture
 _MEASURED: Final = 0.08  # in the longer side; shorter parts turn unseen
