@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from kogao_core.warp.field import shown_at
+from kogao_core.field.field import shown_at
 
 
 def bend_px(field, lines):

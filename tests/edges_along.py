@@ -28,4 +28,4 @@ def edges_along(lines, spacing_px):
 def held_along(lines, faces, neighbours=()):
     """Return what a rendering of faces must hold along lines (N, 2, 2)."""
     edges = tuple(edges_along(lines, face.anchor.spacing_px) for face in faces)
-    return Held(edges, neighbours)
+    return Held(edges, tuple(np.insert(some, 2, 0.0, axis=1) for some in neighbours))

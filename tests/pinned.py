@@ -16,6 +16,8 @@ import cv2
 import heads
 import numpy as np
 
+from kogao_core.additions.brush import UNTOUCHED, Brushwork
+from kogao_core.additions.lens import distance_m, distance_note, stretch_percent
 from kogao_core.background.find import BackgroundFinder, held_of, measure
 from kogao_core.base.assets import sample
 from kogao_core.base.geometry import Affine, Box, Image
@@ -26,13 +28,11 @@ from kogao_core.faces.landmarks.aam.source import AamSource
 from kogao_core.faces.landmarks.edges import ALONG, MOVES, settle
 from kogao_core.faces.landmarks.mesh import Mesh, MeshInput, Passes, _sure_corners, box_of
 from kogao_core.faces.landmarks.sources import template_face
+from kogao_core.field.protection import NOTHING, Protection
 from kogao_core.photo import read
 from kogao_core.pipeline import render
 from kogao_core.projects.sidecar import Applied
 from kogao_core.recipe.recipe import SETTINGS, Recipe
-from kogao_core.warp.brush import UNTOUCHED, Brushwork
-from kogao_core.warp.lens import distance_m, distance_note, stretch_percent
-from kogao_core.warp.protection import NOTHING, Protection
 
 FILE: Final = Path(__file__).parent / "labels" / "pinned.json"
 _GRID: Final = 14  # displacements are stored on so many positions per axis

@@ -33,9 +33,9 @@ from kogao_core.base.threads import one_blas_thread, parallel_map
 from kogao_core.faces.face import Face
 from kogao_core.faces.landmarks import ModelRefused
 from kogao_core.faces.landmarks.pixels import Pyramid
+from kogao_core.field.field import Field
+from kogao_core.paper.domain import Domain
 from kogao_core.projects.sidecar import Applied
-from kogao_core.warp.domain import Domain
-from kogao_core.warp.field import Field
 
 # Lines end this far from the mask of people, in sides of a face: hair extends beyond the mask.
 _APART: Final = 0.03

@@ -18,18 +18,18 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from kogao_core.additions.edge import edges_px, zero_on_edges
+from kogao_core.additions.guard import LEAST_DET, bisected, is_safe
+from kogao_core.additions.lens import away_px
 from kogao_core.background.edges import Edges, no_edges
-from kogao_core.base.geometry import Affine, Array
+from kogao_core.base.geometry import Affine, Array, Box
 from kogao_core.base.threads import parallel_map
 from kogao_core.faces.face import Face
+from kogao_core.field.field import Field
+from kogao_core.field.one_to_one import least_det
+from kogao_core.paper.basis import ORDER, basis
+from kogao_core.paper.lattice import Grid, Lattice, groups, quantised
 from kogao_core.recipe.recipe import LOSSLESS_PX
-from kogao_core.warp.field import Field
-from kogao_core.warp.fit import Problem, quantised
-from kogao_core.warp.frame import edges_px, zero_on_edges
-from kogao_core.warp.guard import LEAST_DET, bisected, is_safe
-from kogao_core.warp.lattice import ORDER, Grid, Lattice, basis, groups
-from kogao_core.warp.lens import away_px
-from kogao_core.warp.one_to_one import least_det
 
 # All lengths are in lattice spacings. A row counts nothing so near to a landmark, and in full so
 # far from it.
@@ -76,7 +76,7 @@ class Held:
     """Edges to keep straight and people to leave in place, for each face of a rendering."""
 
     edges: tuple[Edges, ...] = ()  # one for each face; empty: none
-    # (M, 2): for each face, points on the edge of other people, px; empty where there are none.
+    # (M, 3): for each face, points on other people and how unsure they are (`PersonMask`), px.
     neighbours: tuple[Array, ...] = ()
     others: tuple[Face, ...] = ()  # faces of other people, who stay in place
     # The newest equations of each face, by its index, after the values they were built for.
@@ -84,7 +84,10 @@ class Held:
 
     def mapped(self, transform: Affine) -> Held:
         """Return the same in another image's px."""
-        neighbours = tuple(transform(points) for points in self.neighbours)
+        neighbours = tuple(
+            np.column_stack([transform(points[:, :2]), transform.scale * points[:, 2:]])
+            for points in self.neighbours
+        )
         others = tuple(face.mapped(transform) for face in self.others)
         return Held(tuple(edges.mapped(transform) for edges in self.edges), neighbours, others)
 
@@ -92,7 +95,17 @@ class Held:
 NOTHING_HELD: Final = Held()
 
 
-def hold(field: Field, problems: Sequence[Problem], faces: Sequence[Face], held: Held) -> Field:
+@dataclass(frozen=True, slots=True, eq=False)
+class Site:
+    """Where the lattice of one face stands, and what must not change there."""
+
+    grid: Grid  # of the fit
+    target_px: Array  # (N, 2): the targets of the landmarks
+    around_px: Array | None  # (2, 2): corners of the box that the head displaces
+    photo: Box | None  # nothing moves across its edges
+
+
+def hold(field: Field, sites: Sequence[Site], faces: Sequence[Face], held: Held) -> Field:
     """Change a field so that edges stay straight and neighbours stay in place.
 
     A change that would squeeze the picture is reduced. The result is one-to-one where `field` is.
@@ -100,20 +113,18 @@ def hold(field: Field, problems: Sequence[Problem], faces: Sequence[Face], held:
     if not held.edges and not any(len(points) for points in held.neighbours):
         return field
     lattices, found = list(field.lattices), groups(field.lattices)
-    targets = {
-        k: np.vstack([problems[k].target_px[: problems[k].landmark_count] for k in group])
-        for group in found
-        for k in group
-    }
+    targets = {k: np.vstack([sites[k].target_px for k in group]) for group in found for k in group}
 
     def change(k: int) -> Lattice | None:
         after = field.lattices[k]
         if not after.phi.any():
             return None
-        for steady in _changes(field, problems[k], faces[k], held, k):
+        exact = [targets[k]]
+        for steady in _changes(field, sites[k], faces[k], held, k):
             after = after.plus(steady.change(after, targets[k]))
-        after = _without_tails(after, targets[k], _UNSEEN * faces[k].anchor.spacing_px)
-        return quantised(zero_on_edges(after, problems[k].photo))
+            exact.append(steady.still_px)
+        after = _without_tails(after, np.vstack(exact), _UNSEEN * faces[k].anchor.spacing_px)
+        return quantised(zero_on_edges(after, sites[k].photo))
 
     made = parallel_map(change, range(len(lattices)))
     for group in found:
@@ -124,32 +135,32 @@ def hold(field: Field, problems: Sequence[Problem], faces: Sequence[Face], held:
     return dataclasses.replace(field, lattices=tuple(lattices))
 
 
-def _without_tails(lattice: Lattice, landmarks: Array, unseen_px: float) -> Lattice:
-    """Return the lattice without displacements that nobody sees; near landmarks all stay."""
+def _without_tails(lattice: Lattice, exact_px: Array, unseen_px: float) -> Lattice:
+    """Return the lattice without displacements that nobody sees, but for those near `exact_px`."""
     (rows, columns), grid = lattice.shape, lattice.grid
     x, y = grid.nodes_px(lattice.first[0], columns, 0), grid.nodes_px(lattice.first[1], rows, 1)
     nodes = np.stack(np.meshgrid(x, y), -1).reshape(-1, 2)
-    # Control points that move a landmark are nearer than three spacings; all of these stay.
-    near = ORDER - away_px(nodes, landmarks).reshape(rows, columns) / grid.spacing_px
+    # Control points that move a place are nearer than three spacings; all of these stay.
+    near = ORDER - away_px(nodes, exact_px).reshape(rows, columns) / grid.spacing_px
     kept = 1.5 - 1.5 * unseen_px / np.maximum(lattice.magnitude_px, unseen_px)
     kept = np.maximum(np.clip(near, 0.0, 1.0), np.minimum(kept, 1.0))
     return dataclasses.replace(lattice, phi=lattice.phi * kept[..., None])
 
 
-def _changes(field: Field, problem: Problem, face: Face, held: Held, k: int) -> tuple[_Steady, ...]:
+def _changes(field: Field, site: Site, face: Face, held: Held, k: int) -> tuple[_Steady, ...]:
     """Return the equations of the changes of a face: neighbours on a fine lattice, then all."""
     edges = held.edges[k] if held.edges else None
     # Faces of people who stay, also beyond the crop in which neighbours are looked for.
-    still = [one.points for one in held.others]
-    near = np.vstack([np.zeros((0, 2)), *held.neighbours[k : k + 1], *still])
+    still = [np.insert(one.points, 2, 0.0, axis=1) for one in held.others]
+    near = np.vstack([np.zeros((0, 3)), *held.neighbours[k : k + 1], *still])
     # Neighbours alone are held first, in half the square and on a lattice twice as fine.
-    rooms = [_room(problem, face, scale) for scale in (0.5, 1.0)]
+    rooms = [_room(site, face, scale) for scale in (0.5, 1.0)]
     known, found = held.built.get(k, (None, ()))
     places = [(room.grid, room.first, room.shape) for room in rooms]
-    values = face.points.tobytes(), problem.photo, places
+    values = face.points.tobytes(), site.photo, places
     if known != values:
         both = zip(rooms, (None, edges or no_edges()), strict=True)
-        found = tuple(_Steady(problem, face, room, rows, near) for room, rows in both)
+        found = tuple(_Steady(site, face, room, rows, near) for room, rows in both)
         found = tuple(steady for steady in found if len(steady.weights))
         held.built[k] = values, found
     if not field.protection.strokes:
@@ -158,7 +169,7 @@ def _changes(field: Field, problem: Problem, face: Face, held: Held, k: int) -> 
     # A protected part pins its edge.
     shares = [alone.protected_share(steady.places) for steady in found]
     return tuple(
-        _Steady(problem, face, one.room, one.edges, near, share) if (share < 1.0).any() else one
+        _Steady(site, face, one.room, one.edges, near, share) if (share < 1.0).any() else one
         for one, share in zip(found, shares, strict=True)
     )
 
@@ -194,7 +205,7 @@ class _Steady:
 
     def __init__(
         self,
-        problem: Problem,
+        site: Site,
         face: Face,
         room: Lattice,
         edges: Edges | None,
@@ -211,13 +222,16 @@ class _Steady:
             [middle + f * (source - middle) for f in (1.0, (1.0 + _INNERMOST) / 2.0, _INNERMOST)]
         )
         pairs, tied, normals, weights = _near_rows(edges, self.room, swept, h)
-        near = near[self.room.reaches(near)]
-        near = _thinned(near[away_px(near, swept) > _TOUCHING * h], 0.5 * h)
+        near = near[self.room.reaches(near[:, :2])]
+        near = _thinned(near[away_px(near[:, :2], swept) > _TOUCHING * h], 0.5 * h)
+        near, sure = near[:, :2], 1.0 / (1.0 + near[:, 2] / h)
         # Nearly exact where a neighbour is clear of the face, soft where both meet.
         clear = away_px(near, swept) / (_TOUCHING * h) - np.array([[1.0], [2.0]])
         soft, exact = np.clip(clear, 0.0, 1.0) ** 2
-        self._edges, self._normals = len(weights), normals
-        self.weights = np.concatenate([weights, _NEIGHBOUR * soft + _STILL * exact])
+        # A weight acts by its order of magnitude.
+        still = np.expm1(sure**2 * np.log1p(_NEIGHBOUR * soft + _STILL * exact))
+        self._edges, self._normals, self.still_px = len(weights), normals, near
+        self.weights = np.concatenate([weights, still])
         self.places = np.concatenate([pairs.reshape(-1, 2), near])
         both = np.column_stack([np.ones(len(tied)), -tied]).ravel()
         factors = np.concatenate([both, np.ones(len(near))])
@@ -229,7 +243,7 @@ class _Steady:
             [np.repeat(number[: len(weights)], 2), number[len(weights) :]]
         )
         self._rows = self._basis_rows(self.places, self._of_row, self._factors)
-        matrix = self._built(problem, face, edges, swept)
+        matrix = self._built(site, face, edges, swept)
         self._whitening = _inverse(np.asarray(np.linalg.cholesky(matrix), np.float64))
         # The newest change, after the values it was solved for: a drag leaves other faces alone.
         self._newest: tuple[Any, Lattice] = (), self.room
@@ -299,7 +313,7 @@ class _Steady:
         nodes = np.stack(np.meshgrid(x, y), -1).reshape(-1, 2)
         return np.clip((away_px(nodes, outline) / h - _FIRM[0]) / _FIRM[1], 0.0, 1.0)
 
-    def _built(self, problem: Problem, face: Face, edges: Edges | None, swept: Array) -> Array:
+    def _built(self, site: Site, face: Face, edges: Edges | None, swept: Array) -> Array:
         """Return the symmetric matrix of the change's x, then y components."""
         (rows, columns), n = self.room.shape, self._rows.shape[1]
         still: Array = np.zeros((n, n))
@@ -329,7 +343,7 @@ class _Steady:
         matrix = _squared(both, self.weights[:count]).reshape(2, n, 2, n)
         for axis in (0, 1):
             matrix[axis, :, axis] += still
-        for axis, there in _edge_places(problem, self.room):
+        for axis, there in _edge_places(site, self.room):
             matrix[axis, :, axis] += _squared(self._basis_rows(there), np.full(len(there), _STILL))
         return matrix.reshape(2 * n, 2 * n)
 
@@ -351,23 +365,23 @@ def _inverse(lower: Array) -> Array:
     return inverse
 
 
-def _room(problem: Problem, face: Face, scale: float) -> Lattice:
+def _room(site: Site, face: Face, scale: float) -> Lattice:
     """Return the lattice that a change can move, of zeros; `scale`: of its square and spacing."""
     outline, h, half = face.outline, face.anchor.spacing_px, scale * _HALF
-    spacing, origin = problem.grid.spacing_px, np.array(problem.grid.origin_px)
+    spacing, origin = site.grid.spacing_px, np.array(site.grid.origin_px)
     while spacing < scale * _FINEST * h:
         spacing *= 2.0
     up = (outline[0] + outline[-1]) / 2.0 - outline.mean(axis=0)
     middle = (outline.min(axis=0) + outline.max(axis=0)) / 2.0
-    if problem.around_px is not None and np.abs(problem.around_px - middle).max() > half * h:
+    if site.around_px is not None and np.abs(site.around_px - middle).max() > half * h:
         half *= _WIDER
     middle = middle + _UP * h * up / max(1e-9, float(np.hypot(*up)))
     low, high = ((middle + way * half * h - origin) / spacing for way in (-1.0, 1.0))
     first, last = np.ceil(low).astype(int), np.floor(high).astype(int)
     columns, rows = last - first + 1
     zeros = np.zeros((rows, columns, 2))
-    room = Lattice(Grid(problem.grid.origin_px, spacing), (int(first[0]), int(first[1])), zeros)
-    return room if problem.photo is None else room.within(problem.photo)
+    room = Lattice(Grid(site.grid.origin_px, spacing), (int(first[0]), int(first[1])), zeros)
+    return room if site.photo is None else room.within(site.photo)
 
 
 def _near_rows(
@@ -383,12 +397,12 @@ def _near_rows(
     return places[some], edges.tied[on][some], edges.normals[on][some], weights[some]
 
 
-def _edge_places(problem: Problem, room: Lattice) -> Iterator[tuple[int, Array]]:
+def _edge_places(site: Site, room: Lattice) -> Iterator[tuple[int, Array]]:
     """Yield places along each edge of the photo in the room, and the axis across it."""
-    if problem.photo is None:
+    if site.photo is None:
         return
     reach = np.array(room.reach_px).reshape(2, 2)
-    edges = edges_px(problem.photo)
+    edges = edges_px(site.photo)
     for axis in (0, 1):
         low, high = np.clip(reach[:, 1 - axis], *edges[:, 1 - axis])
         for edge in edges[:, axis]:
@@ -423,7 +437,8 @@ def _face_places(outline: Array, h: float) -> Array:
 def _thinned(places: Array, step_px: float) -> Array:
     """Return one place for each small square, of squares so large that few are left."""
     while len(places):
-        _, first = np.unique(np.floor(places / step_px), axis=0, return_index=True)
+        cells = np.floor(places[:, :2] / step_px)
+        _, first = np.unique(cells, axis=0, return_index=True)
         if len(first) <= _MOST_PLACES:
             return np.asarray(places[np.sort(first)])
         step_px *= 2.0

@@ -17,7 +17,7 @@ import numpy.typing as npt
 from kogao_core.background.people import PersonMask
 from kogao_core.base.geometry import Affine, Array, Image
 from kogao_core.faces.landmarks.pixels import Pyramid
-from kogao_core.warp.field import Field, shown_at
+from kogao_core.field.field import Field, shown_at
 
 HoldingName = Literal["held", "gave way", "let go", ""]
 SEEN_DEGREES: Final = 3.0  # an eye begins to see that a line beside a head leans

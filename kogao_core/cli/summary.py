@@ -14,10 +14,10 @@ from kogao_core.base.language import Text, translated
 from kogao_core.base.wording import columns
 from kogao_core.cli import common
 from kogao_core.faces.face import Face
+from kogao_core.field.measures import asked_percent, reduced
 from kogao_core.photo import Photo
 from kogao_core.pipeline import STAGES, Rendering
 from kogao_core.recipe.recipe import SETTINGS, Recipe
-from kogao_core.warp.measures import asked_percent, reduced
 
 _LABEL_COLUMNS: Final = 15
 _LEAST_PERCENT: Final = 0.005  # a smaller change prints "unchanged"

@@ -12,6 +12,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+from kogao_core.additions.limits import OutOfBounds, check_protection
 from kogao_core.background.find import BackgroundFinder, MeasuredLines, measure
 from kogao_core.base.geometry import Box
 from kogao_core.base.json_reader import BadFile
@@ -19,6 +20,7 @@ from kogao_core.base.language import Text
 from kogao_core.cli import common, ending, reading, summary
 from kogao_core.faces.face import Face
 from kogao_core.faces.landmarks import source as landmark_source
+from kogao_core.field.protection import NOTHING, Protection
 from kogao_core.photo import (
     CannotWrite,
     Photo,
@@ -35,8 +37,6 @@ from kogao_core.projects.results import Results
 from kogao_core.projects.sidecar import Applied, apply, sidecar_of
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.retouch import over_itself, retouch, to_file
-from kogao_core.warp.limits import OutOfBounds, check_protection
-from kogao_core.warp.protection import NOTHING, Protection
 
 
 def warp(

@@ -29,11 +29,11 @@ import kogao_core as kogao
 from kogao_core.background.find import BackgroundFinder, held_of
 from kogao_core.base.geometry import Array, Box, Image
 from kogao_core.faces.face import Face
+from kogao_core.field.field import shown_at
+from kogao_core.field.protection import NOTHING
 from kogao_core.lab.methods import MOVING_LEAST_SQUARES, THIN_PLATE, Interpolated, WarpTask
 from kogao_core.projects.sidecar import Applied
 from kogao_core.recipe.recipe import PAPER, Recipe
-from kogao_core.warp.field import shown_at
-from kogao_core.warp.protection import NOTHING
 
 DOSE = 4.0  # % narrower, mean of the widths of rows 3 to 7 of the outline
 SHOWN_DOSE = 8.0

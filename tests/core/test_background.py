@@ -17,10 +17,10 @@ from kogao_core.background.people import PersonLook, PersonMask
 from kogao_core.base.assets import AssetMissing
 from kogao_core.base.geometry import Affine
 from kogao_core.faces.landmarks import ModelRefused
+from kogao_core.field.protection import NOTHING
 from kogao_core.pipeline import render
 from kogao_core.projects.sidecar import Applied
 from kogao_core.recipe.recipe import Recipe
-from kogao_core.warp.protection import NOTHING
 
 WIDTH, HEIGHT = 960, 720
 FACE = oval_face(WIDTH, HEIGHT, size=0.5)
@@ -208,6 +208,9 @@ def test_a_figure_apart_and_a_face_left_alone_are_neighbours():
     (points,) = found_in(photo_with(), Finder(apart)).neighbours
     assert points[:, 0].min() > RIGHT + 50
     assert RIGHT + 240 < points[:, 0].max() < RIGHT + 258
+    small = points[:, 0] > RIGHT + 180
+    assert (points[~small, 2] == 0.0).all()
+    assert points[small, 2].min() > 3.0 * FACE.anchor.spacing_px
     touching = BODY.copy()
     touching[100:, int(LEFT) :] = 1.0
     assert len(found_in(photo_with(), Finder(touching)).neighbours[0]) == 0
@@ -230,3 +233,18 @@ def test_a_photo_is_looked_at_once_for_the_same_faces(monkeypatch):
     finder.find(photo, [FACE.with_outline_point(3, (300.0, 300.0))])
     finder.find(photo.copy(), [FACE])
     assert len(sought) == 3
+
+
+@pytest.mark.parametrize("side", [60, 160])
+def test_a_figure_that_grows_surer_comes_without_a_step(side):
+    """Neither the size nor the opacity of a figure beside decides by a threshold."""
+    moved = []
+    for opacity in np.linspace(0.45, 0.95, 26):
+        body = BODY.copy()
+        body[260 : 260 + side, int(RIGHT) + 60 : int(RIGHT) + 60 + side] = opacity
+        held = found_in(photo_with(), Finder(body)).held()
+        field = render(photo_with(), [FACE], RECIPE, held=held).field
+        moved.append(field.at(np.array([[RIGHT + 60.0, 300.0], [RIGHT + 90.0, 270.0]])))
+    steps = np.abs(np.diff(moved, axis=0)).max(axis=(1, 2))
+    assert np.abs(moved[-1] - moved[0]).max() > 1.0
+    assert steps.max() < 0.25 * np.abs(moved[-1] - moved[0]).max()

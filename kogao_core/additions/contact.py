@@ -20,7 +20,7 @@ from kogao_core.base.geometry import Array, smoothstep
 from kogao_core.faces.face import Face
 from kogao_core.faces.head import HeadFrame
 from kogao_core.faces.reshape import across
-from kogao_core.faces.targets import Pairs
+from kogao_core.faces.targets import FacePairs
 
 # A face is surely in front of another that is smaller by this factor, or higher in the photo by
 # this many distances from the eyes to the chin. Larger values call more pairs of heads equal.
@@ -106,9 +106,8 @@ class HeadOutline:
         wide = _SIDE + _TURNED * self._turn * np.sign(sides) - _LEAST_SIDE
         wide = _LEAST_SIDE + 0.5 * (wide + np.hypot(wide, _ROUND))
         ends = np.where(along > 0.0, _DOWN, _UP)
-        return np.interp(angles, self._angles, self._radii) * (
-            ends + (wide - ends) * sides**2
-        )
+        radii_px = np.interp(angles, self._angles, self._radii)
+        return np.asarray(radii_px * (ends + (wide - ends) * sides**2))
 
     def _seen(self, points: Array) -> tuple[Array, Array]:
         away = points - self._center
@@ -116,9 +115,7 @@ class HeadOutline:
         return np.arctan2(right, down), np.hypot(right, down)
 
 
-def others_of(
-    k: int, faces: Sequence[Face], still: Sequence[Face] = ()
-) -> tuple[OtherHead, ...]:
+def others_of(k: int, faces: Sequence[Face], still: Sequence[Face] = ()) -> tuple[OtherHead, ...]:
     """Return the other heads of a photo, seen from face `k`; `still` are those that stay."""
     moving = [face for j, face in enumerate(faces) if j != k]
     return tuple(
@@ -129,8 +126,8 @@ def others_of(
 
 
 def near_heads(
-    pairs: Sequence[Pairs], faces: Sequence[Face], still: Sequence[Face]
-) -> tuple[Pairs, ...]:
+    pairs: Sequence[FacePairs], faces: Sequence[Face], still: Sequence[Face]
+) -> tuple[FacePairs, ...]:
     """Move the pivot of each head towards heads in front that touch it, and all targets alike."""
     found = []
     for k, (pair, face) in enumerate(zip(pairs, faces, strict=True)):
@@ -141,8 +138,9 @@ def near_heads(
         size = HeadFrame.of(face).height_px
         rings = [one.outline.ring_px for one in front]
         lengths = [np.hypot(*(np.roll(r, -1, axis=0) - np.roll(r, 1, axis=0)).T) / 2 for r in rings]
-        places, weights = np.vstack(rings), np.concatenate(
-            [one.ahead * part for one, part in zip(front, lengths, strict=True)]
+        places, weights = (
+            np.vstack(rings),
+            np.concatenate([one.ahead * part for one, part in zip(front, lengths, strict=True)]),
         )
         points = np.vstack([face.points, face.points if face.forehead is None else face.forehead])
         away = np.min(np.hypot(*(places[:, None] - points).transpose(2, 0, 1)), axis=1)
@@ -152,7 +150,7 @@ def near_heads(
     return tuple(found)
 
 
-def shifted(pair: Pairs, face: Face, shift: Array) -> Pairs:
+def shifted(pair: FacePairs, face: Face, shift: Array) -> FacePairs:
     """Return pairs with another pivot; targets placed by hand stay."""
     moved = pair.target_px + pair.head_share * shift
     if face.targets is not None:

@@ -18,32 +18,30 @@ import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import repeat
 from typing import Final
 
 import numpy as np
 import numpy.typing as npt
 
-from kogao_core.base.geometry import Array, Box, ramp, smoothstep
-from kogao_core.faces.face import FOREHEAD_POINTS, Face
-from kogao_core.faces.head import EDGE_SLOPE, HeadFrame, limited
-from kogao_core.faces.reshape import across
-from kogao_core.faces.targets import Pairs, aim, shape_center
-from kogao_core.faces.zones import Shape, directions
-from kogao_core.recipe.recipe import Recipe
-from kogao_core.warp.contact import (
+from kogao_core.additions.contact import (
     HeadOutline,
     OtherHead,
     beyond,
     hull,
-    near_heads,
     others_of,
     shifted,
 )
-from kogao_core.warp.field import inverted
-from kogao_core.warp.frame import edges_px
-from kogao_core.warp.lens import NO_LENS, NOBODY, LensCorrection, away_px
-from kogao_core.warp.protection import Strokes, sampled
+from kogao_core.additions.edge import edges_px
+from kogao_core.additions.lens import NO_LENS, NOBODY, LensCorrection, away_px
+from kogao_core.base.geometry import Array, Box, ramp, smoothstep
+from kogao_core.faces.face import FOREHEAD_POINTS, Face
+from kogao_core.faces.head import EDGE_SLOPE, HeadFrame, limited
+from kogao_core.faces.reshape import across
+from kogao_core.faces.targets import FacePairs, shape_center
+from kogao_core.faces.zones import Shape, directions
+from kogao_core.field.field import inverted
+from kogao_core.field.protection import Strokes, sampled
+from kogao_core.recipe.recipe import Recipe
 
 # The head moves whole up to this rho: straight up, which reaches past the crown, and straight
 # down. Straight to the sides it is 1. Larger values move more hair, more neck.
@@ -107,11 +105,11 @@ class HeadDisplacement:
     """The displacement that one head asks of its control points, lens correction included."""
 
     face: Face  # after lens correction
-    pairs: Pairs  # the landmarks, their targets and the pivot
+    pairs: FacePairs  # the landmarks, their targets and the pivot
     middle_px: Array  # (2,): about which the face is shaped, before the warp
     photo: Box  # nothing moves across its edge
     shape: Shape | None  # what is requested of the face beside its warp distance
-    neighbours_px: Array  # (M, 2): points of people beside, who don't go along
+    neighbours_px: Array  # (M, 3): points of people beside, who don't go along (`PersonMask`)
     lens: LensCorrection = NO_LENS
     which: int = 0  # index of the face in `lens`
     others: tuple[OtherHead, ...] = ()  # other heads, near
@@ -261,7 +259,9 @@ class HeadDisplacement:
             return np.asarray(moved)
         assert self.shape is not None
         keep, fade = self._hair_keep_and_fade(angles)
+        # The hairline's move is that of places before the warp.
         hair = _hairline(self.face, self.middle_px, self.shape, points)
+        hair = _hairline(self.face, self.middle_px, self.shape, points + hair)
         return np.asarray(moved + hair * (1.0 - ramp((rho - keep) / fade))[:, None])
 
     def kept(self, points: Array) -> Array:
@@ -301,7 +301,7 @@ class OutlineDisplacement(HeadDisplacement):
     """Room beside the outline of a face that moves alone, for the steep part of its moves."""
 
     @classmethod
-    def steep(cls, pairs: Pairs, spacing_px: float) -> Pairs:
+    def steep(cls, pairs: FacePairs, spacing_px: float) -> FacePairs:
         """Return pairs with the part of each move that needs room."""
         length = np.hypot(*pairs.displacement_px.T) / spacing_px
         share = smoothstep((length - _STEEP[0]) / (_STEEP[1] - _STEEP[0]))
@@ -343,7 +343,7 @@ class _FaceBoundary:
     upwards: Array
 
     @classmethod
-    def of(cls, face: Face, pairs: Pairs, middle: Array, shape: Shape | None) -> _FaceBoundary:
+    def of(cls, face: Face, pairs: FacePairs, middle: Array, shape: Shape | None) -> _FaceBoundary:
         right, share = across(face), pairs.head_share
         center = middle + share * (pairs.center_px - middle)
         rest = pairs.displacement_px - _similarity(pairs, pairs.target_px)
@@ -384,25 +384,9 @@ class _FaceBoundary:
         return np.stack([np.interp(angles, self.angles, move) for move in moves_px.T], axis=-1)
 
 
-def aimed(
-    faces: Sequence[Face],
-    recipe: Recipe,
-    seen: Sequence[Face],
-    photo: Box,
-    strokes: Strokes,
-    still: Sequence[Face] = (),
-) -> tuple[Pairs, ...]:
-    """Return the pairs of all faces (`aim`), with pivots near heads in front and protected places.
-
-    `seen`: the faces after lens correction. `strokes`: the protected ones. `still`: other faces.
-    """
-    pairs = tuple(map(aim, faces, repeat(recipe), seen, repeat(photo)))
-    return near_protected(near_heads(pairs, seen, still), seen, strokes)
-
-
 def giving_way(
-    pairs: Sequence[Pairs], surrounds: Sequence[HeadDisplacement | None]
-) -> tuple[Pairs, ...]:
+    pairs: Sequence[FacePairs], surrounds: Sequence[HeadDisplacement | None]
+) -> tuple[FacePairs, ...]:
     """Return pairs that follow heads in front where these hide a landmark or touch it."""
     found = []
     for k, (pair, head) in enumerate(zip(pairs, surrounds, strict=True)):
@@ -420,8 +404,8 @@ def giving_way(
 
 
 def near_protected(
-    pairs: Sequence[Pairs], faces: Sequence[Face], strokes: Strokes
-) -> tuple[Pairs, ...]:
+    pairs: Sequence[FacePairs], faces: Sequence[Face], strokes: Strokes
+) -> tuple[FacePairs, ...]:
     """Move the pivot of each head towards protected places nearby, and all targets alike.
 
     A head that shrinks about such a place moves little there and keeps its shape. Targets placed by
@@ -445,7 +429,7 @@ def near_protected(
 
 def surrounds_of(
     faces: Sequence[Face],
-    pairs: Sequence[Pairs],
+    pairs: Sequence[FacePairs],
     recipes: Sequence[Recipe],
     photo: Box,
     neighbours_px: Sequence[Array] = (),
@@ -473,7 +457,7 @@ def surrounds_of(
     return tuple(found)
 
 
-def forehead_pairs(face: Face, recipe: Recipe, pairs: Pairs) -> tuple[Array, Array]:
+def forehead_pairs(face: Face, recipe: Recipe, pairs: FacePairs) -> tuple[Array, Array]:
     """Return the rim of the forehead and where it goes if nothing is in its way, (13, 2), px.
 
     Of shape (0, 2) where the face alone moves, or nobody marked the forehead.
@@ -485,7 +469,7 @@ def forehead_pairs(face: Face, recipe: Recipe, pairs: Pairs) -> tuple[Array, Arr
     return face.forehead, head._shown(face.forehead)
 
 
-def _similarity(pairs: Pairs, points: Array) -> Array:
+def _similarity(pairs: FacePairs, points: Array) -> Array:
     """Return the backward displacement at points (N, 2) of a head that shrinks as one, px."""
     share = pairs.head_share
     return np.asarray(share / (1.0 - share) * (points - pairs.center_px))
