@@ -13,8 +13,8 @@ from kogao_core.base.threads import stoppable
 from kogao_core.faces.face import Face, LandmarkSource
 from kogao_core.photo import Photo, read
 
+from .pyramid import PicturePyramid
 from .render.colour import pyramid_of
-from .render.pictures import PicturePyramid
 
 
 class Ahead:

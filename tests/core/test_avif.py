@@ -31,8 +31,9 @@ def test_a_block_that_is_none_is_left_out_and_said(source, tmp_path, block):
 def test_more_bits_are_said_and_not_written_in_place(tmp_path, bits):
     path = tmp_path / "in.avif"
     deep = textured_photo(64, 48, 3).astype(np.uint16) << (bits - 8)
-    done, data = cv2.imencode(".avif", deep, [cv2.IMWRITE_AVIF_DEPTH, bits])
-    assert done
+    if not cv2.haveImageWriter(str(path)):
+        pytest.skip("this OpenCV writes no AVIF, as on Windows")
+    _, data = cv2.imencode(".avif", deep, [cv2.IMWRITE_AVIF_DEPTH, bits])
     path.write_bytes(data.tobytes())
     shown = photo.read(path)
     assert shown.notes == (f"converted from {bits} bits to 8",)
