@@ -22,6 +22,7 @@ from kogao_core.faces.doubt import AllDoubted, choose
 from kogao_core.faces.landmarks import source
 from kogao_core.field.protection import NOTHING
 from kogao_core.photo import Photo, bits_of, read
+from kogao_core.photo.profiles import for_search
 from kogao_core.projects import interchange
 from kogao_core.projects.project import load, sha256_of
 from kogao_core.projects.results import Results, objects_in
@@ -129,7 +130,7 @@ def _found(task: Task, photo: Photo) -> Applied:
     if task.points:
         faces = interchange.faces_of(photo, Path(task.points))
     else:
-        faces = _sources(job.landmarks).find(photo.pixels)
+        faces = _sources(job.landmarks).find(for_search(photo))
     if not faces:
         raise _NoFace
     chosen = choose(faces, job.which, Box.of(photo.pixels), doubtful=job.doubtful)

@@ -30,6 +30,7 @@ from kogao_core.photo import (
 from kogao_core.photo.disclosure.disclosing import Disclosure
 from kogao_core.photo.disclosure.label import check_label
 from kogao_core.photo.export import Export
+from kogao_core.photo.profiles import for_search
 from kogao_core.projects import interchange
 from kogao_core.projects.project import sha256_of
 from kogao_core.projects.results import Results
@@ -129,7 +130,7 @@ def find_faces(
         return given
     with ending.stopping((assets.AssetMissing, ModelRefused), ending.BROKEN):
         try:
-            faces = (known or landmark_source(landmarks)).find(photo.pixels)
+            faces = (known or landmark_source(landmarks)).find(for_search(photo))
         except ValueError as error:  # raised by `Face`
             raise ending.Stop(
                 Text(

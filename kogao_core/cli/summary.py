@@ -212,7 +212,7 @@ class WarpReport:
         }
         if kept:
             yield (
-                Text("kept from turning"),
+                Text("kept straight"),
                 Text(
                     "{count} would have turned by {degrees:.0f}° or more",
                     count=len(kept),

@@ -28,6 +28,7 @@ from kogao_core.faces.landmarks import find, networks_are_here
 from kogao_core.faces.landmarks.mesh import EYES, MOUTH
 from kogao_core.faces.landmarks.outline import resampled, silhouette
 from kogao_core.photo import Photo
+from kogao_core.photo.profiles import for_search
 from kogao_core.projects import landmark_files
 from kogao_core.projects.landmark_files import MESH_COUNTS, SUFFIXES, Format, Listed, Mark
 
@@ -65,7 +66,7 @@ def faces_of(photo: Photo, place: Path) -> list[Face]:
     faces = read(file_for(photo.path, place), photo.path.name, image)
     check_inside(faces, image)
     if networks_are_here():
-        check_found(faces, find(photo.pixels), image)
+        check_found(faces, find(for_search(photo)), image)
     return faces
 
 

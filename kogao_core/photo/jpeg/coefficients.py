@@ -122,9 +122,9 @@ def narrow(folder: Path) -> Path:
     On Windows the library takes neither letters outside the system's code page nor long paths.
     """
     if sys.platform == "win32":
-        places = [folder, Path(gettempdir()), Path(os.environ.get("PROGRAMDATA", folder))]
-        fits = (one for one in places if str(one).isascii() and len(str(one)) < _LONGEST)
-        return next(fits, folder)
+        others = map(Path, (gettempdir(), os.environ.get("PROGRAMDATA", folder)))
+        places = (one for one in (folder, *others) if len(str(one)) < _LONGEST)
+        return next((one for one in places if str(one).isascii()), folder)
     return folder
 
 
@@ -201,7 +201,7 @@ def _coded(coefficients: Coefficients, start: int, stop: int, file: Path) -> byt
         *(0, None, None, None, _OPTIMISE, 0 if coefficients.has_usual_codes else _EVERY_FLAG),
     )
     if not is_done:
-        raise OSError(Text("its blocks can't be written"))
+        raise CannotKeepBlocks(Text("its blocks can't be written"))
     written = file.read_bytes()
     file.unlink()
     return written
