@@ -11,12 +11,11 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
 
 from kogao_core.additions.limits import OutOfBounds, check_protection
 from kogao_core.background import find
 from kogao_core.background.find import BackgroundFinder, MeasuredLines
-from kogao_core.base.geometry import Box
+from kogao_core.base.geometry import Box, Line
 from kogao_core.base.json_reader import BadFile
 from kogao_core.base.language import Text
 from kogao_core.cli import common, ending, reading, summary
@@ -39,7 +38,34 @@ from kogao_core.projects import project, sidecar
 from kogao_core.projects.results import Results
 from kogao_core.projects.sidecar import Applied, apply, sidecar_of
 from kogao_core.recipe.recipe import Recipe
-from kogao_core.retouch import Output, draw, over_itself, retouch, to_file
+from kogao_core.retouch import Output, RetouchJob, draw, over_itself, retouch, to_file
+
+
+@dataclass(frozen=True, kw_only=True)
+class WarpOptions:
+    """The options of `warp` beside its settings and its job (`RetouchJob`)."""
+
+    output: Path | None
+    in_place: bool
+    sample: bool
+    project_file: Path | None
+    points: Path | None
+    lines: Sequence[Line]
+    width_px: float
+    save_project: bool
+    evidence_file: Path | None
+    json_file: Path | None
+    results: bool
+    temporary: bool
+    anyway: bool
+    force: bool
+    quiet: bool
+    verbose: bool
+
+    @property
+    def is_piped(self) -> bool:
+        """Whether the result goes to standard output."""
+        return self.output == common.STDOUT
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,7 +81,7 @@ class WarpOrder:
 
 
 def warp(
-    options: SimpleNamespace,
+    given: SimpleNamespace,
     path: Path,
     recipe: Recipe,
     files: ExitStack,
@@ -65,7 +91,10 @@ def warp(
 
     `files` deletes temporary files.
     """
-    order = _checked(options, path, recipe, files, early)
+    job = reading.job_of(given, recipe)
+    names = [field.name for field in dataclasses.fields(WarpOptions)]
+    options = WarpOptions(**{name: getattr(given, name) for name in names})
+    order = _checked(options, job, path, files, early)
     report = _written(options, order)
     files.close()
     if options.evidence_file is not None:
@@ -75,14 +104,13 @@ def warp(
 
 
 def _checked(
-    options: SimpleNamespace,
+    options: WarpOptions,
+    job: RetouchJob,
     path: Path,
-    recipe: Recipe,
     files: ExitStack,
     early: Future[Photo] | None,
 ) -> WarpOrder:
     """Check the options, read the photo and find the faces. Raises Stop before anything is made."""
-    job = reading.job_of(options, recipe)
     is_searched = options.project_file is None and options.points is None
     source = landmark_source(job.landmarks) if is_searched else None
     output = _checked_output(path, options, job.export)
@@ -117,7 +145,7 @@ def _checked(
     )  # fmt: skip
 
 
-def _written(options: SimpleNamespace, order: WarpOrder) -> summary.WarpReport:
+def _written(options: WarpOptions, order: WarpOrder) -> summary.WarpReport:
     """Render, measure and write the photo, and its project. Raises Stop."""
     photo, edits, finder = order.photo, order.edits, BackgroundFinder()
     with _writing():
@@ -127,7 +155,7 @@ def _written(options: SimpleNamespace, order: WarpOrder) -> summary.WarpReport:
         measurement = measure(rendering, counts=counts)
         lines = _measured_lines(photo, rendering, edits, finder)
         made = retouch(photo, edits, rendering, order.output)
-    if not (options.in_place or (options.output == common.STDOUT)):
+    if not (options.in_place or options.is_piped):
         Results.of_user().add(photo.path, order.path)
     file_notes = [made.written]
     if options.save_project:
@@ -141,7 +169,7 @@ def _written(options: SimpleNamespace, order: WarpOrder) -> summary.WarpReport:
         file_notes.append(Text("edits saved to {place}", place=place))
     return summary.WarpReport(
         photo=photo,
-        output=Path(common.STDOUT) if (options.output == common.STDOUT) else order.path,
+        output=Path(common.STDOUT) if options.is_piped else order.path,
         faces=edits.faces,
         rendering=rendering,
         measurement=measurement,
@@ -151,7 +179,7 @@ def _written(options: SimpleNamespace, order: WarpOrder) -> summary.WarpReport:
     )
 
 
-def _tell(options: SimpleNamespace, report: summary.WarpReport) -> None:
+def _tell(options: WarpOptions, report: summary.WarpReport) -> None:
     """Print the report, or write it as JSON."""
 
     def text() -> str:
@@ -164,26 +192,26 @@ def _tell(options: SimpleNamespace, report: summary.WarpReport) -> None:
         details = [report.details()] if options.verbose else []
         return "\n".join([report.headline(), *details])
 
-    common.tell(report.to_dict, text, options.json_file, err=(options.output == common.STDOUT))
+    common.tell(report.to_dict, text, options.json_file, err=options.is_piped)
 
 
-def _checked_output(path: Path, args: SimpleNamespace, export: Export) -> Path | None:
+def _checked_output(path: Path, options: WarpOptions, export: Export) -> Path | None:
     """Return the output path, None for standard output. Raises Stop if it can't be used."""
-    if args.in_place:
-        _check_in_place(args)
+    if options.in_place:
+        _check_in_place(options)
         if export.coding is not None:
             raise ending.Stop(
                 Text("export options can't be combined with --in-place; save a copy with -o")
             )
         return path
-    if args.output == common.STDOUT:
+    if options.output == common.STDOUT:
         if sys.stdout.isatty():
             raise ending.Stop(Text("standard output is a terminal; redirect it or name a file"))
         return None
-    output: Path | None = args.output
+    output: Path | None = options.output
     if output is None:
         raise ending.Stop(Text("no output given; use -o FILE or --in-place"))
-    if output.exists() and path.exists() and output.samefile(path) and not args.force:
+    if output.exists() and path.exists() and output.samefile(path) and not options.force:
         raise ending.Stop(
             Text(
                 "{output} is the input photo; choose another output or use --force",
@@ -192,16 +220,16 @@ def _checked_output(path: Path, args: SimpleNamespace, export: Export) -> Path |
         )
     with _writing():
         check_output(output, force=True)
-    common.check_free(output, args.force)
+    common.check_free(output, options.force)
     return output
 
 
-def _check_in_place(args: SimpleNamespace) -> None:
-    if args.sample:
+def _check_in_place(options: WarpOptions) -> None:
+    if options.sample:
         raise ending.Stop(Text("--sample can't be combined with --in-place"))
-    if args.output is not None:
+    if options.output is not None:
         raise ending.Stop(Text("-o can't be combined with --in-place"))
-    if args.save_project:
+    if options.save_project:
         raise ending.Stop(
             Text(
                 "--save-project can't be combined with --in-place: the project refers to the "
@@ -228,7 +256,7 @@ def _measured_lines(
         return MeasuredLines((), Text("straight lines can't be measured: {why}", why=why))
 
 
-def _protection(photo: Photo, lines: list[Any], width_px: float) -> Protection:
+def _protection(photo: Photo, lines: Sequence[Line], width_px: float) -> Protection:
     protection = NOTHING
     for line in lines:
         protection = protection.with_stroke(line, width_px / 2.0)
@@ -247,12 +275,12 @@ def _writing() -> Iterator[None]:
         yield
 
 
-def _check_project(photo: Path, args: SimpleNamespace) -> None:
+def _check_project(photo: Path, options: WarpOptions) -> None:
     """Raise Stop if no project can be written next to the photo."""
-    if args.sample:
+    if options.sample:
         raise ending.Stop(Text("--sample can't be combined with --save-project"))
     place = sidecar_of(photo)
-    common.check_free(place, args.force)
+    common.check_free(place, options.force)
     if place.parent.is_dir() and not os.access(place.parent, os.W_OK | os.X_OK):
         raise ending.Stop(
             Text(
