@@ -84,7 +84,7 @@ def cut_note(
     percents: Sequence[float],
     rendered: Sequence[FacePairs] = (),
 ) -> str:
-    """Return a sentence on faces with too little space in the photo; empty if there are none.
+    """Return a sentence on faces that get less small than requested; empty if there are none.
 
     `pairs` are those the photo's edge allows; `requested` and `percents` are the requested pairs
     and Amounts; `rendered` follow heads in front.

@@ -71,7 +71,7 @@ class Edges:
         return Edges(places, self.tied, turned, self.weights, people, self.opacities, spacing)
 
     def without(self, lines: Array) -> Edges:
-        """Return the rows, with weight 0 on released lines (N, 2, 2) and parallel edges nearby."""
+        """Return edges with weight 0 on the lines (N, 2, 2) and on parallel edges nearby."""
         keep, reach_px = np.ones(len(self.weights)), _LOOSE * self.spacing_px
         for start, end in lines:
             along = (end - start) / max(1e-9, float(np.hypot(*(end - start))))

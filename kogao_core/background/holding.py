@@ -81,7 +81,7 @@ class Held:
     built: dict[int, tuple[Any, tuple[_Steady, ...]]] = dataclasses.field(default_factory=dict)
 
     def mapped(self, transform: Affine) -> Held:
-        """Return the same in another image's px."""
+        """Return edges, neighbours and faces in px of another image."""
         neighbours = tuple(
             np.column_stack([transform(points[:, :2]), transform.scale * points[:, 2:]])
             for points in self.neighbours

@@ -37,7 +37,7 @@ _STRIP: Final = 2**13  # nodes evaluated at a time, so that the weights stay in 
 
 @dataclass(frozen=True, eq=False)
 class WarpTask:
-    """The same landmarks and targets for every method."""
+    """The landmarks and targets that every method gets."""
 
     image: Box  # the photo's pixels
     pairs: tuple[FacePairs, ...]  # landmarks and targets of each face

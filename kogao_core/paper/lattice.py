@@ -257,7 +257,7 @@ class Lattice:
         return found
 
     def refined(self) -> Lattice:
-        """Return the same field on the grid of half the spacing (Lee, Wolberg, Shin 1997, 3.4)."""
+        """Return the field on a grid of half the spacing (Lee, Wolberg, Shin 1997, 3.4)."""
         rows = _refined_axis(self.phi, 0)
         phi = _refined_axis(rows, 1)
         first = (2 * self.first[0] - 2, 2 * self.first[1] - 2)

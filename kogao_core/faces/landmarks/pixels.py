@@ -47,13 +47,13 @@ class Pyramid:
         return image if isinstance(image, Pyramid) else Pyramid(image)
 
     def mirrored(self) -> Pyramid:
-        """Return the same image with mirrored pixels beyond the edges."""
+        """Return the image with mirrored pixels beyond its edges."""
         result = copy.copy(self)
         result._mirrored = True
         return result
 
     def covered(self, parts: Sequence[Array]) -> Pyramid:
-        """Return the same image with flat colour inside convex polygons, each (N, 2) px."""
+        """Return the image with flat colour inside convex polygons, each (N, 2) px."""
         result = copy.copy(self)
         result._covered = parts
         return result

@@ -44,7 +44,7 @@ class ExperimentOption:
 
     @property
     def key(self) -> str:
-        """Key of the option in `Work.given`."""
+        """The option's name in `Work.given`: dashes become underscores."""
         return self.name.replace("-", "_")
 
 

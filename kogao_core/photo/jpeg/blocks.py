@@ -55,8 +55,8 @@ class Kept:
 def keep_blocks(source: bytes, before: Image, after: Image, headers: bytes, folder: Path) -> Kept:
     """Return `source` with the changed pixels of `after`, and the metadata of the JPEG `headers`.
 
-    The result is sequential. The Huffman tables are the source's if standard, else optimised.
-    Raises CannotKeepBlocks.
+    `folder`: for temporary files. The result is sequential. The Huffman tables are the source's if
+    standard, else optimised. Raises CannotKeepBlocks.
     """
     frame = coefficients.frame_of(source)
     if (frame.height, frame.width) != before.shape[:2]:

@@ -47,7 +47,7 @@ class Directories:
         return struct.unpack(self._order + numbers.code, self.file.read(numbers.end - numbers.at))
 
     def write(self, numbers: Numbers, *values: int) -> None:
-        """Replace the numbers. Raises struct.error outside the file."""
+        """Write `values` over the numbers at `numbers.at`. Raises struct.error after the end."""
         new = struct.pack(self._order + numbers.code, *values)
         self.read(numbers)
         self.file.seek(numbers.at)
