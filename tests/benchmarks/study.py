@@ -22,11 +22,11 @@ from pathlib import Path
 
 import numpy as np
 
-from kogao_core.faces.naturalness import DISTANCES
 from kogao_core.lab.study import data
 from kogao_core.lab.study.design import RULES, Variant, variants
 from kogao_core.lab.study.shares import Correlations, Judgement, Share
 from kogao_core.lab.study.tally import Quality, follows
+from kogao_core.paper.table1 import DISTANCES
 
 MEAN, RATERS_SD, FACES_SD, NOISE = 7.0, 0.8, 0.5, 0.6  # % of D
 _CENTERS = 4
