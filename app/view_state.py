@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Final, Literal
 
-from kogao_core.background.lines import BentLine
+from kogao_core.background.lines import BackgroundLine
 from kogao_core.base.display import Rgb8
 from kogao_core.base.geometry import Affine, Array, Box
 from kogao_core.pipeline import Rendering
@@ -139,8 +139,8 @@ class ViewState(Watched):
     face: int | None = None  # the selected face; None: settings apply to the photo
     also: frozenset[int] = frozenset()  # further selected faces
     marking: bool = False  # True while a press on the photo adds a landmark
-    # Straight lines of the background and the bend of each, most bent first.
-    lines: tuple[BentLine, ...] = ()
+    # Straight lines of the background and the turn of each, most turned first.
+    lines: tuple[BackgroundLine, ...] = ()
     compare: CompareName = "off"  # comparison mode
     wipe: float = 0.5  # divider position, as a fraction of the canvas width
     retouched: RetouchedCopy | None = None

@@ -16,11 +16,10 @@ from itertools import repeat
 from typing import Final, NamedTuple
 
 from kogao_core.additions.brush import UNTOUCHED, Brushwork, brushed
-from kogao_core.additions.contact import near_heads
-from kogao_core.additions.edge import attenuated_near_edge
+from kogao_core.additions.edge import attenuated_near_edge, cut_note
 from kogao_core.additions.fit import fit, grids_of
 from kogao_core.additions.guard import Limit, limited
-from kogao_core.additions.head import HeadDisplacement, giving_way, near_protected, surrounds_of
+from kogao_core.additions.head import HeadDisplacement, giving_way, near_fixed, surrounds_of
 from kogao_core.additions.lens import NO_LENS, LensCorrection
 from kogao_core.background.holding import NOTHING_HELD, Held, Site, hold
 from kogao_core.base.geometry import Box
@@ -84,6 +83,12 @@ class WarpDraft:
         """The people to leave in place; none without `Recipe.hold_background`."""
         return self.held if self.recipe.hold_background else NOTHING_HELD
 
+    @property
+    def note(self) -> str:
+        """A sentence on faces with too little space in the photo; empty if there are none."""
+        percents = [recipe.percent for recipe in self.recipes]
+        return cut_note(self.pairs_in_photo, self.requested_pairs, percents, self.pairs)
+
     def updated(self, **results: object) -> WarpDraft:
         """Return the draft with the results of a step."""
         return dataclasses.replace(self, **results)  # type: ignore[arg-type]
@@ -104,8 +109,7 @@ def targets(draft: WarpDraft) -> WarpDraft:
 def pivots(draft: WarpDraft) -> WarpDraft:
     """Move pivots towards heads in front and protected places nearby, and targets with them."""
     faces, strokes = draft.corrected_faces, draft.protection.strokes
-    pairs = near_heads(draft.requested_pairs, faces, draft.people.others)
-    pairs = near_protected(pairs, faces, strokes)
+    pairs = near_fixed(draft.requested_pairs, faces, strokes, draft.people.others)
     return draft.updated(requested_pairs=pairs, pairs_in_photo=pairs, pairs=pairs)
 
 

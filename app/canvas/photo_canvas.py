@@ -20,7 +20,7 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QApplication
 
-from kogao_core.background.lines import BentLine
+from kogao_core.background.lines import BackgroundLine
 from kogao_core.base.geometry import Array
 
 from ..i18n import tr
@@ -54,7 +54,7 @@ _SAME_ZOOM: Final = 0.01
 class PhotoCanvas(SpokenView):
     """The canvas of the editor."""
 
-    # (line: BentLine): a click on a line of the background.
+    # (line: BackgroundLine): a click on a line of the background.
     line_clicked = Signal(object)
     # (face: int, at: QPoint): the menu of a face is wanted, at a position of the screen.
     menu_wanted = Signal(int, QPoint)
@@ -194,7 +194,7 @@ class PhotoCanvas(SpokenView):
                 return badge.face
         return face_at(view.state.faces, self.to_photo(at), self._in_photo(_MARK_PX))
 
-    def line_at(self, at: QPointF) -> BentLine | None:
+    def line_at(self, at: QPointF) -> BackgroundLine | None:
         """Return the nearest clickable line at a point of the viewport, or None."""
         view = self.shown
         if view.original or view.busy_hands or "straight" not in view.visible:

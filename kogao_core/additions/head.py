@@ -23,14 +23,7 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from kogao_core.additions.contact import (
-    HeadOutline,
-    OtherHead,
-    beyond,
-    hull,
-    others_of,
-    shifted,
-)
+from kogao_core.additions.contact import OtherHead, ahead, beyond, face_corners, head_corners
 from kogao_core.additions.edge import edges_px
 from kogao_core.additions.lens import NO_LENS, NOBODY, LensCorrection, away_px
 from kogao_core.base.geometry import Array, Box, ramp, smoothstep
@@ -40,7 +33,7 @@ from kogao_core.faces.reshape import across
 from kogao_core.faces.targets import FacePairs, shape_center
 from kogao_core.faces.zones import Shape, directions
 from kogao_core.field.field import inverted
-from kogao_core.field.protection import Strokes, sampled
+from kogao_core.field.protection import Stroke, Strokes, sampled
 from kogao_core.recipe.recipe import Recipe
 
 # The head moves whole up to this rho: straight up, which reaches past the crown, and straight
@@ -154,7 +147,7 @@ class HeadDisplacement:
         low, high = edges_px(self.photo) + np.array([[-0.5], [0.5]])
         inside = np.where(points < low, 2.0 * low - points, points)
         inside = np.where(inside > high, 2.0 * high - inside, inside)
-        moved = self._moved(inside) * self._free(inside)[:, None]
+        moved = self._moved(inside) * self.free(inside)[:, None]
         room = np.maximum(0.0, np.minimum(inside - low, high - inside))
         moved = limited(moved, EDGE_SLOPE * self.strength * room)
         return np.where((points < low) | (points > high), -moved, moved)
@@ -264,37 +257,27 @@ class HeadDisplacement:
         hair = _hairline(self.face, self.middle_px, self.shape, points + hair)
         return np.asarray(moved + hair * (1.0 - ramp((rho - keep) / fade))[:, None])
 
-    def kept(self, points: Array) -> Array:
-        """Return the share of the displacement that heads in front leave at landmarks, (N,)."""
-        return self._free(points)
-
-    def _free(self, points: Array) -> Array:
-        """Return 0 near what must not move, 1 far from it.
+    def free(self, points: Array) -> Array:
+        """Return 0 near what must not move, 1 far from it, at points of shape (N, 2).
 
         Within its own head nothing gives way, except to heads in front: nothing moves within
         these.
         """
         unit = self.face.anchor.spacing_px
-        outside = self._own_outline.beyond_px(points) / unit
-        head, touched = smoothstep(outside / _ALL), smoothstep(outside / _TOUCHED)
-        face = smoothstep(beyond(points, hull(self.face)) / (_TOUCHED * unit))
-        away = away_px(points, self.neighbours_px)
-        beside = smoothstep((away / unit - _APART) / _ALL)
-        ahead = max((one.ahead for one in self.others if one.still), default=0.0)
-        free = 1.0 - (1.0 - beside) * (ahead + (1.0 - ahead) * touched)
+        outside = beyond(points, head_corners(self.face)) / unit
+        face = smoothstep(beyond(points, face_corners(self.face)) / (_TOUCHED * unit))
+        beside = smoothstep((away_px(points, self.neighbours_px) / unit - _APART) / _ALL)
+        front = max((one.ahead for one in self.others if one.still), default=0.0)
+        free = 1.0 - (1.0 - beside) * _mixed(smoothstep(outside / _TOUCHED), 1.0, front)
+        rise = (_LEAST_RISE + _RISE * self.strength) * unit
         for one in self.others:
-            clear = smoothstep((beyond(points, one.hull) / unit - _APART) / _ALL)
+            clear = smoothstep((beyond(points, one.face_px) / unit - _APART) / _ALL)
             # A face that stays shows up to this head's own face, others up to its hair.
-            own = face if one.still else head
-            free *= 1.0 - (1.0 - clear) * (one.ahead + (1.0 - one.ahead) * own)
+            own = face if one.still else smoothstep(outside / _ALL)
+            free *= 1.0 - (1.0 - clear) * _mixed(own, 1.0, one.ahead)
             if one.ahead:
-                rise = (_LEAST_RISE + _RISE * self.strength) * unit
-                free *= 1.0 - one.ahead * (1.0 - smoothstep(one.outline.beyond_px(points) / rise))
+                free *= _mixed(1.0, smoothstep(beyond(points, one.head_px) / rise), one.ahead)
         return np.asarray(free)
-
-    @cached_property
-    def _own_outline(self) -> HeadOutline:
-        return HeadOutline(self.face)
 
 
 class OutlineDisplacement(HeadDisplacement):
@@ -394,28 +377,31 @@ def giving_way(
             found.append(pair)
             continue
         points = pair.target_px
-        kept, moved = head.kept(points)[:, None], np.zeros_like(points)
-        for j, other in enumerate(surrounds):
-            if j != k and other is not None:
-                moved += other.at(points)
-        moves = kept * pair.displacement_px + (1.0 - kept) * moved
+        rest = (one for j, one in enumerate(surrounds) if j != k and one is not None)
+        moved = sum((one.at(points) for one in rest), np.zeros_like(points))
+        moves = _mixed(moved, pair.displacement_px, head.free(points)[:, None])
         found.append(dataclasses.replace(pair, target_px=pair.source_px - moves))
     return tuple(found)
 
 
-def near_protected(
-    pairs: Sequence[FacePairs], faces: Sequence[Face], strokes: Strokes
+def near_fixed(
+    pairs: Sequence[FacePairs], faces: Sequence[Face], strokes: Strokes, still: Sequence[Face] = ()
 ) -> tuple[FacePairs, ...]:
-    """Move the pivot of each head towards protected places nearby, and all targets alike.
+    """Move pivots towards protected places and heads in front nearby, and all targets alike.
 
     A head that shrinks about such a place moves little there and keeps its shape. Targets placed by
     hand stay.
     """
-    if not (strokes and pairs):
+    if not pairs or not (strokes or still or len(pairs) > 1):
         return tuple(pairs)
-    sizes = [HeadFrame.of(face).height_px for face in faces]
-    every, found = sampled(strokes, min(sizes) / _SAMPLES), []
+    sizes, found = [HeadFrame.of(face).height_px for face in faces], []
+    step_px, heads = min(sizes) / _SAMPLES, (*faces, *still)
+    protected = [sampled(strokes, step_px)] if strokes else []
+    rings = [Stroke(np.vstack([ring := head_corners(one), ring[:1]])) for one in heads]
+    edges = [(one, sampled([ring], step_px)) for one, ring in zip(heads, rings, strict=True)]
     for pair, face, size in zip(pairs, faces, sizes, strict=True):
+        front = [edge * (1.0, 1.0, ahead(one, face), 1.0) for one, edge in edges]
+        every = np.vstack([*protected, *front])
         reach = every[:, 3:] + _ATTRACTED * size
         low, high = face.points.min(axis=0) - reach, face.points.max(axis=0) + reach
         near = every[((every[:, :2] > low) & (every[:, :2] < high)).all(axis=1)]
@@ -423,7 +409,11 @@ def near_protected(
         away = (away_px(places, face.points) - radii) / (_ATTRACTED * size)
         weights = lengths / size * smoothstep(1.0 - away)
         shift = weights @ (places - pair.center_px) / (_OWN_WEIGHT + weights.sum())
-        found.append(shifted(pair, face, shift))
+        moved = pair.target_px + pair.head_share * shift
+        if face.targets is not None:
+            moved = np.where(np.isnan(face.targets), moved, pair.target_px)
+        center = pair.center_px + (shift if pair.head_share else 0.0)
+        found.append(dataclasses.replace(pair, target_px=moved, center_px=center))
     return tuple(found)
 
 
@@ -442,6 +432,7 @@ def surrounds_of(
     people beside each face, who don't go along (`Held.neighbours`); `still` are their faces.
     """
     found: list[HeadDisplacement | None] = []
+    everyone = [(one, face_corners(one)) for one in (*faces, *still)]
     for k, (face, pair, recipe) in enumerate(zip(faces, pairs, recipes, strict=True)):
         beside = neighbours_px[k] if neighbours_px else NOBODY
         kind, shape, middle = HeadDisplacement, Shape.of(face, recipe), shape_center(face, recipe)
@@ -451,8 +442,12 @@ def surrounds_of(
             pair = room if recipe.guard else dataclasses.replace(pair, source_px=pair.target_px)
         head = kind(face, pair, middle, photo, shape, beside, lens, k)
         if head.strength:
-            near = (one for one in others_of(k, faces, still) if head.is_near(one.hull))
-            head = dataclasses.replace(head, others=tuple(near))
+            others = tuple(
+                OtherHead(ring, head_corners(one), ahead(one, face), j >= len(faces))
+                for j, (one, ring) in enumerate(everyone)
+                if j != k and head.is_near(ring)
+            )
+            head = dataclasses.replace(head, others=others)
         found.append(head if head.strength or lens.heads else None)
     return tuple(found)
 
@@ -502,6 +497,11 @@ def _hairline(face: Face, middle: Array, shape: Shape, points: Array) -> Array:
     share = (heights - low) / max(1e-9, top - low)
     rise = smoothstep((share - _BROWS) / (1.0 - _BROWS))
     return np.outer(-shape.hairline * heights * rise, below)
+
+
+def _mixed(one: Array | float, other: Array | float, share: Array | float) -> Array:
+    """Return `one` at a share of 0, `other` at 1, and values between."""
+    return np.asarray(one + share * (other - one))
 
 
 def _ways(angles: Array, right: Array) -> Array:

@@ -61,8 +61,8 @@ takes_photo = words.together(
 takes_points = words.option(
     "--points", type=click.Path(path_type=Path), metavar="PATH", excludes=("--landmarks",),
     section=FACES,
-    help="Read landmarks from a .pts, .csv or .json file, or from a folder (file with "
-    "the photo's name); skips the face search",
+    help="Read landmarks from a file (docs/interchange.md), or from a folder (file with "
+    "the photo's name)",
 )  # fmt: skip
 takes_photos = words.together(
     click.argument("inputs", metavar="[PHOTO]...", nargs=-1, type=PHOTO),

@@ -31,6 +31,7 @@ from kogao_core.photo import (
 from kogao_core.photo.disclosure.disclosing import Disclosure
 from kogao_core.photo.disclosure.label import check_label
 from kogao_core.photo.export import Export
+from kogao_core.photo.profiles import for_search
 from kogao_core.projects import interchange
 from kogao_core.projects.project import sha256_of
 from kogao_core.projects.results import Results
@@ -113,9 +114,7 @@ def points_of(photo: Photo, place: Path | None) -> list[Face] | None:
     if place is None:
         return None
     with ending.stopping(BadFile, ending.UNREADABLE):
-        faces = interchange.read(interchange.file_for(photo.path, place))
-        interchange.check_inside(faces, Box.of(photo.pixels))
-    return faces
+        return interchange.faces_of(photo, place)
 
 
 def find_faces(
@@ -133,7 +132,7 @@ def find_faces(
         return given
     with ending.stopping((assets.AssetMissing, ModelRefused), ending.BROKEN):
         try:
-            faces = (known or landmark_source(landmarks)).find(photo.pixels)
+            faces = (known or landmark_source(landmarks)).find(for_search(photo))
         except ValueError as error:  # raised by `Face`
             raise ending.Stop(
                 Text(

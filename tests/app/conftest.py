@@ -322,6 +322,7 @@ def storage(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Storage:
     """Where the editor keeps its things; `main` finds the same places."""
     for name in ("CONFIG", "DATA"):
         monkeypatch.setenv(f"XDG_{name}_HOME", str(tmp_path / "home" / name.lower()))
+    monkeypatch.setenv("LOCALAPPDATA", str(tmp_path / "home" / "data"))
     return Storage.of_user()
 
 

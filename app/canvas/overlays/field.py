@@ -169,7 +169,7 @@ class Folds(FrameOverlay):
             ends = frame.to_photo([(left, top), (left + width, top + height)])
             cell = place.rect(*ends.ravel().tolist())
             painter.fillRect(cell, glyphs.translucent(glyphs.FOLD, 130))
-            glyphs.outlined(painter, glyphs.framed(painter, cell), glyphs.BENT)
+            glyphs.outlined(painter, glyphs.framed(painter, cell), glyphs.TURNED)
             glyphs.warning(painter, cell.center(), min(14.0, 0.8 * cell.width()))
 
 

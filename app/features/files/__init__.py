@@ -7,7 +7,7 @@ import os
 from pathlib import Path
 from typing import Final
 
-from PySide6.QtCore import Signal
+from PySide6.QtCore import QStandardPaths, Signal
 
 from kogao_core.background.find import BackgroundFinder
 from kogao_core.base import assets
@@ -98,15 +98,19 @@ class Files(Feature):
         ask_path(self.window, tr("Open a photo"), self.open, filters=filters, at=self.folder)
 
     @property
-    def folder(self) -> Path | None:
-        """Start folder of dialogs: the preferred folder, else the folder of the open photo."""
+    def folder(self) -> Path:
+        """Start folder of dialogs: the preferred one, the open photo's, or Pictures."""
         path, preferred = (
             self.document.path,
             preferences.folder(self.settings, preferences.OPEN_FOLDER),
         )
         if preferred is not None:
             return preferred
-        return None if path is None or is_sample(path) else path.parent
+        if path is not None and not is_sample(path):
+            return path.parent
+        pictures = QStandardPaths.StandardLocation.PicturesLocation
+        place = Path(QStandardPaths.writableLocation(pictures))
+        return place if os.path.isdir(place) else Path.home()
 
     def open(self, path: Path, ahead: Ahead | None = None, *, afresh: bool = False) -> None:
         """Open a photo or a project after the current edits are saved."""
