@@ -83,7 +83,7 @@ def test_who_is_held_back_is_named_on_the_canvas(two, pixels):
     rendering = render(pixels, two.state.faces, two.state.recipe)
     held = dataclasses.replace(rendering, limits=(Limit(), Limit(0.7, (0.0, 0.0))))
     view, area = two.editor.view, two.canvas.viewport().rect().toRectF()
-    view.frame = dataclasses.replace(view.frame, rendering=held)
+    view.set(frame=dataclasses.replace(view.frame, rendering=held))
     place = Place(affine(two.canvas._to_screen()), area)
     texts = [badge.text for badge in badges(view, place, two.canvas.font())]
     assert [text for text in texts if "⚠" in text] == ["2 ⚠ 70 %"]
