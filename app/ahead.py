@@ -14,8 +14,8 @@ from kogao_core.faces.face import Face, LandmarkSource
 from kogao_core.photo import Photo, read
 from kogao_core.photo.profiles import for_search
 
+from .pyramid import PicturePyramid
 from .render.colour import pyramid_of
-from .render.pictures import PicturePyramid
 
 
 class Ahead:

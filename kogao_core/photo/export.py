@@ -9,7 +9,7 @@ import dataclasses
 import re
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import cv2
 import numpy as np
@@ -24,8 +24,8 @@ from kogao_core.photo.formats import FORMATS, READ_ONLY, png
 from kogao_core.photo.formats.jpeg import JPEG
 from kogao_core.photo.metadata import jpeg_extras, kinds
 from kogao_core.photo.model import Photo, channels_of
+from kogao_core.recipe.export import ExportSettings
 
-LONGEST_PX: Final = 65500
 # Sigma of the sharpening blur, in pixels of the result.
 _SHARPEN_PX: Final = 0.6
 _NO_BLOCK: Final = Text("without its metadata, every block of the JPEG was compressed again")
@@ -35,29 +35,12 @@ _SEPARATORS: Final = re.compile(r'[<>:"/\\|?*\x00-\x1f]')
 
 
 @dataclass(frozen=True, slots=True)
-class Export:
+class Export(ExportSettings):
     """Options for saving a copy. The defaults preserve as much of the source as possible."""
-
-    longest_px: int = 0  # maximum length of the longer side; 0 keeps the size; never enlarges
-    ending: str = ""  # file name extension such as .jpg; empty keeps the photo's format
-    quality: int = 0  # JPEG and WebP quality, 1 to 100; 0 uses the source's quality, or 95
-    srgb: bool = False  # convert to 8-bit sRGB; False preserves the photo's profile
-    sharpen: float = 0.0  # sharpening of pictures with reduced size, 0 to 200 %
-    name: str = "{name}"  # file name template with {name}, {n} and {amount}
-    metadata: bool = True  # preserve EXIF, XMP, IPTC and other metadata
 
     def __post_init__(self) -> None:
         """Validate all fields. Raises ValueError."""
-        ranges = {"longest_px": LONGEST_PX, "quality": 100, "sharpen": 200}
-        for field, most in ranges.items():
-            value: Any = getattr(self, field)
-            if not 0 <= value <= most:
-                raise ValueError(
-                    Text(
-                        "{name} must be within {low:g}..{high:g}, got {value}",
-                        name=field, low=0, high=most, value=shown(value),
-                    )
-                )  # fmt: skip
+        self.check_ranges()
         if self.ending and self.ending not in FORMATS:
             raise ValueError(Text("no photo is written as {ending}", ending=shown(self.ending)))
         unknown = [field for field in _FIELD.findall(self.name) if field not in _FIELDS]
@@ -72,8 +55,8 @@ class Export:
     @property
     def coding(self) -> int | None:
         """Quality for `write`. None: preserve as much of the source's encoding as possible."""
-        changes = self.longest_px or self.quality or self.srgb or self.sharpen
-        return None if not changes and self.metadata else self.quality
+        same_coding = dataclasses.replace(self, ending=AS_IT_IS.ending, name=AS_IT_IS.name)
+        return None if same_coding == AS_IT_IS else self.quality
 
     def reduces(self, photo: Photo) -> bool:
         """Return True if the export is smaller than the photo."""

@@ -158,10 +158,12 @@ def write(
     except OSError as error:
         raise CannotWrite(
             Text(
-                "{path} can't be written ({reason}); make room, or choose another folder or a "
-                "shorter name",
+                "{path} can't be written ({reason}); {remedy}",
                 path=path,
                 reason=system_reason(error),
+                remedy=Text("choose another name")
+                if isinstance(error, NotAFile)
+                else Text("make room, or choose another folder or a shorter name"),
             )
         ) from error
 
@@ -202,7 +204,7 @@ def check_output(path: str | os.PathLike[str], *, force: bool = False) -> str:
     except NotAFile as error:
         raise RefusedOutput(
             Text(
-                "{path} can't be replaced: {reason}; name a file",
+                "{path} can't be replaced: {reason}; name another file",
                 path=path,
                 reason=system_reason(error),
             )

@@ -133,7 +133,8 @@ def _encode(content: Content) -> Chunks:
 def _inside(photo: Photo, file: IO[bytes]) -> Iterator[Extra]:
     file.seek(0)
     kept = tiff.directory_of(photo.carried[0]) if photo.carried else ()
-    return tiff_extras.found(tiff.TiffTags.read(file), photo.channels, kept)
+    tags, small = tiff.TiffTags.read(file), tiff_extras.has_only_thumbnails(file)
+    return tiff_extras.found(tags, photo.channels, kept, only_thumbnails=small)
 
 
 def _behind(file: IO[bytes]) -> Iterator[Extra]:
