@@ -67,6 +67,8 @@ def check_in_place(photo: Photo) -> None:
         converted.append(Text("compressed by LZW instead of {compression}", compression=name))
     if number not in (None, _UNCOMPRESSED) and photo.channels == 2:
         converted.append(Text("uncompressed"))
+    if form.becomes_colour(photo.pixels):
+        converted.append(Text("as RGB instead of grey"))
     more = dict.fromkeys(extra.name for extra in photo.extras if extra.kind in _PICTURES)
     if more and photo.format != "JPEG":
         converted.append(Text("without {names}", names=Text.joined(", ", more)))

@@ -50,6 +50,16 @@ def test_more_bits_stay_in_place_and_in_other_formats(tmp_path, bits):
     assert photo.read(path, bits=8).bits == 8
 
 
+def test_grey_is_not_made_rgb_in_place(tmp_path):
+    grey = np.tile(np.arange(64, dtype=np.uint8), (48, 1))
+    data = cv2.imencode(".avif", grey)[1].tobytes()
+    (tmp_path / "in.avif").write_bytes(data)
+    shown = photo.read(tmp_path / "in.avif")
+    assert shown.channels == 1
+    with pytest.raises(photo.RefusedOutput, match="as RGB instead of grey"):
+        in_place.check_in_place(shown)
+
+
 def test_another_brand_before_it_is_still_avif(tmp_path):
     data = files.avif(np.zeros((16, 16, 3), np.uint8))
     (tmp_path / "in.avif").write_bytes(data.replace(b"ftypavif", b"ftypmif1", 1))

@@ -263,13 +263,13 @@ def test_a_grey_that_is_transparent_is_so_at_any_depth(tmp_path, bits):
     assert source.notes == (*converted, "the transparent colour became an alpha channel")
 
 
-def test_deep_grey_that_becomes_colour_leaves_its_grey_profile_behind(tmp_path):
+def test_deep_grey_with_alpha_keeps_its_grey_profile(tmp_path):
     deep = upright(16, 4)
     profile = (b"iCCP", b"grey\0\0" + zlib.compress(files.GREY))
     (tmp_path / "in.png").write_bytes(grey_png(deep[..., 0], 16, profile, alpha=deep[..., 3]))
     source = photo.read(tmp_path / "in.png")
-    assert (source.pixels.shape[2], source.icc_profile) == (4, None)
-    assert source.notes == ("converted from grey to RGB, without its colour profile",)
+    np.testing.assert_array_equal(source.pixels, deep[..., [0, 3]])
+    assert (source.icc_profile, source.notes) == (files.GREY, ())
 
 
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16])
