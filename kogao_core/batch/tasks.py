@@ -20,14 +20,14 @@ from kogao_core.base.language import Text
 from kogao_core.batch.measures import COLUMNS, measured
 from kogao_core.faces.doubt import AllDoubted, choose
 from kogao_core.faces.landmarks import source
+from kogao_core.field.protection import NOTHING
 from kogao_core.photo import Photo, bits_of, read
-from kogao_core.pipeline import Rendering
+from kogao_core.photo.profiles import for_search
 from kogao_core.projects import interchange
 from kogao_core.projects.project import load, sha256_of
 from kogao_core.projects.results import Results, objects_in
 from kogao_core.projects.sidecar import Applied, apply
-from kogao_core.retouch import RetouchJob, retouch, to_file
-from kogao_core.warp.protection import NOTHING
+from kogao_core.retouch import Output, RetouchJob, draw, retouch, to_file
 
 Status = Literal["done", "skipped", "result", "no face", "failed"]
 _CHUNK_BYTES: Final = 1 << 20
@@ -64,7 +64,7 @@ class Outcome:
     key: str = ""  # hash of source, project, output and options
     faces: int = 0  # number of warped faces
     seconds: float = 0.0  # time from reading to writing
-    achieved_percent: tuple[float, ...] = ()  # per face, % of D (`kogao_core.warp.measures`)
+    achieved_percent: tuple[float, ...] = ()  # per face, % of D (`kogao_core.field.measures`)
     edit: str = ""  # hash of the applied project
     measures: tuple[dict[str, Any], ...] = ()  # per face (`kogao_core.batch.measures.COLUMNS`)
     doubtful: bool = False  # some faces or points should be checked
@@ -99,7 +99,7 @@ def work(task: Task) -> Outcome:
 
 
 def _render(task: Task) -> tuple[tuple[dict[str, Any], ...], str, bool]:
-    output, job, seen = Path(task.output), task.job, list[Rendering]()
+    output, job = Path(task.output), task.job
 
     def written(photo: Photo, pixels: Image, coding: int | None) -> str:
         output.parent.mkdir(parents=True, exist_ok=True)
@@ -107,11 +107,8 @@ def _render(task: Task) -> tuple[tuple[dict[str, Any], ...], str, bool]:
 
     photo = read(Path(task.source), max_megapixels=job.max_megapixels, bits=bits_of(output))
     done = _replayed(task, photo) if task.project else _found(task, photo)
-    made = retouch(
-        photo, done, job.disclosure, written, _background(),
-        look=seen.append, threads=1, export=job.export,
-    )  # fmt: skip
-    (rendering,) = seen
+    rendering = draw(photo, done, _background(), job.export, threads=1)
+    made = retouch(photo, done, rendering, Output(written, job.disclosure, job.export))
     notes = [done.note, *made.notes, rendering.note, made.written]
     rows = measured(task.output, task.source, rendering, done.faces)
     # With a project, the note is about the photo; otherwise the note is about doubtful faces.
@@ -123,7 +120,7 @@ def _found(task: Task, photo: Photo) -> Applied:
     if task.points:
         faces = interchange.faces_of(photo, Path(task.points))
     else:
-        faces = _sources(job.landmarks).find(photo.pixels)
+        faces = _sources(job.landmarks).find(for_search(photo))
     if not faces:
         raise _NoFace
     chosen = choose(faces, job.which, Box.of(photo.pixels), doubtful=job.doubtful)

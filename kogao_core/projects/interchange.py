@@ -17,6 +17,7 @@ from typing import Final
 
 import numpy as np
 
+from kogao_core.additions.limits import OutOfBounds, check_faces
 from kogao_core.base import json_reader
 from kogao_core.base.atomic import atomic_write
 from kogao_core.base.geometry import Array, Box
@@ -27,9 +28,9 @@ from kogao_core.faces.landmarks import find, networks_are_here
 from kogao_core.faces.landmarks.mesh import EYES, MOUTH
 from kogao_core.faces.landmarks.outline import resampled, silhouette
 from kogao_core.photo import Photo
+from kogao_core.photo.profiles import for_search
 from kogao_core.projects import landmark_files
 from kogao_core.projects.landmark_files import MESH_COUNTS, SUFFIXES, Format, Listed, Mark
-from kogao_core.warp.limits import OutOfBounds, check_faces
 
 _PARTS: Final = {"outline": OUTLINE_POINTS, "eye": 4, "mouth": 2}
 _OWN_NAMES: Final = tuple(
@@ -65,7 +66,7 @@ def faces_of(photo: Photo, place: Path) -> list[Face]:
     faces = read(file_for(photo.path, place), photo.path.name, image)
     check_inside(faces, image)
     if networks_are_here():
-        check_found(faces, find(photo.pixels), image)
+        check_found(faces, find(for_search(photo)), image)
     return faces
 
 

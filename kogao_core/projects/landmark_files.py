@@ -18,13 +18,13 @@ from xml.etree import ElementTree
 
 import numpy as np
 
+from kogao_core.additions.limits import MOST_LANDMARKS
 from kogao_core.base import json_reader
 from kogao_core.base.geometry import Array
 from kogao_core.base.json_reader import BadFile
 from kogao_core.base.language import Text
 from kogao_core.base.wording import shown
 from kogao_core.faces.face import Face
-from kogao_core.warp.limits import MOST_LANDMARKS
 
 MOST_BYTES: Final = 8 * 2**20
 _MOST_FACES: Final = 1000

@@ -12,6 +12,8 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Final, NamedTuple
 
+from kogao_core.additions.brush import UNTOUCHED, Brushwork
+from kogao_core.additions.limits import OutOfBounds, check_brushwork, check_faces, check_protection
 from kogao_core.base import json_reader
 from kogao_core.base.atomic import atomic_write
 from kogao_core.base.geometry import Box, Image, Line, check_image, check_type
@@ -20,11 +22,9 @@ from kogao_core.base.json_reader import BadFile
 from kogao_core.base.language import Text
 from kogao_core.base.wording import printable
 from kogao_core.faces.face import Face
+from kogao_core.field.protection import Protection
 from kogao_core.projects.project import Original, Project, Sheet, load, sha256_of
 from kogao_core.recipe.recipe import Recipe
-from kogao_core.warp.brush import UNTOUCHED, Brushwork
-from kogao_core.warp.limits import OutOfBounds, check_brushwork, check_faces, check_protection
-from kogao_core.warp.protection import Protection
 
 SUFFIX: Final = ".kogao.json"
 _RECORD: Final = ".place"  # suffix of a file that records where the edits of a photo are

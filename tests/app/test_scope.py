@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 from kogao_app.document import State
+from kogao_app.pyramid import PicturePyramid
 from kogao_app.render.live import Surface, VisiblePart
-from kogao_app.render.pictures import PicturePyramid
 from kogao_app.workspaces import RETOUCH
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
@@ -13,8 +13,8 @@ from test_mnemonics import doubled, letters_of
 from test_view import picture
 
 from kogao_core.base.geometry import Box
+from kogao_core.field.protection import Protection
 from kogao_core.recipe.recipe import SETTINGS, Recipe
-from kogao_core.warp.protection import Protection
 
 
 @pytest.fixture

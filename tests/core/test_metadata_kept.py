@@ -26,8 +26,10 @@ from kogao_core.photo.reading import extras_of
 OUTPUTS = {form.suffixes[0]: form for form in formats.WRITTEN}
 DOCUMENT = Path(__file__).parents[2] / "docs" / "fidelity.md"
 KINDS = [one for one in vars(kinds).values() if isinstance(one, kinds.Kind)]
-# The blocks of every round trip in test_fidelity, and what goes without a word.
+# The blocks of every round trip in test_fidelity, what goes without a word, and names of colours,
+# which test_profiles tries.
 ELSEWHERE = {
+    kinds.RARE_COLOURS,
     *(kinds.EXIF, kinds.XMP, kinds.IPTC, kinds.ICC, kinds.GREY_PROFILE, kinds.RESOLUTION),
     *(kinds.ASPECT, kinds.THUMBNAIL, kinds.INDEX, kinds.ADOBE),
 }

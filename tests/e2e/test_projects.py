@@ -15,6 +15,7 @@ import pytest
 from PIL import Image
 
 from kogao_core import batch, photo
+from kogao_core.additions.brush import Brushwork
 from kogao_core.background.find import BackgroundFinder, held_of
 from kogao_core.batch import tasks
 from kogao_core.cli.commands import run
@@ -22,7 +23,6 @@ from kogao_core.pipeline import render
 from kogao_core.projects.project import load, save
 from kogao_core.projects.sidecar import apply, sidecar_of
 from kogao_core.retouch import RetouchJob
-from kogao_core.warp.brush import Brushwork
 
 needs_links = pytest.mark.skipif(sys.platform == "win32", reason="needs links and any names")
 pytestmark = pytest.mark.usefixtures("in_process")
@@ -40,7 +40,8 @@ def once(small_portrait, tmp_path_factory):
         "--protect", "20,20 20,280", "--chin-length", -5, "--even-out", 50, "--save-project",
     )  # fmt: skip
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("XDG_DATA_HOME", str(tmp_path_factory.mktemp("data")))
+        for name in ("XDG_DATA_HOME", "LOCALAPPDATA"):
+            patch.setenv(name, str(tmp_path_factory.mktemp("data")))
         assert run([str(word) for word in warp]) == 0
     return folder
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from collections.abc import Set as AbstractSet
 from functools import lru_cache
 from typing import Final
 
@@ -10,13 +11,13 @@ import numpy as np
 from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
 from PySide6.QtGui import QPainter, QPainterPath, QPainterPathStroker, QPen, QTransform
 
+from kogao_core.additions.head import forehead_pairs
 from kogao_core.base.geometry import Affine, Array
 from kogao_core.base.language import Text
 from kogao_core.faces.doubt import SEEN
 from kogao_core.faces.face import Face
 from kogao_core.faces.targets import center_candidates
-from kogao_core.warp.protection import Stroke
-from kogao_core.warp.surround import forehead_pairs
+from kogao_core.field.protection import Stroke
 
 from ...view_state import RenderedFrame, ViewState
 from ..handles import apart
@@ -198,9 +199,9 @@ class Protected(Overlay):
         """Return whether the photo has protection strokes."""
         return bool(view.state.protection.strokes)
 
-    def wanted(self) -> bool:
+    def wanted(self, visible: AbstractSet[str]) -> bool:
         """Return True if the overlay is on or a protecting tool is selected."""
-        return super().wanted() or self.shown.brush.protects
+        return super().wanted(visible) or self.shown.brush.protects
 
     def draw(self, painter: QPainter, place: Place) -> None:
         """Fill the strokes with one hatch, fixed to the photo."""
