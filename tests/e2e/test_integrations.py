@@ -193,7 +193,8 @@ def main(kind, arguments):
     print(status, problem, len(image.layers) - 3, image.layers[0].name)
 
 Gimp = Names(
-    PlugIn=PlugIn, main=main, get_pdb=lambda: Names(lookup_procedure=looked_up), file_load_layer=load, displays_flush=lambda: None,
+    PlugIn=PlugIn, main=main, get_pdb=lambda: Names(lookup_procedure=looked_up),
+    file_load_layer=load, displays_flush=lambda: None,
     progress_init=lambda text: None,
     ImageBaseType=Names(GRAY="grey"),
     RunMode=Names(NONINTERACTIVE="n", INTERACTIVE="i"), MergeType=Names(CLIP_TO_IMAGE="clip"),
