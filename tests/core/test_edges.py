@@ -13,6 +13,7 @@ from kogao_resources.training.edges import learn as training
 from kogao_resources.training.edges import report
 from kogao_resources.training.edges.learn import backward, forward
 from numpy._core._multiarray_umath import __cpu_dispatch__, __cpu_features__
+from systems import needs_stored_decimals
 
 from kogao_core.base.geometry import Affine, Array
 from kogao_core.faces.face import Face
@@ -250,6 +251,7 @@ def test_what_is_hidden_in_a_label_is_not_learnt_as_an_edge() -> None:
     assert one.unseen[20]
 
 
+@needs_stored_decimals
 @pytest.mark.parametrize("step", [3, pytest.param(1, marks=pytest.mark.slow)])
 def test_cielab_equals_the_conversion_of_opencv(step):
     levels = np.append(np.arange(0, 256, step), 254).astype(np.uint8)
@@ -258,6 +260,7 @@ def test_cielab_equals_the_conversion_of_opencv(step):
         assert (network.cielab(colours) == cv2.cvtColor(colours, cv2.COLOR_RGB2LAB)).all(), red
 
 
+@needs_stored_decimals
 def test_cielab_is_the_same_on_processors_with_fewer_instructions():
     program = (
         "import zlib, numpy as np; from kogao_core.faces.landmarks import edges;"

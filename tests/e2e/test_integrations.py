@@ -156,6 +156,7 @@ class Picture:
     def get_file(self): return Names(get_basename=lambda: "mine.xcf")
     def is_valid(self): return "closed" not in sys.argv
     def duplicate(self): return Picture()
+    def get_base_type(self): return "rgb"
     def merge_visible_layers(self, kind):
         assert kind == "clip"
         return Names(resize_to_image_size=lambda: setattr(self, "is_whole", True))
@@ -164,10 +165,19 @@ class Picture:
     def undo_group_end(self): pass
     def insert_layer(self, layer, parent, at): self.layers.insert(at, layer)
 
-def save(mode, image, file, options):
-    assert image.is_whole
+class Export(dict):
+    set_property = dict.__setitem__
+    def find_property(self, name): return name == "save-thumbnail"
+
+def save(config):
+    image = config["image"]
+    assert image.is_whole and config["save-thumbnail"] is False
     assert [layer.name for layer in image.layers] == ["Background"]
-    shutil.copy(sys.argv[1], file.path)
+    shutil.copy(sys.argv[1], config["file"].path)
+
+def looked_up(name):
+    assert name == "file-tiff-export"
+    return Names(create_config=Export, run=save)
 
 def load(mode, image, file):
     shutil.copy(file.path, sys.argv[2])
@@ -183,8 +193,10 @@ def main(kind, arguments):
     print(status, problem, len(image.layers) - 3, image.layers[0].name)
 
 Gimp = Names(
-    PlugIn=PlugIn, main=main, file_save=save, file_load_layer=load, displays_flush=lambda: None,
+    PlugIn=PlugIn, main=main, get_pdb=lambda: Names(lookup_procedure=looked_up),
+    file_load_layer=load, displays_flush=lambda: None,
     progress_init=lambda text: None,
+    ImageBaseType=Names(GRAY="grey"),
     RunMode=Names(NONINTERACTIVE="n", INTERACTIVE="i"), MergeType=Names(CLIP_TO_IMAGE="clip"),
     PDBStatusType=Names(SUCCESS="done", CANCEL="cancelled", EXECUTION_ERROR="failed"),
 )
