@@ -28,7 +28,7 @@ OKABE_ITO: Final = {
 }
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Theme:
     """Colours of a theme, also the names in `resources/look/kogao.qss`."""
 

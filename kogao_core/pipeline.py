@@ -14,7 +14,6 @@ from typing import Final
 import numpy as np
 
 from kogao_core.additions.brush import UNTOUCHED, Brushwork
-from kogao_core.additions.edge import cut_note
 from kogao_core.additions.guard import Limit
 from kogao_core.additions.limits import check_corners, check_strokes
 from kogao_core.background.holding import NOTHING_HELD, Held
@@ -253,6 +252,31 @@ class Rendering:
         return preview(self.pixels)
 
 
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Measurement:
+    """All figures of a rendering."""
+
+    one_to_one: OneToOne
+    residual: Residual
+    achieved: tuple[float, ...]  # of each face, % of D
+    protected_shares: tuple[tuple[float, ...], ...]  # of each landmark of each face, 0 to 1
+    pixel_counts: dict[DomainName, int]  # empty unless counted
+
+
+def measure(rendering: Rendering, *, counts: bool) -> Measurement:
+    """Compute the figures of a rendering on the caller's thread.
+
+    `counts`: also count the pixels of the domains, which takes longer than the warp.
+    """
+    return Measurement(
+        one_to_one=rendering.one_to_one,
+        residual=rendering.residual,
+        achieved=rendering.achieved,
+        protected_shares=rendering.protected_shares,
+        pixel_counts=rendering.pixel_counts if counts else {},
+    )
+
+
 def _check_types(photo: object, faces: object, *others: object) -> None:
     check_image(photo)
     if not isinstance(faces, Sequence) or not all(isinstance(face, Face) for face in faces):
@@ -338,29 +362,15 @@ def render(
     check_strokes(brushwork)
     watch, image = Stopwatch(), Box.of(photo)
     draft = WarpDraft(
-        faces=faces,
-        recipe=recipe,
-        photo=whole or image,
-        image=image,
-        protection=protection,
-        held=held,
-        brushwork=brushwork,
-    )
+        faces=faces, recipe=recipe, photo=whole or image, image=image, protection=protection,
+        held=held, brushwork=brushwork,
+    )  # fmt: skip
     with one_blas_thread():
         for step in STEPS:
             with watch.lap(step.stage):
                 draft = step.apply(draft)
         size = size_of(image, longest_px)
-        if size != (photo.shape[1], photo.shape[0]):
-            with watch.lap("warp"):
-                flag, moving = FLAGS[recipe.interpolation], draft.domain.bounds
-                pixels, changed = reduced(photo, draft.field, moving, size, flag, threads), []
-        else:
-            with watch.lap("copy"):
-                canvas = canvas or Canvas(photo)
-            with watch.lap("warp"):
-                changed = canvas.warp(draft.field, draft.domain, recipe.interpolation, threads)
-            pixels = canvas.pixels
+        pixels, changed = _drawn(photo, draft, canvas, size, threads, watch)
     return Rendering(
         pixels=pixels,
         pairs=draft.pairs,
@@ -370,12 +380,28 @@ def render(
         domain=draft.domain,
         changed=changed,
         recipe=recipe,
-        note=cut_note(
-            draft.pairs_in_photo,
-            draft.requested_pairs,
-            [own.percent for own in draft.recipes],
-            draft.pairs,
-        ),
+        note=draft.note,
         timings_ms=watch.laps_ms,
         brush_shares=draft.brush_shares,
     )
+
+
+def _drawn(
+    photo: Image,
+    draft: WarpDraft,
+    canvas: Canvas | None,
+    size: tuple[int, int],
+    threads: int | None,
+    watch: Stopwatch,
+) -> tuple[Image, list[Box]]:
+    """Return the result's pixels and the boxes in which they may have changed."""
+    kernel = draft.recipe.interpolation
+    if size != (draft.image.width, draft.image.height):
+        with watch.lap("warp"):
+            moving = draft.domain.bounds
+            return reduced(photo, draft.field, moving, size, FLAGS[kernel], threads), []
+    with watch.lap("copy"):
+        canvas = canvas or Canvas(photo)
+    with watch.lap("warp"):
+        changed = canvas.warp(draft.field, draft.domain, kernel, threads)
+    return canvas.pixels, changed

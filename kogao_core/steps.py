@@ -16,12 +16,12 @@ from itertools import repeat
 from typing import Final, NamedTuple
 
 from kogao_core.additions.brush import UNTOUCHED, Brushwork, brushed
-from kogao_core.additions.contact import near_heads
-from kogao_core.additions.edge import attenuated_near_edge
+from kogao_core.additions.edge import attenuated_near_edge, cut_note
 from kogao_core.additions.fit import fit, grids_of
 from kogao_core.additions.guard import Limit, limited
-from kogao_core.additions.head import HeadDisplacement, giving_way, near_protected, surrounds_of
+from kogao_core.additions.head import HeadField, give_way, head_fields
 from kogao_core.additions.lens import NO_LENS, LensCorrection
+from kogao_core.additions.pivot import attract_pivots
 from kogao_core.background.holding import NOTHING_HELD, Held, Site, hold
 from kogao_core.base.geometry import Box
 from kogao_core.faces.face import Anchor, Face
@@ -52,7 +52,7 @@ class WarpDraft:
     requested_pairs: tuple[FacePairs, ...] = ()  # `targets`, `pivots`
     pairs_in_photo: tuple[FacePairs, ...] = ()  # `edge`: moves that the photo's edge allows
     pairs: tuple[FacePairs, ...] = ()  # `heads`: moves that heads in front allow
-    heads: tuple[HeadDisplacement | None, ...] = ()  # `heads`
+    heads: tuple[HeadField | None, ...] = ()  # `heads`
     field: Field = _STILL  # `lattice`, `guard`, `background`, `brush`
     field_before_holding: Field = _STILL  # `lattice`, `guard`
     limits: tuple[Limit, ...] = ()  # `guard`
@@ -84,6 +84,12 @@ class WarpDraft:
         """The people to leave in place; none without `Recipe.hold_background`."""
         return self.held if self.recipe.hold_background else NOTHING_HELD
 
+    @property
+    def note(self) -> str:
+        """A sentence on faces with too little space in the photo; empty if there are none."""
+        percents = [recipe.percent for recipe in self.recipes]
+        return cut_note(self.pairs_in_photo, self.requested_pairs, percents, self.pairs)
+
     def updated(self, **results: object) -> WarpDraft:
         """Return the draft with the results of a step."""
         return dataclasses.replace(self, **results)  # type: ignore[arg-type]
@@ -104,8 +110,7 @@ def targets(draft: WarpDraft) -> WarpDraft:
 def pivots(draft: WarpDraft) -> WarpDraft:
     """Move pivots towards heads in front and protected places nearby, and targets with them."""
     faces, strokes = draft.corrected_faces, draft.protection.strokes
-    pairs = near_heads(draft.requested_pairs, faces, draft.people.others)
-    pairs = near_protected(pairs, faces, strokes)
+    pairs = attract_pivots(draft.requested_pairs, faces, strokes, draft.people.others)
     return draft.updated(requested_pairs=pairs, pairs_in_photo=pairs, pairs=pairs)
 
 
@@ -119,7 +124,7 @@ def edge(draft: WarpDraft) -> WarpDraft:
 
 def heads(draft: WarpDraft) -> WarpDraft:
     """Move the whole head along, or room beside the outline; give way to heads in front."""
-    fields = surrounds_of(
+    fields = head_fields(
         draft.corrected_faces,
         [pair.started for pair in draft.pairs],
         draft.recipes,
@@ -128,7 +133,7 @@ def heads(draft: WarpDraft) -> WarpDraft:
         draft.correction,
         draft.people.others,
     )
-    pairs = giving_way(draft.pairs, fields) if draft.recipe.guard else draft.pairs
+    pairs = give_way(draft.pairs, fields) if draft.recipe.guard else draft.pairs
     return draft.updated(heads=fields, pairs=pairs)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from PySide6.QtGui import QAction
 
 from kogao_core.base.geometry import Array
-from kogao_core.pipeline import Rendering
+from kogao_core.field.one_to_one import OneToOne
 
 from ..accessibility import announce
 from ..canvas import handles
@@ -46,11 +46,12 @@ class Speech(Feature):
         self._warning: dict[WarningLabel, bool] = dict.fromkeys(
             (recipe.panel.gauge.text, recipe.panel.one_to_one), False
         )
-        points.restyled.connect(self._tell_point)
-        recipe.chosen.connect(self._tell_face)
+        self._faces: tuple[object, ...] = self.view.face, self.view.also
+        self.view.watch(self._tell_point, "selected")
+        self.view.watch(self._tell_face, "face", "also")
         faces.found.connect(self._tell_found)
         history.did.connect(self._say)
-        self.live.drawn.connect(self._tell_drawn)
+        self.view.watch(self._tell_drawn, "frame")
         self.window.bar.appeared.connect(self._tell_message)
 
     def listen(self) -> None:
@@ -60,8 +61,11 @@ class Speech(Feature):
                 action.triggered.connect(partial(self._tell_switch, action))
 
     def _tell_face(self) -> None:
-        face = self.view.face
-        said = []
+        """Announce newly selected faces."""
+        before, self._faces = self._faces, (self.view.face, self.view.also)
+        if self._faces == before:
+            return
+        face, said = self.view.face, []
         if face is None:
             said.append(tr("All faces"))
         elif not self.window.canvas.hasFocus():
@@ -88,14 +92,15 @@ class Speech(Feature):
             if not self.window.canvas.hasFocus():
                 self._say(self._points.name_of(point))
 
-    def _tell_drawn(self, frame: RenderedFrame) -> None:
+    def _tell_drawn(self) -> None:
         """Announce moves and warnings once the full photo is rendered."""
-        if not self.document.in_gesture and self.live.is_final(frame):
-            said = [*self._move(frame.rendering), *self._warnings()]
+        frame = self.view.frame
+        if frame is not None and not self.document.in_gesture and self.live.is_final(frame):
+            said = [*self._move(frame), *self._warnings()]
             if said:
                 self._say(", ".join(said))
 
-    def _move(self, rendering: Rendering) -> list[str]:
+    def _move(self, frame: RenderedFrame) -> list[str]:
         """Return the shift of the selected point, and whether the warp folds."""
         point = self.view.selected
         if point is None or point != self._point:
@@ -104,7 +109,7 @@ class Speech(Feature):
         away, self._at = to - self._at, to
         if np.abs(away).max() < LEAST_PX:
             return []
-        return [self._points.name_of(point), *ways(away), _verdict(rendering)]
+        return [self._points.name_of(point), *ways(away), _verdict(frame.figures.one_to_one)]
 
     def _warnings(self) -> list[str]:
         """Return warnings that appeared or disappeared since the last call."""
@@ -132,8 +137,7 @@ class Speech(Feature):
         announce(self.window.canvas, text)
 
 
-def _verdict(rendering: Rendering) -> str:
-    check = rendering.one_to_one
+def _verdict(check: OneToOne) -> str:
     if check.folds:
         return tr("folds in {n} cells", n=len(check.folded_cells))
     return tr("no folds") if check.edges_proven and check.settled else tr("small folds possible")

@@ -43,9 +43,7 @@ _TOUCHING: Final = 1.0
 _ABOVE: Final = 0.25
 # Weights; 1 is that of a difference of neighbouring control points.
 _NEIGHBOUR: Final = 3e4  # of a neighbour close to the face
-_PERSON: Final = 60.0  # of a place on the person's hair and ears, where the change is to be zero
-_CLOTHES: Final = 10.0  # the same below the chin, where a line behind may shear neck and clothes
-_CHIN: Final = 0.15  # width of the change from one to the other, in heights of the outline
+_PERSON: Final = 90.0  # of a place on the person's hair and clothes, where the change is to be zero
 _WITHIN: Final = 60.0  # the same of a place within the face
 _INSIDE: Final = 1.5  # between those
 # Of neighbours clear of the face, corners of eyes and mouth, and the photo's edge. Larger values
@@ -137,11 +135,8 @@ def hold(field: Field, sites: Sequence[Site], faces: Sequence[Face], held: Held)
 
 def _without_tails(lattice: Lattice, exact_px: Array, unseen_px: float) -> Lattice:
     """Return the lattice without displacements that nobody sees, but for those near `exact_px`."""
-    (rows, columns), grid = lattice.shape, lattice.grid
-    x, y = grid.nodes_px(lattice.first[0], columns, 0), grid.nodes_px(lattice.first[1], rows, 1)
-    nodes = np.stack(np.meshgrid(x, y), -1).reshape(-1, 2)
     # Control points that move a place are nearer than three spacings; all of these stay.
-    near = ORDER - away_px(nodes, exact_px).reshape(rows, columns) / grid.spacing_px
+    near = ORDER - _away_px(lattice, exact_px) / lattice.grid.spacing_px
     kept = 1.5 - 1.5 * unseen_px / np.maximum(lattice.magnitude_px, unseen_px)
     kept = np.maximum(np.clip(near, 0.0, 1.0), np.minimum(kept, 1.0))
     return dataclasses.replace(lattice, phi=lattice.phi * kept[..., None])
@@ -303,37 +298,22 @@ class _Steady:
         rows_of_basis = np.bincount(at[on], weights[on], shape[0] * shape[1])
         return np.asarray(rows_of_basis.reshape(shape), np.float64)
 
-    def _far(self, outline: Array, h: float) -> Array:
-        """Return 0 at control points near the outline, 1 far from it, row by row."""
-        room, (rows, columns) = self.room, self.room.shape
-        x, y = (
-            room.grid.nodes_px(first, count, axis)
-            for axis, (first, count) in enumerate(zip(room.first, (columns, rows), strict=True))
-        )
-        nodes = np.stack(np.meshgrid(x, y), -1).reshape(-1, 2)
-        return np.clip((away_px(nodes, outline) / h - _FIRM[0]) / _FIRM[1], 0.0, 1.0)
-
     def _built(self, site: Site, face: Face, edges: Edges | None, swept: Array) -> Array:
         """Return the symmetric matrix of the change's x, then y components."""
         (rows, columns), n = self.room.shape, self._rows.shape[1]
         still: Array = np.zeros((n, n))
         index = np.arange(n).reshape(rows, columns)
-        screen = _SCREEN + _FIRMER * self._far(swept, face.anchor.spacing_px)
-        still[index, index] = 4.0 + screen.reshape(rows, columns)
+        h, outline = face.anchor.spacing_px, swept[-len(face.outline) :]
+        far = np.clip((_away_px(self.room, swept) / h - _FIRM[0]) / _FIRM[1], 0.0, 1.0)
+        still[index, index] = 4.0 + _SCREEN + _FIRMER * far
         for one, other in ((index[:, 1:], index[:, :-1]), (index[1:], index[:-1])):
             still[one, other] = still[other, one] = -1.0
-        h, outline = face.anchor.spacing_px, swept[-len(face.outline) :]
         inside, corners = _face_places(outline, h), np.vstack([face.eyes, face.mouth])
-        count = self._edges
-        places, weights = (
-            [inside, corners],
-            [np.full(len(inside), _WITHIN), np.full(len(corners), _STILL)],
-        )
-        if edges is not None:
-            on = self.room.reaches(edges.people_px)
-            places.append(edges.people_px[on])
-            below = _below_chin(edges.people_px[on], outline)
-            weights.append((_PERSON + below * (_CLOTHES - _PERSON)) * edges.opacities[on])
+        count, edges = self._edges, edges or no_edges()
+        on = self.room.reaches(edges.people_px)
+        places = [inside, corners, edges.people_px[on]]
+        weights = [np.full(len(inside), _WITHIN), np.full(len(corners), _STILL)]
+        weights.append(_PERSON * edges.opacities[on])
         rows_of_basis = np.concatenate([self._basis_rows(np.vstack(places)), self._rows[count:]])
         still += _squared(rows_of_basis, np.concatenate([*weights, self.weights[count:]]))
         lines = np.asarray(self._rows[:count], np.float32)
@@ -346,6 +326,13 @@ class _Steady:
         for axis, there in _edge_places(site, self.room):
             matrix[axis, :, axis] += _squared(self._basis_rows(there), np.full(len(there), _STILL))
         return matrix.reshape(2 * n, 2 * n)
+
+
+def _away_px(lattice: Lattice, places: Array) -> Array:
+    """Return the distance of each control point from the nearest place, (rows, columns), px."""
+    (rows, columns), grid = lattice.shape, lattice.grid
+    x, y = grid.nodes_px(lattice.first[0], columns, 0), grid.nodes_px(lattice.first[1], rows, 1)
+    return away_px(np.stack(np.meshgrid(x, y), -1).reshape(-1, 2), places).reshape(rows, columns)
 
 
 def _squared(rows: Array, weights: Array) -> Array:
@@ -411,13 +398,6 @@ def _edge_places(site: Site, room: Lattice) -> Iterator[tuple[int, Array]]:
                 places = np.empty((len(along), 2))
                 places[:, axis], places[:, 1 - axis] = edge, along
                 yield axis, places
-
-
-def _below_chin(places: Array, outline: Array) -> Array:
-    """Return 0 at places above the chin, 1 below, and values between near its height."""
-    top, chin = (outline[0] + outline[-1]) / 2.0, outline[len(outline) // 2]
-    down = (chin - top) / max(1e-9, float((chin - top) @ (chin - top)))
-    return np.asarray(np.clip(((places - chin) @ down) / _CHIN + 0.5, 0.0, 1.0))
 
 
 def _face_places(outline: Array, h: float) -> Array:

@@ -233,7 +233,8 @@ def _others(look: PersonLook, face: Face, rest: Sequence[Face]) -> Array:
     within = _EVERY_PX * np.argwhere(whole[::_EVERY_PX, ::_EVERY_PX])
     rows, columns = np.concatenate([np.argwhere(edge), within]).T
     near = cv2.dilate(opacity, np.ones((_EVERY_PX + 1,) * 2, np.uint8))[rows, columns]
-    sure = np.clip((near - _HALF) / (_SURE - _HALF), 1e-3, 1.0) * large[figures[rows, columns]]
+    size = np.where(apart, large, 1.0)[figures[rows, columns]]
+    sure = size * np.clip((near - _HALF) / (_SURE - _HALF), 1e-3, 1.0)
     unsure_px = _UNSURE * face.anchor.spacing_px * (1.0 / sure - 1.0)
     places = to_image(np.column_stack([columns, rows]).astype(np.float64))
     return np.column_stack([places, unsure_px])

@@ -19,16 +19,15 @@ from kogao_core.base.json_reader import BadFile
 from kogao_core.base.language import Text
 from kogao_core.batch.measures import COLUMNS, measured
 from kogao_core.faces.doubt import AllDoubted, choose
-from kogao_core.faces.face import Face
 from kogao_core.faces.landmarks import source
 from kogao_core.field.protection import NOTHING
 from kogao_core.photo import Photo, bits_of, read
-from kogao_core.pipeline import Rendering
+from kogao_core.photo.profiles import for_search
 from kogao_core.projects import interchange
 from kogao_core.projects.project import load, sha256_of
 from kogao_core.projects.results import Results, objects_in
 from kogao_core.projects.sidecar import Applied, apply
-from kogao_core.retouch import RetouchJob, retouch, to_file
+from kogao_core.retouch import Output, RetouchJob, draw, retouch, to_file
 
 Status = Literal["done", "skipped", "result", "no face", "failed"]
 _CHUNK_BYTES: Final = 1 << 20
@@ -100,7 +99,7 @@ def work(task: Task) -> Outcome:
 
 
 def _render(task: Task) -> tuple[tuple[dict[str, Any], ...], str, bool]:
-    output, job, seen = Path(task.output), task.job, list[Rendering]()
+    output, job = Path(task.output), task.job
 
     def written(photo: Photo, pixels: Image, coding: int | None) -> str:
         output.parent.mkdir(parents=True, exist_ok=True)
@@ -108,11 +107,8 @@ def _render(task: Task) -> tuple[tuple[dict[str, Any], ...], str, bool]:
 
     photo = read(Path(task.source), max_megapixels=job.max_megapixels, bits=bits_of(output))
     done = _replayed(task, photo) if task.project else _found(task, photo)
-    made = retouch(
-        photo, done, job.disclosure, written, _background(),
-        look=seen.append, threads=1, export=job.export,
-    )  # fmt: skip
-    (rendering,) = seen
+    rendering = draw(photo, done, _background(), job.export, threads=1)
+    made = retouch(photo, done, rendering, Output(written, job.disclosure, job.export))
     notes = [done.note, *made.notes, rendering.note, made.written]
     rows = measured(task.output, task.source, rendering, done.faces)
     # With a project, the note is about the photo; otherwise the note is about doubtful faces.
@@ -121,17 +117,14 @@ def _render(task: Task) -> tuple[tuple[dict[str, Any], ...], str, bool]:
 
 def _found(task: Task, photo: Photo) -> Applied:
     job = task.job
-    faces = _given(task, photo) if task.points else _sources(job.landmarks).find(photo.pixels)
+    if task.points:
+        faces = interchange.faces_of(photo, Path(task.points))
+    else:
+        faces = _sources(job.landmarks).find(for_search(photo))
     if not faces:
         raise _NoFace
     chosen = choose(faces, job.which, Box.of(photo.pixels), doubtful=job.doubtful)
     return Applied(chosen.faces, job.recipe, NOTHING, chosen.note, others=chosen.others)
-
-
-def _given(task: Task, photo: Photo) -> list[Face]:
-    faces = interchange.read(Path(task.points))
-    interchange.check_inside(faces, Box.of(photo.pixels))
-    return faces
 
 
 def _replayed(task: Task, photo: Photo) -> Applied:

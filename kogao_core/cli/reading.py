@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from concurrent.futures import Future
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, Literal
 
 from kogao_core.base import assets
 from kogao_core.base.geometry import Box
@@ -24,16 +24,17 @@ from kogao_core.photo import (
     CannotDisclose,
     Photo,
     UnreadablePhoto,
-    bits_of,
     formats,
     read,
 )
 from kogao_core.photo.disclosure.disclosing import Disclosure
 from kogao_core.photo.disclosure.label import check_label
 from kogao_core.photo.export import Export
+from kogao_core.photo.profiles import for_search
 from kogao_core.projects import interchange
 from kogao_core.projects.project import sha256_of
 from kogao_core.projects.results import Results
+from kogao_core.recipe.export import EXPORT_SETTINGS
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.retouch import RetouchJob
 
@@ -75,14 +76,13 @@ def input_paths(inputs: Sequence[Path], sample: bool, *, named: bool = False) ->
 def read_photo(
     path: Path,
     max_megapixels: float,
-    output: Path | None = None,
+    bits: Literal[8, 16] = 16,
     early: Future[Photo] | None = None,
 ) -> Photo:
-    """Read a photo with 8 or 16 bits, as the output format can store. Raises Stop.
+    """Read a photo with 8 or 16 bits, as the output can store. Raises Stop.
 
     `early`: the photo, if a thread is already reading it.
     """
-    bits = 16 if output is None else bits_of(output)
     with ending.stopping(UnreadablePhoto, ending.UNREADABLE):
         return early.result() if early else read(path, max_megapixels=max_megapixels, bits=bits)
 
@@ -112,9 +112,7 @@ def points_of(photo: Photo, place: Path | None) -> list[Face] | None:
     if place is None:
         return None
     with ending.stopping(BadFile, ending.UNREADABLE):
-        faces = interchange.read(interchange.file_for(photo.path, place))
-        interchange.check_inside(faces, Box.of(photo.pixels))
-    return faces
+        return interchange.faces_of(photo, place)
 
 
 def find_faces(
@@ -132,7 +130,7 @@ def find_faces(
         return given
     with ending.stopping((assets.AssetMissing, ModelRefused), ending.BROKEN):
         try:
-            faces = (known or landmark_source(landmarks)).find(photo.pixels)
+            faces = (known or landmark_source(landmarks)).find(for_search(photo))
         except ValueError as error:  # raised by `Face`
             raise ending.Stop(
                 Text(
@@ -198,6 +196,6 @@ def job_of(args: SimpleNamespace, recipe: Recipe, **more: Any) -> RetouchJob:
 
 def export_of(args: SimpleNamespace, **more: Any) -> Export:
     """Return the value of `options.exports`, with more fields."""
-    fields = ("longest_px", "quality", "srgb", "sharpen")
-    chosen: dict[str, Any] = {name: getattr(args, name) or 0 for name in fields}
-    return Export(**chosen, metadata=not args.bare, **more)
+    options = (name for name, setting in EXPORT_SETTINGS.items() if setting.option)
+    given = {name: getattr(args, name) for name in options if getattr(args, name) is not None}
+    return Export(**given, **more)

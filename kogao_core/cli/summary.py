@@ -8,15 +8,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-from kogao_core.background.find import Bends
-from kogao_core.background.lines import SEEN_PX
+from kogao_core.background.find import MeasuredLines
+from kogao_core.background.lines import SEEN_DEGREES
 from kogao_core.base.language import Text, translated
 from kogao_core.base.wording import columns
 from kogao_core.cli import common
 from kogao_core.faces.face import Face
 from kogao_core.field.measures import asked_percent, reduced
 from kogao_core.photo import Photo
-from kogao_core.pipeline import STAGES, Rendering
+from kogao_core.pipeline import STAGES, Measurement, Rendering
 from kogao_core.recipe.recipe import SETTINGS, Recipe
 
 _LABEL_COLUMNS: Final = 15
@@ -24,7 +24,7 @@ _LEAST_PERCENT: Final = 0.005  # a smaller change prints "unchanged"
 _DEFAULTS: Final = Recipe()
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class WarpReport:
     """Everything known about a saved result."""
 
@@ -32,7 +32,8 @@ class WarpReport:
     output: Path
     faces: Sequence[Face]
     rendering: Rendering
-    bends: Bends
+    measurement: Measurement
+    lines: MeasuredLines
     file_note: str  # unchanged share of a JPEG, lost metadata
     notes: Sequence[str]  # further sentences
 
@@ -48,20 +49,20 @@ class WarpReport:
             "timings_ms": rendering.timings_ms,
             "domains": {
                 name: {"pixels": count, "percent": 100.0 * count / (photo.width * photo.height)}
-                for name, count in rendering.pixel_counts.items()
+                for name, count in self.measurement.pixel_counts.items()
             },
             "dose": [
                 {"asked_percent": requested, "achieved_percent": achieved}
-                for requested, achieved in _amounts(rendering)
+                for requested, achieved in _amounts(rendering, self.measurement)
             ],
-            "residual": dataclasses.asdict(rendering.residual),
+            "residual": dataclasses.asdict(self.measurement.residual),
             "shares": list(rendering.shares),
             "limits": [dataclasses.asdict(limit) for limit in rendering.limits],
             "brush_shares": list(rendering.brush_shares),
-            "protected_shares": [list(shares) for shares in rendering.protected_shares],
+            "protected_shares": [list(shares) for shares in self.measurement.protected_shares],
             "threshold_px": rendering.threshold_px,
-            "one_to_one": dataclasses.asdict(rendering.one_to_one),
-            "lines": [dataclasses.asdict(line) for line in self.bends.lines],
+            "one_to_one": dataclasses.asdict(self.measurement.one_to_one),
+            "lines": [dataclasses.asdict(line) for line in self.lines.lines],
             "notes": [*filter(None, [*self.notes, self.file_note])],
         }
 
@@ -71,7 +72,7 @@ class WarpReport:
             "{output}: {faces}, {change}",
             output=self.output,
             faces=common.count_of_faces(len(self.faces)),
-            change=_change(self.rendering, self.faces),
+            change=_change(self.rendering.recipe, self.faces, self.measurement.achieved),
         )
         return translated(Text.joined("; ", [done, self.file_note]))
 
@@ -94,7 +95,7 @@ class WarpReport:
             yield Text(
                 "brush strokes limited to {limits}, more would fold the picture", limits=limits
             )
-        if slowed := reduced(rendering.protected_shares):
+        if slowed := reduced(self.measurement.protected_shares):
             yield Text.counted(
                 len(slowed),
                 "{n} outline point moves less because of protection, {least:.0f} % of its way",
@@ -108,14 +109,14 @@ class WarpReport:
                 "were computed",
                 px=rendering.recipe.threshold_px,
             )
-        if bent := [one.bend_px for one in self.bends.lines if one.holding == "gave way"]:
+        if turned := self.lines.seen:
             yield Text.counted(
-                len(bent),
-                "{n} straight line in the background bends by up to {px:.1f} px",
-                "{n} straight lines in the background bend by up to {px:.1f} px",
-                px=max(bent),
+                len({one.number for one in turned}),
+                "{n} straight line in the background turns by up to {degrees:.0f}°",
+                "{n} straight lines in the background turn by up to {degrees:.0f}°",
+                degrees=max(one.turn_degrees for one in turned),
             )
-        found = rendering.one_to_one
+        found = self.measurement.one_to_one
         if found.folded_cells:
             yield Text.counted(
                 len(found.folded_cells),
@@ -149,7 +150,7 @@ class WarpReport:
                 requested=requested,
                 achieved=achieved,
             )
-            for requested, achieved in _amounts(rendering)
+            for requested, achieved in _amounts(rendering, self.measurement)
         ]
         if len(set(amounts)) == 1:
             yield Text("amount"), amounts[0]
@@ -161,14 +162,14 @@ class WarpReport:
                 )
         yield (
             Text("accuracy"),
-            Text("largest error at the targets {px:.2f} px", px=rendering.residual.max_px),
+            Text("largest error at the targets {px:.2f} px", px=self.measurement.residual.max_px),
         )
         yield (
             Text("folds"),
             Text(
                 "{count}; smallest Jacobian determinant of the samples {det:.2f}",
-                count=len(rendering.one_to_one.folded_cells),
-                det=rendering.one_to_one.min_det,
+                count=len(self.measurement.one_to_one.folded_cells),
+                det=self.measurement.one_to_one.min_det,
             ),
         )
         domains = SETTINGS["domain"]
@@ -178,7 +179,7 @@ class WarpReport:
                 domain=domains.alternative(name).word,
                 percent=pixels / percent_px,
             )
-            for name, pixels in rendering.pixel_counts.items()
+            for name, pixels in self.measurement.pixel_counts.items()
         )
         yield Text("domain"), Text.joined(", ", parts)
         yield from self._lines()
@@ -189,40 +190,43 @@ class WarpReport:
         yield Text("time"), Text("{stages} ms", stages=Text.joined(", ", laps))
 
     def _lines(self) -> Iterator[tuple[Text, Text]]:
-        """Yield the number of straight lines, and the figures of the one that bends most."""
-        if not self.bends.lines:
+        """Yield the number of straight lines, and the figures of the one that turns most."""
+        if not self.lines.lines:
             return
-        worst = self.bends.lines[0]
+        worst = self.lines.lines[0]
         yield (
-            Text("lines nearby") if self.bends.note else Text("lines"),
+            Text("lines nearby") if self.lines.note else Text("lines"),
             Text(
-                "{count}; worst bend {bend:.1f} px, from {x:.0f},{y:.0f} to {u:.0f},{v:.0f} (edge "
-                "{before:.1f} px off straight before, {after:.1f} px after)",
-                count=len(self.bends.lines),
+                "{count}; largest turn {degrees:.1f}°, from {x:.0f},{y:.0f} to {u:.0f},{v:.0f}; "
+                "largest rise {rise:.0f} thousandths of the face's width",
+                count=len({one.number for one in self.lines.lines}),
                 **dict(zip("xyuv", (*worst.start_px, *worst.end_px), strict=True)),
-                bend=worst.bend_px,
-                before=worst.before_px,
-                after=worst.after_px,
+                degrees=worst.turn_degrees,
+                rise=max(one.rise_permille for one in self.lines.lines),
             ),
         )
-        kept = [
-            one
-            for one in self.bends.lines
-            if one.holding in ("held", "gave way") and one.unheld_px >= SEEN_PX
-        ]
+        kept = {
+            one.number
+            for one in self.lines.lines
+            if one.holding == "held" and one.unheld_turn_degrees >= SEEN_DEGREES
+        }
         if kept:
             yield (
                 Text("kept straight"),
-                Text("{count} would have bent by {px} px or more", count=len(kept), px=SEEN_PX),
+                Text(
+                    "{count} would have turned by {degrees:.0f}° or more",
+                    count=len(kept),
+                    degrees=SEEN_DEGREES,
+                ),
             )
 
 
-def _change(rendering: Rendering, faces: Sequence[Face]) -> Text:
+def _change(recipe: Recipe, faces: Sequence[Face], achieved: Sequence[float]) -> Text:
     """Return the achieved amount in words, or "reshaped" if other settings changed the face."""
-    recipes = [rendering.recipe, *(face.recipe for face in faces)]
-    if any(recipe is not None and _reshapes(recipe) for recipe in recipes):
+    recipes = [recipe, *(face.recipe for face in faces)]
+    if any(each is not None and _reshapes(each) for each in recipes):
         return Text("reshaped")
-    low, high = min(rendering.achieved, default=0.0), max(rendering.achieved, default=0.0)
+    low, high = min(achieved, default=0.0), max(achieved, default=0.0)
     if low < -_LEAST_PERCENT and high > _LEAST_PERCENT:
         return Text("reshaped")
     if max(-low, high) < _LEAST_PERCENT:
@@ -248,7 +252,7 @@ def _rounded(percent: float) -> str:
     return f"{percent:.2g}" if percent < 1.0 else f"{round(percent, 1):g}"
 
 
-def _amounts(rendering: Rendering) -> list[tuple[float, float]]:
+def _amounts(rendering: Rendering, measurement: Measurement) -> list[tuple[float, float]]:
     """Return the requested and the achieved amount of each face, in % of the distance."""
     requested = (asked_percent(pairs) for pairs in rendering.pairs)
-    return list(zip(requested, rendering.achieved, strict=True))
+    return list(zip(requested, measurement.achieved, strict=True))

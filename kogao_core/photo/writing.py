@@ -20,7 +20,7 @@ from kogao_core.base.display import eight_bits
 from kogao_core.base.geometry import Box, Image, check_image, check_type
 from kogao_core.base.language import Text
 from kogao_core.base.wording import system_reason
-from kogao_core.photo import formats
+from kogao_core.photo import formats, profiles
 from kogao_core.photo.errors import CannotWrite, RefusedOutput
 from kogao_core.photo.formats import FORMATS
 from kogao_core.photo.formats.base import Content, FileFormat
@@ -110,6 +110,8 @@ def write(
     check_image(pixels)
     path = Path(path)
     name = check_output(path, force=force)
+    if not formats.BY_NAME[name].holds_hdr and name != photo.format:
+        photo, pixels = profiles.tone_mapped(photo, pixels)
     if quality is not None and pixels.dtype == np.uint16 and bits_of(path) == 8:
         pixels = eight_bits(pixels)
     check_holds(path, pixels)
@@ -280,6 +282,8 @@ def _worth_knowing(
         )
     if photo.icc_profile and form.becomes_colour(pixels):
         notes.append(Text("grey became RGB, without its colour profile"))
+    if pixels.dtype == np.uint16 and form.deep_bits < 16:
+        notes.append(Text("stored with {bits} bits", bits=form.deep_bits))
     return Text.joined("; ", [*notes, _spread(photo, pixels), kept])
 
 

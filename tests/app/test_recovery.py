@@ -34,6 +34,7 @@ CONTROL = Qt.KeyboardModifier.ControlModifier
 VICTIM = """
     import sys
     from pathlib import Path
+    import numpy as np
     from PySide6.QtCore import Qt, QTimer
     from PySide6.QtTest import QTest
     from PySide6.QtWidgets import QApplication
@@ -55,9 +56,9 @@ VICTIM = """
         QTest.keyClick(slider, Qt.Key.Key_End)
         editor.recipe.choose(0)
         QTest.keyClick(slider, Qt.Key.Key_Home)
-        editor.points.grab(Handle("outline", 0, 10), 240, 280)
-        editor.points.drag(250, 300)
-        editor.points.release()
+        canvas = editor.window.canvas
+        canvas.begin("fetch", Handle("outline", 0, 10), np.array([250.0, 300.0]))
+        canvas.end(np.array([250.0, 300.0]))
         tell()
 
     def tell():

@@ -4,13 +4,13 @@ import dataclasses
 
 import numpy as np
 import pytest
+from bent import bend_px
 from edges_along import held_along
 from scenes import oval_face
 
 from kogao_core.additions.lens import away_px
 from kogao_core.background import holding
 from kogao_core.background.holding import NOTHING_HELD, Held
-from kogao_core.background.lines import bends
 from kogao_core.base.geometry import Affine
 from kogao_core.field.field import shown_at
 from kogao_core.field.protection import Protection
@@ -31,10 +31,6 @@ PLANKS = np.array(
         for x in (LEFT - 10.0, LEFT + 10.0, LEFT + 30.0, RIGHT - 30.0, RIGHT + 10.0)
     ]
 )
-
-
-def bend_px(field, lines):
-    return max(line.bend_px for line in bends(field, lines))
 
 
 def turned_degrees(field, line):

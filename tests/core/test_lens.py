@@ -6,6 +6,7 @@ from itertools import pairwise
 import cv2
 import numpy as np
 import pytest
+from bent import bend_px
 from edges_along import held_along
 from scenes import read_outside_px, textured_photo
 
@@ -18,7 +19,6 @@ from kogao_core.additions.lens import (
     stretch_percent,
 )
 from kogao_core.background.holding import Held
-from kogao_core.background.lines import bends
 from kogao_core.base.geometry import Affine, Box
 from kogao_core.faces.face import Face
 from kogao_core.field.field import shown_at
@@ -177,9 +177,8 @@ def test_a_line_beside_the_head_stays_straight():
     line = np.array([[(690.0, 20.0), (690.0, 580.0)]])
     photo = textured_photo(WIDTH, HEIGHT, 3)
     made = render(photo, [face], LENS, held=held_along(line, [face]))
-    (bent,) = bends(made.field, line, photo, made.unheld)
-    width = np.ptp(face.outline[:, 0])
-    assert bent.bend_px < 0.0025 * width < 0.01 * bent.unheld_px * width
+    width, free_px = np.ptp(face.outline[:, 0]), bend_px(made.unheld, line)
+    assert bend_px(made.field, line) < 0.0025 * width < 0.01 * free_px * width
 
 
 def test_neighbours_and_protected_places_stay():

@@ -21,7 +21,7 @@ from kogao_core.projects.project import to_bytes
 from kogao_core.projects.results import MARK, Provenance
 from kogao_core.projects.sidecar import SUFFIX
 from kogao_core.recipe.recipe import Recipe
-from kogao_core.retouch import over_itself, retouch, to_file
+from kogao_core.retouch import Output, draw, over_itself, retouch, to_file
 
 from ...actions import call
 from ...ahead import Ahead, FaceSearch
@@ -51,13 +51,21 @@ UNTOUCHED: Final = Recipe(percent=0.0)
 class Files(Feature):
     """Opens photos and saves results."""
 
+    # (): a photo is being read.
     began = Signal()
+    # (): the sample opened at the first start.
     welcomed = Signal()
+    # (opened: Opened): a photo with earlier work is read, and not open yet.
     resuming = Signal(object)
+    # (work: EarlierWork, note: str): earlier work is open again.
     restored = Signal(object, str)
+    # (why: str): no photo could be opened.
     unreadable = Signal(str)
+    # (): the open photo's own file has been replaced.
     saved_over = Signal()
+    # (request: Request): a copy is written.
     saved = Signal(object)
+    # (file: Path): the photo of a project isn't beside the project.
     wants_photo = Signal(object)
 
     def __init__(
@@ -391,6 +399,10 @@ def save_copy(
     `drawn` is the rendered result, if available. With `originals` the photo itself is overwritten
     and backed up in `originals`; otherwise the dialog has confirmed overwriting.
     """
-    to = to_file(path, force=True) if originals is None else over_itself(originals)
-    made = retouch(photo, state.done, disclosure, to, finder, drawn=drawn, export=export)
+    write = to_file(path, force=True) if originals is None else over_itself(originals)
+    output = Output(write, disclosure, export)
+    if drawn is None or output.needs_rendering(photo):
+        made = retouch(photo, state.done, draw(photo, state.done, finder, export), output)
+    else:
+        made = retouch(photo, state.done, drawn, output)
     return " ".join(sentence(note) for note in (*made.notes, made.written) if note)
