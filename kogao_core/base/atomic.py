@@ -216,22 +216,24 @@ def _locked(place: Path) -> int | None:
 
     Raises BlockingIOError if another program has locked the folder.
     """
+    opened: int | None
     if sys.platform == "win32":
         lock = place / "lock"
         try:
             lock.unlink(missing_ok=True)  # fails while it is open
-            return os.open(lock, os.O_CREAT | os.O_EXCL)
+            opened = os.open(lock, os.O_CREAT | os.O_EXCL)
         except (PermissionError, FileExistsError) as error:
             raise BlockingIOError(*error.args) from None
-    opened = os.open(place, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
-    try:
-        fcntl.flock(opened, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        return opened
-    except OSError as error:
-        os.close(opened)
-        if isinstance(error, BlockingIOError):
-            raise
-    return None
+    else:
+        opened = os.open(place, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
+        try:
+            fcntl.flock(opened, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError as error:
+            os.close(opened)
+            if isinstance(error, BlockingIOError):
+                raise
+            opened = None
+    return opened
 
 
 def _sweep(folder: Path) -> None:
