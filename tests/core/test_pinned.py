@@ -32,5 +32,6 @@ def test_computed_heads_are_searched_as_stored():
     assert pinned.difference("search", pinned.steps_of_the_search(), STORED["search"]) == ""
 
 
+@needs_stored_decimals
 def test_template_faces_are_judged_as_stored():
     assert pinned.difference("statements", pinned.statements(), STORED["statements"]) == ""
