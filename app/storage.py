@@ -9,7 +9,6 @@ from pathlib import Path
 
 from PySide6.QtCore import QSettings, QStandardPaths
 
-from kogao_core.projects import results
 from kogao_core.projects.results import Results
 
 _NAME = "kogao"
@@ -51,8 +50,8 @@ class Storage:
 
     @property
     def results(self) -> Results:
-        """The list of results made from photos."""
-        return Results(self.data / results.NAME)
+        """The results made from photos."""
+        return Results(self.data)
 
     @property
     def originals(self) -> Path:

@@ -67,7 +67,7 @@ def plan(
             job,
             project=str(kept(photo, edits) or "") if projects else "",
             done=keys.get(str(output), ""),
-            results=str(results.file) if results else "",
+            results=str(results.folder) if results else "",
             points="" if points is None else str(file_for(photo, points)),
         )
         for output, photo in found.items()

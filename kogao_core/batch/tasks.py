@@ -50,7 +50,7 @@ class Task:
     job: RetouchJob  # the same for all photos
     project: str = ""  # project file to apply instead of the recipe, or ""
     done: str = ""  # `Outcome.key` of an earlier run for the same source and options, or ""
-    results: str = ""  # list of Kogao's own results to skip; "" processes them again
+    results: str = ""  # data folder with Kogao's own results to skip; "" processes them again
     points: str = ""  # file of landmarks to use instead of face detection, or ""
 
 

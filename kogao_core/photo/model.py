@@ -91,6 +91,10 @@ class Photo:
         Additional content of the file; see `kinds`.
     companions : tuple of Companion
         Data after the main image to copy to a changed JPEG; see `accompanied`.
+    picture : str
+        SHA-256 of the picture without metadata, see `picture.hashes_of`; empty for a new photo.
+    sha256 : str
+        SHA-256 of the file as read.
 
     Examples
     --------
@@ -120,6 +124,8 @@ class Photo:
     extras: tuple[Extra, ...] = ()
     tiff_compression: int | None = None
     companions: tuple[Companion, ...] = ()
+    picture: str = ""
+    sha256: str = ""
 
     @property
     def width(self) -> int:

@@ -24,6 +24,7 @@ from kogao_core.photo.formats.base import Source
 from kogao_core.photo.metadata import kinds, photoshop, references, tiff, tiff_extras
 from kogao_core.photo.metadata.kinds import Extra, Kind
 from kogao_core.photo.model import Photo, Stamp
+from kogao_core.photo.picture import hashes_of
 
 MAX_MEGAPIXELS: Final = 300.0
 _RGB_BYTES: Final = 3
@@ -114,7 +115,10 @@ def _read_open(file: IO[bytes], path: Path, max_megapixels: float, bits: int) ->
     with _own_limits(), hushed() as complaints:
         try:
             photo = _decoded(Source(file, path, bits, check))
-            photo = dataclasses.replace(photo, stamp=stamp, extras=extras_of(photo, file))
+            picture, sha256 = hashes_of(file, photo)
+            photo = dataclasses.replace(
+                photo, stamp=stamp, extras=extras_of(photo, file), picture=picture, sha256=sha256
+            )
         except UnreadablePhoto:
             raise
         except UnidentifiedImageError:

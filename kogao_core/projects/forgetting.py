@@ -10,7 +10,7 @@ from kogao_core.base.installed import data_folder
 from kogao_core.base.json_reader import BadFile
 from kogao_core.photo.originals import Originals
 from kogao_core.projects import project
-from kogao_core.projects.results import NAME, Results
+from kogao_core.projects.results import Results
 from kogao_core.projects.sidecar import own_place
 
 
@@ -29,7 +29,7 @@ def forget(photo: Path, data: Path | None = None) -> Forgotten:
     Raises OSError.
     """
     data = data or data_folder()
-    results = Results(data / NAME).forget(photo)
+    results = Results(data).forget(photo)
     originals = Originals(data / "originals").forget(photo)
     kept = own_place(photo, data / "edits")
     files = [kept, kept.with_suffix(".steps"), *_recovered(photo, data / "recovery")]
