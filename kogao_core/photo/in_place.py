@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 import os
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import Final
 
@@ -97,11 +97,13 @@ def write_in_place(
 
     def keep(pieces: Chunks) -> None:
         nonlocal replaced_a_result, evicted
-        _file_of(photo, originals)
         if originals is None:
+            _file_of(photo, originals)
             return
-        replaced_a_result = originals.find(photo.path) is not None
         try:
+            locks.enter_context(originals.locked())
+            _file_of(photo, originals)  # another program may have changed the photo meanwhile
+            replaced_a_result = originals.find(photo.path) is not None
             evicted = originals.keep(photo.path, pieces, _version(photo))
         except StoreFull:
             raise CannotWrite(
@@ -124,10 +126,11 @@ def write_in_place(
                 )
             ) from error
 
-    notes = [write(source, pixels, photo.path, force=True, before=keep)]
-    if originals is not None:
-        with suppress(OSError):  # photo and original are saved already
-            originals.note_written(photo.path)
+    with ExitStack() as locks:
+        notes = [write(source, pixels, photo.path, force=True, before=keep)]
+        if originals is not None:
+            with suppress(OSError):  # photo and original are saved already
+                originals.note_written(photo.path)
     if evicted:
         notes.append(
             Text.counted(
@@ -185,4 +188,6 @@ def _changed(photo: Photo) -> Text:
 
 
 def _version(photo: Photo) -> str:
-    return "" if photo.stamp is None else f"{photo.stamp.size}-{photo.stamp.changed_ns}"
+    # Two programs that read one version must not overwrite each other's results.
+    stamp = photo.stamp
+    return "" if stamp is None else f"{stamp.size}-{stamp.changed_ns}-{os.getpid()}"
