@@ -9,6 +9,8 @@ from pathlib import Path
 
 from PySide6.QtCore import QSettings, QStandardPaths
 
+from kogao_core.projects import edits
+from kogao_core.projects.edits import Edits
 from kogao_core.projects.results import Results
 
 _NAME = "kogao"
@@ -44,9 +46,9 @@ class Storage:
         return self.data / "recovery"
 
     @property
-    def edits(self) -> Path:
-        """The folder of edits stored apart from photos, and of undo steps."""
-        return self.data / "edits"
+    def edits(self) -> Edits:
+        """The saved edits of photos, with undo steps."""
+        return Edits(self.data / edits.FOLDER)
 
     @property
     def results(self) -> Results:

@@ -105,7 +105,6 @@ def carry_out(
         order.photos,
         order.folder,
         order.job,
-        projects=True,
         report=report,
         edits=storage.edits,
         results=storage.results,

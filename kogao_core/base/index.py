@@ -9,14 +9,14 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final, TypeVar
+from typing import Any, Final, TypeVar
 
 NAME: Final = "index.db"
 """File name of the database, in the user's data folder."""
 _WAIT_S: Final = 30.0  # for another program's transaction
 _DAMAGED: Final = (sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB)
 _Out = TypeVar("_Out")
-Row = tuple[object, ...]
+Row = tuple[Any, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,9 +60,13 @@ class Index:
         except sqlite3.Error as error:
             raise _as_os_error(error) from error
 
-    def rows(self, table: Table, sql: str, *values: object) -> list[tuple[object, ...]]:
+    def rows(self, table: Table, sql: str, *values: object) -> list[Row]:
         """Return the rows of a query. Raises OSError."""
         return self.run(table, lambda db: db.execute(sql, values).fetchall())
+
+    def change(self, table: Table, sql: str, *values: object) -> int:
+        """Execute a statement; return the number of changed rows. Raises OSError."""
+        return self.run(table, lambda db: db.execute(sql, values).rowcount, writes=True)
 
     def refill(self, table: Table) -> None:
         """Insert the rows of files that the table lacks. Raises OSError."""

@@ -24,9 +24,10 @@ from kogao_core.faces.landmarks import source
 from kogao_core.photo import Photo, bits_of, read
 from kogao_core.pipeline import Rendering
 from kogao_core.projects import interchange
+from kogao_core.projects.edits import Edits
 from kogao_core.projects.project import load, sha256_of
 from kogao_core.projects.results import Results, objects_in
-from kogao_core.projects.sidecar import Applied, apply
+from kogao_core.projects.sidecar import Applied, apply, check_picture
 from kogao_core.retouch import RetouchJob, retouch, to_file
 from kogao_core.warp.protection import NOTHING
 
@@ -49,6 +50,7 @@ class Task:
     output: str  # path to write
     job: RetouchJob  # the same for all photos
     project: str = ""  # project file to apply instead of the recipe, or ""
+    edits: str = ""  # the user's folder of edits, which knows earlier names of a picture
     done: str = ""  # `Outcome.key` of an earlier run for the same source and options, or ""
     results: str = ""  # data folder with Kogao's own results to skip; "" processes them again
     points: str = ""  # file of landmarks to use instead of face detection, or ""
@@ -83,12 +85,16 @@ def work(task: Task) -> Outcome:
             return Outcome(task.source, task.output, "skipped", key=task.done)
         if task.results and (origin := Results(Path(task.results)).origin(Path(task.source))):
             return Outcome(task.source, task.output, "result", origin.why)
-        rows, note, doubtful = _render(task)
+        photo = _read(task)
+        rows, note, doubtful = _render(task, photo)
+        key = _key(task)
+        if not photo.is_as_read:  # the key is of another file than the result
+            raise OSError(Text("the photo changed while it was in work; run the batch again"))
         seconds = round(time.perf_counter() - start, 3)
         edit = sha256_of(task.project) if task.project else ""
         achieved = tuple(round(row["achieved_percent"], 3) for row in rows)
         return Outcome(
-            task.source, task.output, "done", note, _key(task), len(rows), seconds, achieved, edit,
+            task.source, task.output, "done", note, key, len(rows), seconds, achieved, edit,
             rows, doubtful,
         )  # fmt: skip
     except _NoFace:
@@ -99,14 +105,18 @@ def work(task: Task) -> Outcome:
         return Outcome(task.source, task.output, "failed", _sentence(error))
 
 
-def _render(task: Task) -> tuple[tuple[dict[str, Any], ...], str, bool]:
+def _read(task: Task) -> Photo:
+    bits = bits_of(task.output)
+    return read(Path(task.source), max_megapixels=task.job.max_megapixels, bits=bits)
+
+
+def _render(task: Task, photo: Photo) -> tuple[tuple[dict[str, Any], ...], str, bool]:
     output, job, seen = Path(task.output), task.job, list[Rendering]()
 
     def written(photo: Photo, pixels: Image, coding: int | None) -> str:
         output.parent.mkdir(parents=True, exist_ok=True)
         return to_file(output, force=True)(photo, pixels, coding)
 
-    photo = read(Path(task.source), max_megapixels=job.max_megapixels, bits=bits_of(output))
     done = _replayed(task, photo) if task.project else _found(task, photo)
     made = retouch(
         photo, done, job.disclosure, written, _background(),
@@ -136,7 +146,10 @@ def _given(task: Task, photo: Photo) -> list[Face]:
 
 def _replayed(task: Task, photo: Photo) -> Applied:
     try:
-        return apply(load(task.project), photo.pixels, sha256_of(task.source))
+        project = load(task.project)
+        known = Edits(Path(task.edits)).name_in(project, photo)
+        check_picture(project, photo, known)
+        return apply(project, photo.pixels, known)
     except BadFile as error:
         raise BadFile(
             Text("its project {project} can't be used: {error}", project=task.project, error=error)

@@ -31,8 +31,9 @@ from kogao_core.photo.export import Export
 from kogao_core.photo.originals import Originals
 from kogao_core.pipeline import Rendering
 from kogao_core.projects import project, sidecar
+from kogao_core.projects.edits import Edits, sidecar_of
 from kogao_core.projects.results import Results
-from kogao_core.projects.sidecar import Applied, apply, sidecar_of
+from kogao_core.projects.sidecar import Applied, apply
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.retouch import over_itself, retouch, to_file
 from kogao_core.warp.limits import OutOfBounds, check_protection
@@ -66,12 +67,11 @@ def warp(
     if is_piped:
         to = files.enter_context(common.sent(reading.suffix_for(photo)))
     _check_photo(photo, to, args.in_place, job.export)
-    is_hashed = args.project_file or args.save_project or args.evidence_file
-    sha256 = reading.hash_of(path) if is_hashed else ""
     found: list[Face] = []
     if args.project_file is not None:
         with _usable(args.project_file):
-            edits = apply(project.load(args.project_file), photo.pixels, sha256)
+            made_before = project.load(args.project_file)
+            edits = apply(made_before, photo.pixels, Edits.of_user().name_in(made_before, photo))
     else:
         protection = _protection(photo, args.lines, args.width_px)
         found = reading.find_faces(photo, job.landmarks, args.points, known)
@@ -94,7 +94,7 @@ def warp(
     file_notes = [made.written]
     if args.save_project:
         try:
-            place = _save_project(photo, sha256, found, edits, args.project_file)
+            place = _save_project(photo, found, edits, args.project_file)
         except ending.Stop as stop:
             problem = Text("{output} is written, but {reason}", output=to, reason=stop.message)
             raise ending.Stop(problem, stop.code) from stop
@@ -103,7 +103,7 @@ def warp(
     assert made.rendering is not None
     if args.evidence_file is not None:
         with ending.writing(args.evidence_file):
-            made.rendering.save_evidence(args.evidence_file, sha256)
+            made.rendering.save_evidence(args.evidence_file, photo.sha256)
     report = summary.WarpReport(
         photo,
         common.STDOUT if is_piped else to,
@@ -230,11 +230,9 @@ def _check_project(photo: Path, args: SimpleNamespace) -> None:
         )
 
 
-def _save_project(
-    photo: Photo, sha256: str, found: Sequence[Face], edits: Applied, file: Path | None
-) -> Path:
+def _save_project(photo: Photo, found: Sequence[Face], edits: Applied, file: Path | None) -> Path:
     """Write the edits next to the photo. Raises Stop."""
-    original = sidecar.original(photo.path, sha256, photo.pixels)
+    original = sidecar.original(photo)
     if file is not None:
         with _usable(file):
             kept = project.load(file).at_size(photo.width, photo.height)

@@ -160,11 +160,15 @@ class Originals:
 
     def _where(self, condition: str, *values: object) -> list[StoredOriginal]:
         sql = f"SELECT * FROM {TABLE.name} WHERE {condition} ORDER BY file DESC"
-        rows = Index(self.folder.parent).rows(TABLE, sql, *values)
+        rows = self._index.rows(TABLE, sql, *values)
         return [
-            StoredOriginal(self.folder / str(file), *map(str, texts), tuple(str(results).split()))
-            for file, *texts, results in rows
+            StoredOriginal(self.folder / file, *texts)
+            for file, *texts in ((*row[:-1], tuple(row[-1].split())) for row in rows)
         ]
+
+    @property
+    def _index(self) -> Index:
+        return Index(self.folder.parent)
 
     def _of_path(self, place: Path) -> list[StoredOriginal]:
         return self._where("path = ?", quote_from_bytes(os.fsencode(place)))
@@ -177,10 +181,7 @@ class Originals:
 
     def _record(self, one: StoredOriginal) -> None:
         _write_record(one)
-        self._change(TABLE.insert(), _row(one))
-
-    def _change(self, sql: str, values: Row) -> None:
-        Index(self.folder.parent).run(TABLE, lambda db: db.execute(sql, values), writes=True)
+        self._index.change(TABLE, TABLE.insert(), *_row(one))
 
     def of(self, path: Path) -> list[StoredOriginal]:
         """Return all possible originals of a file, the newest first.
@@ -205,7 +206,7 @@ class Originals:
         present = _hash_of(place)
         listed = self.of(path)
         if not listed:  # a record that an interrupted program or version 1.0 has left
-            Index(self.folder.parent).refill(TABLE)
+            self._index.refill(TABLE)
             listed = self.of(path)
         if number is not None and number > len(listed):
             raise NoOriginal(
@@ -244,7 +245,7 @@ class Originals:
         for file in own:
             file.unlink(missing_ok=True)
             _record_of(file).unlink(missing_ok=True)
-            self._change(f"DELETE FROM {TABLE.name} WHERE file = ?", (file.name,))
+            self._index.change(TABLE, f"DELETE FROM {TABLE.name} WHERE file = ?", file.name)
         return count
 
     def _only(self, path: Path, present: str, listed: list[StoredOriginal]) -> StoredOriginal:

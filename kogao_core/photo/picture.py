@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterator
-from typing import IO, TYPE_CHECKING, Final
+from io import BufferedReader
+from typing import TYPE_CHECKING, Final
 
 from kogao_core.photo.jpeg import segments
 
@@ -16,7 +17,7 @@ _PNG: Final = (b"IHDR", b"PLTE", b"tRNS", b"IDAT")
 _WEBP: Final = (b"VP8 ", b"VP8L", b"ALPH", b"ANMF")
 
 
-def hashes_of(file: IO[bytes], photo: Photo) -> tuple[str, str]:
+def hashes_of(file: BufferedReader, photo: Photo) -> tuple[str, str]:
     """Return the SHA-256 of the picture and of the whole open file.
 
     Metadata, colour profile, thumbnails and data after the picture are no part of the picture. For

@@ -8,6 +8,7 @@ import os
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from io import BufferedReader
 from pathlib import Path
 from typing import IO, Final, Literal
 
@@ -107,7 +108,7 @@ def _why_absent(path: Path) -> Text | None:
     return None
 
 
-def _read_open(file: IO[bytes], path: Path, max_megapixels: float, bits: int) -> Photo:
+def _read_open(file: BufferedReader, path: Path, max_megapixels: float, bits: int) -> Photo:
     def check(width: int, height: int, pixel_bytes: int) -> None:
         _check_size(width, height, pixel_bytes, max_megapixels)
 

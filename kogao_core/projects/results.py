@@ -77,9 +77,7 @@ class Results:
             if source.stat().st_size == size and sha256_of(source) == digest:
                 size, digest = 0, ""
             row = (*_hashes(source), size, digest, edit)
-            Index(self.folder).run(
-                TABLE, lambda db: db.execute(TABLE.insert(), row), writes=True
-            )
+            Index(self.folder).change(TABLE, TABLE.insert(), *row)
 
     def edits_of(self, photo: Path) -> set[str]:
         """Return the hashes of the projects that results of a photo were saved with."""
@@ -89,9 +87,7 @@ class Results:
         """Remove the rows about a photo and about a file as a result; return how many."""
         own = _hashes(photo)[0], sha256_of(photo) if photo.is_file() else "-"
         sql = f"DELETE FROM {TABLE.name} WHERE source = ? OR sha256 = ?"
-        return Index(self.folder).run(
-            TABLE, lambda db: db.execute(sql, own).rowcount, writes=True
-        )
+        return Index(self.folder).change(TABLE, sql, *own)
 
     def origin(self, path: Path) -> Provenance | None:
         """Return the origin of a result, or None for a photo.
