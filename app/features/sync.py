@@ -201,7 +201,7 @@ class Sync(Feature):
             return
         path, settings = self._waiting.pop(0), self._settings
         sample, first = self._samples.get(path), self.document.first_recipe
-        keeping, search = self._projects.keeping(), self._faces.search()
+        keeping, search = self._projects.keeping(path), self._faces.search()
         done = self._total - len(self._waiting)
         self.working.emit(tr("Settings: {n} of {total}…", n=done, total=self._total))
         self._strip.panel.show_running(tr("{n} of {total}", n=done, total=self._total), self.start)
@@ -243,7 +243,7 @@ def loaded(
 
     `faces` are known faces. Raises UnreadablePhoto, BadFile, OSError.
     """
-    kept = edits.find(path).edits
+    kept = edits.find(path, reads=True).edits
     if kept is not None:
         return load(kept.file), kept
     photo = read(path)

@@ -22,12 +22,13 @@ from kogao_core.faces.doubt import AllDoubted, choose
 from kogao_core.faces.face import Face
 from kogao_core.faces.landmarks import source
 from kogao_core.photo import Photo, bits_of, read
+from kogao_core.photo.picture import sha256_of
 from kogao_core.pipeline import Rendering
 from kogao_core.projects import interchange
 from kogao_core.projects.edits import Edits
-from kogao_core.projects.project import load, sha256_of
+from kogao_core.projects.project import load
 from kogao_core.projects.results import Results, objects_in
-from kogao_core.projects.sidecar import Applied, apply, check_picture
+from kogao_core.projects.sidecar import Applied, apply, is_resized
 from kogao_core.retouch import RetouchJob, retouch, to_file
 from kogao_core.warp.protection import NOTHING
 
@@ -148,7 +149,8 @@ def _replayed(task: Task, photo: Photo) -> Applied:
     try:
         project = load(task.project)
         known = Edits(Path(task.edits)).name_in(project, photo)
-        check_picture(project, photo, known)
+        if known != project.original.sha256 and not is_resized(project, photo):
+            raise BadFile(Text("it was made from another picture; open it to take over settings"))
         return apply(project, photo.pixels, known)
     except BadFile as error:
         raise BadFile(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
@@ -34,11 +34,12 @@ class Stamp:
 
     size: int
     changed_ns: int
+    file: int = field(default=0, compare=False)  # inode: drives may number files anew
 
     @staticmethod
     def of(state: os.stat_result) -> Stamp:
         """Create a stamp from a stat result."""
-        return Stamp(state.st_size, state.st_mtime_ns)
+        return Stamp(state.st_size, state.st_mtime_ns, state.st_ino)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import hashlib
+import os
 from collections.abc import Iterator
 from io import BufferedReader
+from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from kogao_core.photo.jpeg import segments
@@ -37,6 +39,12 @@ def hashes_of(file: BufferedReader, photo: Photo) -> tuple[str, str]:
         for piece in coded(file.read()):
             digest.update(piece)
     return digest.hexdigest(), whole
+
+
+def sha256_of(path: str | os.PathLike[str]) -> str:
+    """Return the SHA-256 of a file as 64 hexadecimal digits."""
+    with Path(path).open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def _jpeg(data: bytes) -> Iterator[memoryview]:

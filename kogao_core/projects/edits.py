@@ -127,6 +127,13 @@ class Edits:
                 rows = [(photo.picture, photo.sha256)]
         return self.names_of(*(name for row in rows for name in row))
 
+    def holds(self, path: Path, photo: Photo) -> bool:
+        """Return whether the file at a path holds this picture; it is read if it has changed."""
+        with suppress(OSError):
+            names = self.names_of(photo.picture, photo.sha256)
+            return photo.is_as_read or bool(names & self._names_at(path, reads=True))
+        return False
+
     def name_in(self, project: Project, photo: Photo) -> str:
         """Return the hash in a project that was made from this picture, else the picture's hash."""
         made = project.original.sha256  # empty: not known, so it counts as this picture
@@ -135,13 +142,14 @@ class Edits:
 
     # -- finding -----------------------------------------------------------------------------------
 
-    def find(self, path: Path, photo: Photo | None = None) -> Found:
-        """Return the edits of a photo, which is read only if that may bring edits.
+    def find(self, path: Path, photo: Photo | None = None, *, reads: bool = False) -> Found:
+        """Return the edits of a photo.
 
-        Without `photo`, a photo that was never opened is known by its path, size and time.
+        Without `photo`, a photo that was never opened is known by its path, size and time. It is
+        read only if that may bring edits, or if `reads` is set.
         """
         try:
-            return self._find(path, photo)
+            return self._find(path, photo, reads)
         except OSError:
             return Found()
 
@@ -150,10 +158,10 @@ class Edits:
         found = self.find(path).edits
         return None if found is None else found.file
 
-    def _find(self, path: Path, photo: Photo | None) -> Found:
+    def _find(self, path: Path, photo: Photo | None, reads: bool) -> Found:
         key, beside = _key(path), sidecar_of(path)
         names = (
-            self._names_at(path, reads=False)
+            self._names_at(path, reads=reads)
             if photo is None
             else self.names_of(photo.picture, photo.sha256)
         )
@@ -165,7 +173,7 @@ class Edits:
         own, foreign = list[SavedEdits](), list[SavedEdits]()
         stays = False
         for row in here:
-            ours = not names or row.picture in names
+            ours = not names or row.picture in names or not row.picture
             (own if ours else foreign).append(row.edits)
             stays |= ours and not row.is_moved
         files = {row.edits.file for row in here}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import hashlib
 import json
 import os
 from dataclasses import dataclass
@@ -278,12 +277,6 @@ def to_bytes(project: Project) -> bytes:
     """Return the content of a project file."""
     text = json.dumps(to_dict(project), ensure_ascii=False, allow_nan=False, indent=1)
     return text.encode("utf-8")
-
-
-def sha256_of(path: str | os.PathLike[str]) -> str:
-    """Return the SHA-256 of a file as 64 hexadecimal digits."""
-    with Path(path).open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def _sheet_dict(sheet: Sheet, unit: int) -> dict[str, Any]:

@@ -22,7 +22,7 @@ from kogao_core.base.language import Text, translated
 from kogao_core.base.wording import printable
 from kogao_core.photo.formats import READABLE
 from kogao_core.photo.metadata import rating
-from kogao_core.projects.project import sha256_of
+from kogao_core.photo.picture import sha256_of
 
 REPORT: Final = "kogao-batch.jsonl"
 """File name of a batch's report, in the folder of the results."""

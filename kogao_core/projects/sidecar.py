@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass, field
 
 from kogao_core.base.geometry import Box, Image, Line, check_image, check_type
@@ -120,16 +121,14 @@ def original(photo: Photo) -> Original:
     return Original(printable(photo.path.name), photo.picture, photo.width, photo.height)
 
 
-def check_picture(project: Project, photo: Photo, known: str) -> None:
-    """Raise BadFile if a project of this size was made from another picture.
-
-    `known`: see `Edits.name_in`. Another resolution of a photo is not compared.
-    """
-    made = project.original
-    if known != made.sha256 and (made.width, made.height) == (photo.width, photo.height):
-        raise BadFile(
-            Text("it was made from another picture; open it to take over settings")
-        )
+def is_resized(project: Project, photo: Photo) -> bool:
+    """Return whether a photo may be another resolution of the picture of a project."""
+    made, size = project.original, (photo.width, photo.height)
+    if size == (made.width, made.height):
+        return False
+    with suppress(BadFile):
+        return bool(project.at_size(*size))
+    return False
 
 
 def _note(project: Project, sha256: str | None, width: int) -> str:

@@ -25,7 +25,8 @@ from scenes import textured_photo
 from timeouts import LONGEST_S, held_back
 
 from kogao_core.photo import read
-from kogao_core.projects.project import Original, load, save, sha256_of
+from kogao_core.photo.picture import sha256_of
+from kogao_core.projects.project import Original, load, save
 from kogao_core.recipe.recipe import Recipe
 
 pytestmark = pytest.mark.usefixtures("unkept")

@@ -22,9 +22,10 @@ from scenes import oval_face, textured_photo
 from test_window import drop
 from timeouts import held_back
 
+from kogao_core.photo.picture import sha256_of
 from kogao_core.pipeline import render
 from kogao_core.projects import sidecar
-from kogao_core.projects.project import load, save, sha256_of
+from kogao_core.projects.project import load, save
 from kogao_core.projects.sidecar import own_place, sidecar_of
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.warp.protection import Protection

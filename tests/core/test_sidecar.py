@@ -14,9 +14,10 @@ from few_cases import few_of
 from scenes import oval_face, textured_photo
 
 from kogao_core.base.json_reader import BadFile
+from kogao_core.photo.picture import sha256_of
 from kogao_core.pipeline import render
 from kogao_core.projects import sidecar
-from kogao_core.projects.project import Original, Project, Sheet, load, save, sha256_of
+from kogao_core.projects.project import Original, Project, Sheet, load, save
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.warp.brush import Brushwork
 from kogao_core.warp.protection import Protection

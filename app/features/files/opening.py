@@ -11,7 +11,7 @@ from kogao_core.base.json_reader import BadFile
 from kogao_core.photo import Photo, read
 from kogao_core.photo.model import Stamp
 from kogao_core.projects import sidecar
-from kogao_core.projects.edits import SUFFIX, Found, SavedEdits, own_place, sidecar_of
+from kogao_core.projects.edits import SUFFIX, Edits, Found, SavedEdits, own_place, sidecar_of
 from kogao_core.projects.project import Project, load
 from kogao_core.projects.results import Provenance
 
@@ -36,7 +36,8 @@ class Opened:
     work: EarlierWork | None = None  # source of the state
     steps: UndoSteps | None = None  # undo steps that led to the state, if stored
     origin: Provenance | None = None  # provenance, for a result of this program
-    found: Found = Found()  # all edits that were found
+    other: Project | None = None  # the older of two versions of the edits
+    foreign: Project | None = None  # edits of another picture that was at this path
     # Difference between this photo and the edited photo, or the reason for ignoring the edits.
     note: str = ""
     # Stamps of the files for the photo's edits, when the edits were read; empty if ignored.
@@ -69,27 +70,38 @@ def open_photo(
     """Read a photo with pyramid and saved edits. Raises UnreadablePhoto, BadFile."""
     if is_project(path):
         (work, path), ahead = photo_of(path), None
-    places = [] if afresh else [sidecar_of(path), own_place(path, storage.edits.folder)]
+    places = [] if afresh else places_of(path, storage.edits)
     photo = read(path) if ahead is None else ahead.photo.result()
     pyramid = None if ahead is None else ahead.pyramid.result()
     if pyramid is None or pyramid.show is not screen_colours(photo).show:
         pyramid = pyramid_of(photo)  # read before the screen's profile was known
-    edits, found = storage.edits, Found()
+    edits, found, other, foreign = storage.edits, Found(), None, None
     edits.note(photo)
     try:
         stamps = stamps_of(places)
         if work is None and not afresh:
             found = edits.find(path, photo)
+            other = None if found.other is None else load(found.other.file)
             work = None if found.edits is None else earlier_work(found.edits, path)
+        if work is None and found.foreign is not None:
+            foreign = load(found.foreign)
+            if sidecar.is_resized(foreign, photo):
+                work, foreign = EarlierWork(foreign, found.foreign), None
         if work is None:
             origin = storage.results.origin(path)
-            return Opened(photo, pyramid, origin=origin, found=found, stamps=stamps)
+            return Opened(photo, pyramid, origin=origin, foreign=foreign, stamps=stamps)
         known = edits.name_in(work.project, photo)
         project, note = sidecar.match(work.project, photo.pixels, known)
     except BadFile as problem:
         return Opened(photo, pyramid, note=str(problem))
     steps = None if found.edits is None else history.find(edits, found.edits, project)
-    return Opened(photo, pyramid, state_of(project), work, steps, None, found, note, stamps)
+    state = state_of(project)
+    return Opened(photo, pyramid, state, work, steps, other=other, note=note, stamps=stamps)
+
+
+def places_of(path: Path, edits: Edits) -> list[Path]:
+    """Return the possible files for the edits of a photo; the user's folder is last."""
+    return [sidecar_of(path), own_place(path, edits.folder)]
 
 
 def stamps_of(files: Iterable[Path]) -> Stamps:

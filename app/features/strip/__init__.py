@@ -60,6 +60,7 @@ class Strip(Feature):
         self.film.resized.connect(self.draw_again)
         self.window.dropped.connect(self.show_places)
         self.document.opened.connect(self._follow)
+        files.photos = lambda: self._paths or ()
         files.began.connect(self._pass_over)
         files.unreadable.connect(self._note_unreadable)
         projects.kept.connect(self.look_again)
@@ -148,7 +149,7 @@ class Strip(Feature):
 
     def _fill(self, listed: tuple[list[Path], list[Path], Path | None]) -> None:
         places, paths, first = listed
-        if places is not self._places:
+        if is_new := places is not self._places:
             if self._paths and not paths:
                 self.say(tr("No photos in this folder."))
                 return
@@ -160,7 +161,7 @@ class Strip(Feature):
         self.window.bar.refresh()
         self.film.show_paths(paths)
         self._to_look, self._undrawn = list(paths), dict.fromkeys(paths)
-        self._show_strip(paths)
+        self._show_strip(paths, is_new)
         self._look()
         self._draw()
 
@@ -172,7 +173,15 @@ class Strip(Feature):
         self._places = places
         self.panel.show_all()
 
-    def _show_strip(self, paths: list[Path]) -> None:
+    def follow(self, before: Path, now: Path) -> None:
+        """List the folder of a renamed photo again, also under a new name of the folder."""
+        renamed = {before: now, before.parent: now.parent}
+        places = [renamed.get(place, place) for place in self._places]
+        if places != self._places:
+            self._take(places)
+        self._list_again()
+
+    def _show_strip(self, paths: list[Path], is_new: bool) -> None:
         self.window.docks.offer("strip", bool(paths))
         self._enable(bool(paths))
         if not paths:
@@ -180,7 +189,7 @@ class Strip(Feature):
             return
         self._name_left_out(paths)
         self.window.docks.show("strip")
-        if self.document.path not in paths:
+        if is_new and self.document.path not in paths:
             self._wanted = self._first or paths[0]
             self._files.open(self._wanted)
         self.film.mark(self.document.path)

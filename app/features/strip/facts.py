@@ -18,10 +18,11 @@ from kogao_core.base.json_reader import BadFile
 from kogao_core.faces.doubt import doubtful, verdicts
 from kogao_core.photo import READABLE, UnreadablePhoto, read
 from kogao_core.photo.metadata.rating import UNRATED, Rated, rating_of
+from kogao_core.photo.picture import sha256_of
 from kogao_core.pipeline import render
 from kogao_core.projects import sidecar
 from kogao_core.projects.edits import Edits
-from kogao_core.projects.project import Project, load, sha256_of
+from kogao_core.projects.project import Project, load
 from kogao_core.projects.results import Results
 
 from ...i18n import tr, translated
