@@ -101,7 +101,8 @@ def _resemble(old: Path, new: Path) -> None:
             for name in wanted:
                 with suppress(OSError):
                     os.setxattr(new, name, os.getxattr(old, name))
-    shutil.copymode(old, new)
+    with suppress(OSError):  # a drive without permissions: the bytes matter more
+        shutil.copymode(old, new)
 
 
 def _flush(folder: Path) -> None:

@@ -5,16 +5,19 @@ from __future__ import annotations
 import errno
 import hashlib
 import json
+import os
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import asdict, dataclass
 from functools import cache
 from pathlib import Path
-from typing import Any, Final, Literal
+from typing import Any, BinaryIO, Final, Literal
 
 from kogao_core.background.find import BackgroundFinder
 from kogao_core.base.atomic import appended
 from kogao_core.base.geometry import Box, Image
+from kogao_core.base.index import locked
 from kogao_core.base.json_reader import BadFile
 from kogao_core.base.language import Text
 from kogao_core.batch.measures import COLUMNS, measured
@@ -208,13 +211,30 @@ def record(
         with report.open("rb") as file:
             if not _START.startswith(file.read(len(_START))):
                 raise FileExistsError(errno.EEXIST, Text("it is no report of a batch"), str(report))
-    with appended(report) as lines:
+    name = hashlib.sha256(os.fsencode(os.path.realpath(report))).hexdigest()[:32]
+    with ExitStack() as opened:
+        try:
+            opened.enter_context(locked(results.folder / "locks", name))
+        except BlockingIOError:
+            busy = Text("another export into this folder is running")
+            raise FileExistsError(errno.EAGAIN, busy, str(report)) from None
+        lines, made = opened.enter_context(appended(report)), list[str]()
         for outcome in outcomes:
             lines.write(outcome.to_json().encode() + b"\n")
             lines.flush()
+            _check_there(report, lines)
             if outcome.status == "done":
+                made.append(outcome.output)
                 results.add(Path(outcome.source), Path(outcome.output), outcome.edit)
             then(outcome)
+        for output in made:
+            Path(output).stat()
+
+
+def _check_there(report: Path, lines: BinaryIO) -> None:
+    """Raise FileNotFoundError if the report or its folder was removed or replaced."""
+    if not os.path.samestat(os.fstat(lines.fileno()), report.stat()):
+        raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(report))
 
 
 def keys_of(report: Path | None) -> dict[str, str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import errno
 import io
 import os
 import shutil
@@ -154,12 +155,15 @@ def write(
         atomic_write(pieces, path, lambda: check_output(path, force=force))
         return note
     except OSError as error:
+        is_full = error.errno in (errno.ENOSPC, errno.EDQUOT)
         raise CannotWrite(
             Text(
-                "{path} can't be written ({reason}); make room, or choose another folder or a "
-                "shorter name",
+                "{path} can't be written ({reason}); {advice}",
                 path=path,
                 reason=system_reason(error),
+                advice=Text("make room, or choose another drive")
+                if is_full
+                else Text("choose another folder or drive, or a shorter name"),
             )
         ) from error
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import hashlib
 import lzma
 import os
+import threading
 import time
 from collections.abc import Collection, Iterator
 from contextlib import suppress
@@ -32,6 +33,10 @@ FOLDER: Final = "edits"
 """Name of the folder of edits, in the user's data folder."""
 _RECORD: Final = ".place"  # suffix of a record of version 1.0
 _MOST_RECORD_BYTES: Final = 1 << 14
+
+
+TOGETHER: Final = threading.Lock()
+"""Locked while edits and their undo steps are read or written together."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -230,11 +235,12 @@ class Edits:
         `steps`: serialised undo steps. Edits of another picture in either place are moved into the
         user's folder before. Raises OSError.
         """
-        if beside and path.is_file():  # never below the mount point of a missing drive
-            with suppress(OSError):
-                return self._put(project, path, sidecar_of(path), steps)
-        self.folder.mkdir(parents=True, exist_ok=True)
-        return self._put(project, path, own_place(path, self.folder), steps)
+        with TOGETHER:
+            if beside and path.is_file():  # never below the mount point of a missing drive
+                with suppress(OSError):
+                    return self._put(project, path, sidecar_of(path), steps)
+            self.folder.mkdir(parents=True, exist_ok=True)
+            return self._put(project, path, own_place(path, self.folder), steps)
 
     def _put(self, project: Project, path: Path, file: Path, steps: bytes | None) -> Path:
         picture = project.original.sha256

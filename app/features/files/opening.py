@@ -11,7 +11,15 @@ from kogao_core.base.json_reader import BadFile
 from kogao_core.photo import Photo, read
 from kogao_core.photo.model import Stamp
 from kogao_core.projects import sidecar
-from kogao_core.projects.edits import SUFFIX, Edits, Found, SavedEdits, own_place, sidecar_of
+from kogao_core.projects.edits import (
+    SUFFIX,
+    TOGETHER,
+    Edits,
+    Found,
+    SavedEdits,
+    own_place,
+    sidecar_of,
+)
 from kogao_core.projects.project import Project, load
 from kogao_core.projects.results import Provenance
 
@@ -70,30 +78,41 @@ def open_photo(
     """Read a photo with pyramid and saved edits. Raises UnreadablePhoto, BadFile."""
     if is_project(path):
         (work, path), ahead = photo_of(path), None
-    places = [] if afresh else places_of(path, storage.edits)
     photo = read(path) if ahead is None else ahead.photo.result()
     pyramid = None if ahead is None else ahead.pyramid.result()
     if pyramid is None or pyramid.show is not screen_colours(photo).show:
         pyramid = pyramid_of(photo)  # read before the screen's profile was known
-    edits, found, other, foreign = storage.edits, Found(), None, None
-    edits.note(photo)
+    storage.edits.note(photo)
     try:
-        stamps = stamps_of(places)
-        if work is None and not afresh:
-            found = edits.find(path, photo)
-            other = None if found.other is None else load(found.other.file)
-            work = None if found.edits is None else earlier_work(found.edits, path)
-        if work is None and found.foreign is not None:
-            foreign = load(found.foreign)
-            if sidecar.is_resized(foreign, photo):
-                work, foreign = EarlierWork(foreign, found.foreign), None
-        if work is None:
-            origin = storage.results.origin(path)
-            return Opened(photo, pyramid, origin=origin, foreign=foreign, stamps=stamps)
-        known = edits.name_in(work.project, photo)
-        project, note = sidecar.match(work.project, photo.pixels, known)
+        with TOGETHER:
+            return _with_edits(photo, pyramid, storage, work, afresh)
     except BadFile as problem:
         return Opened(photo, pyramid, note=str(problem))
+
+
+def _with_edits(
+    photo: Photo,
+    pyramid: PicturePyramid,
+    storage: Storage,
+    work: EarlierWork | None,
+    afresh: bool,
+) -> Opened:
+    """Return a photo that was read, with its edits. Raises BadFile."""
+    edits, path, other, foreign = storage.edits, photo.path, None, None
+    stamps = {} if afresh else stamps_of(places_of(path, edits))
+    found = Found() if work or afresh else edits.find(path, photo)
+    if found.edits is not None:
+        work = earlier_work(found.edits, path)
+        other = None if found.other is None else load(found.other.file)
+    elif found.foreign is not None:
+        foreign = load(found.foreign)
+        if sidecar.is_resized(foreign, photo):
+            work, foreign = EarlierWork(foreign, found.foreign), None
+    if work is None:
+        origin = storage.results.origin(path)
+        return Opened(photo, pyramid, origin=origin, foreign=foreign, stamps=stamps)
+    known = edits.name_in(work.project, photo)
+    project, note = sidecar.match(work.project, photo.pixels, known)
     steps = None if found.edits is None else history.find(edits, found.edits, project)
     state = state_of(project)
     return Opened(photo, pyramid, state, work, steps, other=other, note=note, stamps=stamps)
