@@ -137,8 +137,9 @@ class Strip(Feature):
         return self.film.listed(chosen=True)
 
     def photos(self) -> list[Path]:
-        """Return the visible photos, without results."""
-        return self.film.listed()
+        """Return the visible photos, without results; without a filter also those not shown."""
+        rest = [] if self.panel.choice.currentIndex() else (self._paths or [])[_MOST:]
+        return self.film.listed() + rest
 
     def _list_again(self) -> None:
         self._list(self._places, self._first)
@@ -159,8 +160,13 @@ class Strip(Feature):
         self._first = first
         self._paths = paths
         self.window.bar.refresh()
-        self.film.show_paths(paths)
-        self._to_look, self._undrawn = list(paths), dict.fromkeys(paths)
+        shown = paths[:_MOST]
+        self.film.show_paths(shown)
+        self._to_look, self._undrawn = shown, dict.fromkeys(shown)
+        if len(paths) > _MOST:
+            text = tr("{n:,} of {count:,} photos are shown. Export takes all.",
+                      n=_MOST, count=len(paths))  # fmt: skip
+            self.say(text, wrong=False, applies=lambda: self._paths is paths)
         self._show_strip(paths, is_new)
         self._look()
         self._draw()
@@ -251,7 +257,7 @@ class Strip(Feature):
 
     def draw_again(self) -> None:
         """Redraw all thumbnails, after a change of size or of the screen's colours."""
-        self._undrawn = dict.fromkeys(self._paths or [])
+        self._undrawn = dict.fromkeys((self._paths or [])[:_MOST])
         self._draw()
 
     def _draw(self) -> None:
@@ -298,4 +304,4 @@ def photos_in(places: Sequence[Path]) -> list[Path]:
         except OSError:  # skip unreadable folders
             continue
         found += [path for path in inside if path.suffix.lower() in READABLE and path.is_file()]
-    return list(dict.fromkeys(found))[:_MOST]
+    return list(dict.fromkeys(found))
