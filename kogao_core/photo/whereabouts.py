@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import itertools
 import math
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from typing import Final
@@ -61,10 +62,19 @@ def _is_file_of(path: Path, photo: Photo) -> bool:
     return False
 
 
-def is_original(path: Path, photo: Photo) -> bool:
+def to_save(photo: Photo, path: Path, is_photo: Callable[[Path], bool]) -> Photo | None:
+    """Return the photo to save a copy at `path` from, see `current`; None for an original.
+
+    `is_photo`: whether an existing file is another photo that must stay. Raises Replaced.
+    """
+    with suppress(Gone):  # its pixels are in memory
+        photo = current(photo)
+    is_taken = path.is_file() and (_is_original(path, photo) or is_photo(path))
+    return None if is_taken else photo
+
+
+def _is_original(path: Path, photo: Photo) -> bool:
     """Return whether a path leads to the file that was read, under any name."""
-    if not path.is_file():
-        return False
     with suppress(OSError):
         if path.samefile(photo.path):
             return True

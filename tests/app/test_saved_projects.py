@@ -91,8 +91,8 @@ def test_a_project_comes_back_with_its_photo_and_reset_is_one_undo_step(worked, 
     assert other.state is before
 
 
-@pytest.mark.usefixtures("worked")
-def test_a_photo_with_a_project_is_read_and_hashed_once(start, photo, monkeypatch):
+def test_a_photo_with_a_project_is_read_and_hashed_once(worked, start, photo, monkeypatch):
+    worked.editor.watch.stop()
     calls = []
 
     def counted(name, call):
@@ -179,7 +179,7 @@ def test_another_shape_starts_afresh_and_says_why(start, photo, project):
     before = project.read_bytes()
     assert cv2.imwrite(str(photo), textured_photo(300, 400)[..., ::-1])
     other = start(photo)
-    assert "another shape" in other.say()
+    assert "another picture" in other.say()
     assert other.state.recipe.percent == 4.0
     assert project.read_bytes() == before
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import os
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Final
@@ -20,10 +19,10 @@ from kogao_core.photo import FORMATS, READABLE, CannotDisclose, Photo, RefusedOu
 from kogao_core.photo.disclosure.disclosing import Disclosure
 from kogao_core.photo.export import AS_IT_IS, Export
 from kogao_core.photo.originals import Originals
-from kogao_core.photo.whereabouts import Gone, Replaced, current, is_original
+from kogao_core.photo.whereabouts import Replaced, to_save
 from kogao_core.projects.edits import SUFFIX
 from kogao_core.projects.project import Project, to_bytes
-from kogao_core.projects.results import MARK, Provenance, Results
+from kogao_core.projects.results import MARK, Provenance
 from kogao_core.projects.sidecar import sheet_of
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.retouch import over_itself, retouch, to_file
@@ -371,10 +370,15 @@ class Files(Feature):
         results = self.storage.results if originals is None else None
         photos = self.photos()
 
+        def is_photo(path: Path) -> bool:
+            listed = os.path.realpath(path) in map(os.path.realpath, photos)
+            return listed and self.storage.results.origin(path) is None
+
         def write_copy(photo: Photo, state: State) -> str:
-            if results is not None:
-                photo = _checked(photo, path, photos, results)
-            notes = save_copy(photo, state, disclosure, path, finder, drawn, originals, export)
+            known = photo if results is None else to_save(photo, path, is_photo)
+            if known is None:
+                raise RefusedOutput(tr("That is the original; it is never written over."))
+            notes = save_copy(known, state, disclosure, path, finder, drawn, originals, export)
             if results is not None:
                 edit = hashlib.sha256(to_bytes(to_keep_beside(state, photo))).hexdigest()
                 results.add(photo.path, path, edit)
@@ -407,16 +411,6 @@ class Files(Feature):
 
     def _refuse(self, text: str) -> None:
         self.say(text, BarAction(tr("Choose another name…"), self.ask_save))
-
-
-def _checked(photo: Photo, path: Path, photos: Sequence[Path], results: Results) -> Photo:
-    """Return the photo with the path and metadata of today. Raises Replaced, RefusedOutput."""
-    with suppress(Gone):  # its pixels are in memory
-        photo = current(photo)
-    is_photo = os.path.realpath(path) in map(os.path.realpath, photos)
-    if is_original(path, photo) or (is_photo and path.exists() and results.origin(path) is None):
-        raise RefusedOutput(tr("That is the original; it is never written over."))
-    return photo
 
 
 def save_copy(

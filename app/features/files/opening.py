@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path, PureWindowsPath
 
@@ -103,7 +104,8 @@ def _with_edits(
     found = Found() if work or afresh else edits.find(path, photo)
     if found.edits is not None:
         work = earlier_work(found.edits, path)
-        other = None if found.other is None else load(found.other.file)
+        with suppress(BadFile):
+            other = None if found.other is None else load(found.other.file)
     elif found.foreign is not None:
         foreign = load(found.foreign)
         if sidecar.is_resized(foreign, photo):
