@@ -13,7 +13,7 @@ import threading
 import time
 from collections.abc import Collection, Iterator
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from sqlite3 import Connection
 from typing import Final
@@ -26,7 +26,7 @@ from kogao_core.base.json_reader import BadFile
 from kogao_core.photo.errors import UnreadablePhoto
 from kogao_core.photo.model import Photo, Stamp
 from kogao_core.photo.reading import read
-from kogao_core.projects.project import Project, load, save
+from kogao_core.projects.project import Project, load, save, to_bytes
 
 SUFFIX: Final = ".kogao.json"
 FOLDER: Final = "edits"
@@ -175,35 +175,46 @@ class Edits:
             if not self._rows("size = ?", path.stat().st_size):
                 return Found()
             names = self._names_at(path, reads=True)
-        own, foreign = list[SavedEdits](), list[SavedEdits]()
-        stays = False
-        for row in here:
-            ours = not names or row.picture in names or not row.picture
-            (own if ours else foreign).append(row.edits)
-            stays |= ours and not row.is_moved
         files = {row.edits.file for row in here}
         for place in (beside, own_place(path, self.folder)):
             if place not in files and place.is_file():
-                edits = SavedEdits(place, path, place.stat().st_mtime_ns)
                 made = _picture_of(place) if names else ""
-                (foreign if made and made not in names else own).append(edits)
-        if not stays and names:
-            own += [
-                row.edits
+                here.append(
+                    _Row(key, made, SavedEdits(place, path, place.stat().st_mtime_ns), True)
+                )
+        ours = [row for row in here if not names or row.picture in names or not row.picture]
+        if names and all(row.is_moved for row in ours):
+            ours += [
+                row
                 for row in self._rows(_among("picture", names), *names)
                 if row.path != key and not self._is_there(row.edits.photo, names)
             ]
-        own = sorted((one for one in own if one.file.is_file()), key=lambda one: one.saved_ns)
-        foreign = [one for one in foreign if one.file.is_file()]
-        last = max(foreign, key=lambda one: one.saved_ns, default=None)
-        if not own:
-            return Found(foreign=None if last is None else last.file)
-        *others, newest = own
-        return Found(newest, _differing(newest, others))
+        ours = sorted(filter(_Row.is_whole, ours), key=lambda row: row.edits.saved_ns)
+        for row in reversed(ours):
+            if (edits := self._restored(row, ours)) is not None:
+                return Found(edits, _differing(edits, [one.edits for one in ours]))
+        others = (row.edits for row in here if row not in ours and row.edits.file.is_file())
+        last = max(others, key=lambda one: one.saved_ns, default=None)
+        return Found(foreign=None if last is None else last.file)
+
+    def _restored(self, row: _Row, others: list[_Row]) -> SavedEdits | None:
+        """Return the edits of a row, in the user's folder if their file is gone or replaced."""
+        if row.is_there:
+            return row.edits
+        data = lzma.decompress(row.project)
+        for one in others:
+            if one.is_there and one.edits.file.read_bytes() == data:
+                return one.edits
+        aside = own_place(row.edits.photo, self.folder, row.picture)
+        with suppress(OSError):
+            self.folder.mkdir(parents=True, exist_ok=True)
+            atomic_write(data, aside, private=True)
+            return replace(row.edits, file=aside)
+        return None
 
     def _rows(self, condition: str, *values: object) -> list[_Row]:
         sql = (
-            "SELECT path, picture, file, saved_ns, stamp, moved "
+            "SELECT path, picture, file, saved_ns, stamp, moved, project "
             f"FROM {TABLE.name} WHERE {condition}"
         )
         return [_Row.of(*row) for row in self._index.rows(TABLE, sql, *values)]
@@ -254,9 +265,10 @@ class Edits:
                 if not (row.is_moved or row.path == _key(path))
                 and not self._is_there(row.edits.photo, names)
             ]
-            packed = None if steps is None else lzma.compress(steps, preset=1)
+            packed = (None if data is None else lzma.compress(data, preset=1)
+                      for data in (steps, to_bytes(project)))  # fmt: skip
             size = path.stat().st_size if path.is_file() else 0
-            values = _key(path), picture, _key(file), size, time.time_ns(), _stamp(file), 0, packed
+            values = _key(path), picture, _key(file), size, time.time_ns(), _stamp(file), 0, *packed
 
             def change(db: Connection) -> None:
                 moved = f"UPDATE {TABLE.name} SET moved = 1 WHERE path = ?"
@@ -274,19 +286,16 @@ class Edits:
         aside, changed_ns = own_place(path, self.folder, made), file.stat().st_mtime_ns
         self.folder.mkdir(parents=True, exist_ok=True)
         atomic_write(file.read_bytes(), aside, private=True)
-        row = _key(path), made, _key(aside), 0, changed_ns, _stamp(aside), 0, None
-
-        def change(db: Connection) -> None:
-            names = self.names_of(made)
-            sql = (
-                f"UPDATE OR REPLACE {TABLE.name} SET file = ?, stamp = ? "
-                f"WHERE path = ? AND file = ? AND {_among('picture', names)}"
-            )
-            values = _key(aside), _stamp(aside), _key(path), _key(file), *names
-            if not db.execute(sql, values).rowcount:
-                db.execute(TABLE.insert(), row)
-
-        self._index.run(TABLE, change, writes=True)
+        row = _key(path), made, _key(aside), 0, changed_ns, _stamp(aside), 0, None, None
+        names = self.names_of(made)
+        copied = (
+            f"INSERT OR REPLACE INTO {TABLE.name} "
+            f"SELECT path, picture, ?, size, saved_ns, ?, moved, steps, project FROM {TABLE.name} "
+            f"WHERE path = ? AND file = ? AND {_among('picture', names)}"
+        )
+        values = _key(aside), _stamp(aside), _key(path), _key(file), *names
+        if not self._index.change(TABLE, copied, *values):
+            self._index.change(TABLE, TABLE.insert(), *row)
 
     def forget(self, path: Path) -> list[Path]:
         """Delete the edits of a path in the user's folder; return the deleted files."""
@@ -308,16 +317,26 @@ class _Row:
     path: bytes
     picture: str
     edits: SavedEdits
-    is_moved: bool  # whether the photo has moved to another path with these edits
+    is_there: bool  # whether the file holds edits of the picture
+    is_moved: bool = True  # whether the photo has moved to another path with these edits
+    project: bytes = b""  # content of the file when it was saved, compressed
 
     @staticmethod
-    def of(path: bytes, picture: str, file: bytes, saved_ns: int, stamp: str, moved: int) -> _Row:
-        place, recorded = Path(os.fsdecode(file)), True
+    def of(
+        path: bytes, picture: str, file: bytes, saved_ns: int, stamp: str, moved: int,
+        project: bytes | None,
+    ) -> _Row:  # fmt: skip
+        place, is_recorded, is_there = Path(os.fsdecode(file)), False, False
         with suppress(OSError):
-            if stamp != _stamp(place):  # written by another program since
-                saved_ns, recorded = place.stat().st_mtime_ns, False
-        edits = SavedEdits(place, Path(os.fsdecode(path)), saved_ns, recorded)
-        return _Row(path, picture, edits, bool(moved))
+            is_recorded = is_there = stamp == _stamp(place)
+            if not is_recorded and _picture_of(place) in ("", picture):  # written elsewhere since
+                saved_ns, is_there = place.stat().st_mtime_ns, True
+        edits = SavedEdits(place, Path(os.fsdecode(path)), saved_ns, is_recorded)
+        return _Row(path, picture, edits, is_there, bool(moved), project or b"")
+
+    def is_whole(self) -> bool:
+        """Return whether the edits are in their file or in the index."""
+        return self.is_there or bool(self.project)
 
 
 def _key(path: Path) -> bytes:
@@ -344,6 +363,8 @@ def _differing(newest: SavedEdits, others: list[SavedEdits]) -> SavedEdits | Non
     """Return the newest of the other edits of a path, unless this program has replaced them."""
     with suppress(OSError):
         for one in reversed(others):
+            if one.file == newest.file or not one.file.is_file():
+                continue
             if newest.is_recorded and one.is_recorded:
                 continue
             if one.photo == newest.photo and one.file.read_bytes() != newest.file.read_bytes():
@@ -363,7 +384,7 @@ def _placed(data: Path) -> Iterator[Row]:
             kept = lzma.compress(steps.read_bytes()) if steps.is_file() else None
             size = int(file.name.split("-")[0])
             values = _key(photo), picture, _key(place), size, saved_ns, _stamp(place)
-            yield *values, 0, kept
+            yield *values, 0, kept, None
 
 
 PICTURES: Final = Table(
@@ -375,6 +396,7 @@ TABLE: Final = Table(
     "edits",
     (
         *("path", "picture", "file", "size", "saved_ns", "stamp", "moved", "steps"),
+        "project",
         "PRIMARY KEY (path, picture, file)",
     ),
     ("picture", "size"),
