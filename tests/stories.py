@@ -120,6 +120,8 @@ class Window:
         project = Project(sidecar.original(photo), "automatic", sheet)
         file = self.edits.keep(project, path, json.dumps(self.steps).encode(), beside=beside)
         self.stamps[file] = stamp_of(file)
+        if file == sidecar_of(path) and not path.exists():
+            self.warnings.append("saved below a mount point")
         return True
 
 
@@ -161,9 +163,6 @@ class Story:
             getattr(self, step)()
             for window in self.windows:
                 self.watch(window)
-            for folder, *_ in self.swapped:
-                if list(folder.glob("*.kogao.json")) and not list(folder.glob("*.png")):
-                    self.note("saved below a mount point")
             for path in self.world.files:
                 if path.read_bytes() != self.world.seen[path]:
                     self.note("original changed")

@@ -20,7 +20,7 @@ Row = tuple[Any, ...]
 
 
 @dataclass(frozen=True, slots=True)
-class Table:
+class IndexTable:
     """A table of the database, and the rows that files of the data folder can restore."""
 
     name: str
@@ -46,7 +46,7 @@ class Index:
     folder: Path
 
     def run(
-        self, table: Table, act: Callable[[sqlite3.Connection], _Out], *, writes: bool = False
+        self, table: IndexTable, act: Callable[[sqlite3.Connection], _Out], *, writes: bool = False
     ) -> _Out:
         """Run `act` in a transaction, and return its result. Raises OSError."""
         try:
@@ -60,19 +60,22 @@ class Index:
         except sqlite3.Error as error:
             raise _as_os_error(error) from error
 
-    def rows(self, table: Table, sql: str, *values: object) -> list[Row]:
+    def rows(self, table: IndexTable, sql: str, *values: object) -> list[Row]:
         """Return the rows of a query. Raises OSError."""
         return self.run(table, lambda db: db.execute(sql, values).fetchall())
 
-    def change(self, table: Table, sql: str, *values: object) -> int:
+    def change(self, table: IndexTable, sql: str, *values: object) -> int:
         """Execute a statement; return the number of changed rows. Raises OSError."""
         return self.run(table, lambda db: db.execute(sql, values).rowcount, writes=True)
 
-    def refill(self, table: Table) -> None:
+    def refill(self, table: IndexTable) -> None:
         """Insert the rows of files that the table lacks. Raises OSError."""
-        self.run(table, lambda db: _fill(db, table, self.folder), writes=True)
+        if self.folder.is_dir():
+            self.run(table, lambda db: _fill(db, table, self.folder), writes=True)
 
-    def _run(self, table: Table, act: Callable[[sqlite3.Connection], _Out], writes: bool) -> _Out:
+    def _run(
+        self, table: IndexTable, act: Callable[[sqlite3.Connection], _Out], writes: bool
+    ) -> _Out:
         with closing(self._opened(writes)) as db:
             known = "SELECT 1 FROM sqlite_master WHERE name = ?"
             if not db.execute(known, (table.name,)).fetchone():
@@ -117,7 +120,7 @@ def _transaction(db: sqlite3.Connection, *, writes: bool) -> Iterator[None]:
         yield
 
 
-def _create(db: sqlite3.Connection, table: Table, folder: Path) -> None:
+def _create(db: sqlite3.Connection, table: IndexTable, folder: Path) -> None:
     if db.execute("SELECT 1 FROM sqlite_master WHERE name = ?", (table.name,)).fetchone():
         return  # created by another program since
     db.execute(f"CREATE TABLE {table.name} ({', '.join(table.columns)})")
@@ -126,7 +129,7 @@ def _create(db: sqlite3.Connection, table: Table, folder: Path) -> None:
     _fill(db, table, folder)
 
 
-def _fill(db: sqlite3.Connection, table: Table, folder: Path) -> None:
+def _fill(db: sqlite3.Connection, table: IndexTable, folder: Path) -> None:
     db.executemany(table.insert(replace=False), table.from_files(folder))
 
 

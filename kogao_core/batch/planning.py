@@ -81,7 +81,7 @@ def _named(wanted: Sequence[tuple[Path, Path, Path, Path | None]]) -> dict[Path,
     found, taken = dict[Path, Path](), dict[str, Path]()
     for photo, place, output, _ in wanted:
         other = taken.get(_folded(output), photo)
-        if output in found and other.parent != photo.parent:
+        if output in found and _folded(other.with_suffix("")) != _folded(photo.with_suffix("")):
             raise NothingToDo(
                 Text(
                     "{found} and {photo} would both become {output}; work on "

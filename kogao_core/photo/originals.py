@@ -16,7 +16,7 @@ from typing import Final
 from urllib.parse import quote_from_bytes, unquote_to_bytes
 
 from kogao_core.base.atomic import Chunks, atomic_write, temporary_folder
-from kogao_core.base.index import Index, Row, Table, locked
+from kogao_core.base.index import Index, IndexTable, Row, locked
 from kogao_core.base.installed import data_folder
 from kogao_core.base.json_reader import BadFile, parse
 from kogao_core.base.language import Text
@@ -367,7 +367,7 @@ def _recorded(data: Path) -> Iterator[Row]:
         yield from (_row(_read(one)) for one in names)
 
 
-TABLE: Final = Table(
+TABLE: Final = IndexTable(
     "originals",
     ("file PRIMARY KEY", "path", "identity", "version", "original", "results"),
     ("path", "identity", "original"),

@@ -20,7 +20,7 @@ from typing import Final
 
 from kogao_core.base import json_reader
 from kogao_core.base.atomic import atomic_write
-from kogao_core.base.index import Index, Row, Table
+from kogao_core.base.index import Index, IndexTable, Row
 from kogao_core.base.installed import data_folder
 from kogao_core.base.json_reader import BadFile
 from kogao_core.photo.errors import UnreadablePhoto
@@ -387,12 +387,12 @@ def _placed(data: Path) -> Iterator[Row]:
             yield *values, 0, kept, None
 
 
-PICTURES: Final = Table(
+PICTURES: Final = IndexTable(
     "pictures",
     ("path", "size", "changed_ns", "picture", "sha256", "PRIMARY KEY (path, size, changed_ns)"),
     ("picture", "sha256"),
 )
-TABLE: Final = Table(
+TABLE: Final = IndexTable(
     "edits",
     (
         *("path", "picture", "file", "size", "saved_ns", "stamp", "moved", "steps"),

@@ -15,7 +15,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final
 
-from kogao_core.base.index import Index, Row, Table
+from kogao_core.base.index import Index, IndexTable, Row
 from kogao_core.base.installed import data_folder
 from kogao_core.base.json_reader import BadFile, parse
 from kogao_core.base.language import Text, translated
@@ -140,7 +140,7 @@ def _listed(folder: Path) -> Iterator[Row]:
         _LOG.warning("%s", printable(translated(text)))
 
 
-TABLE: Final = Table("results", _FIELDS, ("source", "size", "sha256"), _listed)
+TABLE: Final = IndexTable("results", _FIELDS, ("source", "size", "sha256"), _listed)
 
 
 @lru_cache(maxsize=16)

@@ -19,8 +19,9 @@ from kogao_core.background.find import BackgroundFinder, held_of
 from kogao_core.batch import tasks
 from kogao_core.cli.commands import run
 from kogao_core.pipeline import render
+from kogao_core.projects.edits import Edits, sidecar_of
 from kogao_core.projects.project import load, save
-from kogao_core.projects.sidecar import apply, sidecar_of
+from kogao_core.projects.sidecar import apply
 from kogao_core.retouch import RetouchJob
 from kogao_core.warp.brush import Brushwork
 
@@ -241,7 +242,7 @@ def test_links_lead_no_result_out_of_the_folder(kept, tmp_path):
     (out / "a.jpg").unlink()
     (out / "a.jpg").symlink_to(out / "a.jpg")
     os.mkfifo(sidecar_of(inputs / "deeper" / "b.jpg"))
-    tasks = batch.plan([inputs], out, RetouchJob(), projects=True)
+    tasks = batch.plan([inputs], out, RetouchJob(), edits=Edits.of_user())
     assert [bool(task.project) for task in tasks] == [True, False]
     assert [batch.work(task).status for task in tasks] == ["failed", "done"]
 
