@@ -7,6 +7,7 @@ import sqlite3
 import sys
 
 import pytest
+from timeouts import LONGEST_S
 
 from kogao_core.base.index import NAME, Index, IndexTable, locked
 
@@ -112,10 +113,10 @@ def hold(folder, ready, end):
 
 def test_a_lock_ends_with_its_program(tmp_path):
     spawn = multiprocessing.get_context("spawn")
-    ready = spawn.Event()
-    program = spawn.Process(target=hold, args=(tmp_path, ready, spawn.Event()))
+    ready, end = spawn.Event(), spawn.Event()
+    program = spawn.Process(target=hold, args=(tmp_path, ready, end))
     program.start()
-    ready.wait()
+    assert ready.wait(LONGEST_S)
     with pytest.raises(BlockingIOError), locked(tmp_path, "x"):
         pass
     with locked(tmp_path, "another"):
