@@ -13,19 +13,18 @@ import numpy as np
 from PySide6.QtCore import QObject, QSignalBlocker, Signal
 from PySide6.QtGui import QUndoCommand, QUndoStack
 
+from kogao_core.additions.brush import UNTOUCHED, Brushwork
 from kogao_core.base.geometry import Box, Line
 from kogao_core.faces.doubt import doubtful
 from kogao_core.faces.face import Face
-from kogao_core.faces.targets import Pairs
+from kogao_core.faces.targets import FacePairs
+from kogao_core.field.protection import NOTHING, Protection
 from kogao_core.photo import Photo
 from kogao_core.photo.optics import UNKNOWN, Optics, optics_of
 from kogao_core.projects.project import Mode, Sheet
 from kogao_core.projects.sidecar import Applied
 from kogao_core.recipe.recipe import FACE_FIELDS, Recipe
-from kogao_core.warp.brush import UNTOUCHED, Brushwork
-from kogao_core.warp.lens import LensCorrection
-from kogao_core.warp.protection import NOTHING, Protection
-from kogao_core.warp.surround import aimed
+from kogao_core.steps import WarpDraft, lens, pivots, targets
 
 if TYPE_CHECKING:
     from .render.pictures import PicturePyramid
@@ -53,25 +52,33 @@ class State(Sheet):
     kept: Sheet | None = None
     draft: tuple[Mark, ...] = ()  # landmarks of an incomplete face
 
-    @cached_property
-    def pairs(self) -> tuple[Pairs, ...]:
+    @property
+    def pairs(self) -> tuple[FacePairs, ...]:
         """Landmarks, targets and centre of every face, switched off faces included."""
-        return aimed(self.faces, self.recipe, self.seen, self.image, self.protection.strokes)
+        return self._aimed.requested_pairs
 
     @property
     def seen(self) -> Sequence[Face]:
         """The faces after lens correction; the faces themselves without lens correction."""
-        return self._lensed or self.faces
+        return self._aimed.corrected_faces
 
     @cached_property
-    def _lensed(self) -> list[Face]:
-        return LensCorrection.of(self.faces, self.optics.settled(self.recipe), self.image).faces
+    def _aimed(self) -> WarpDraft:
+        """The first steps of `render`, up to the targets."""
+        draft = WarpDraft(
+            faces=self.faces,
+            recipe=self.optics.settled(self.recipe),
+            photo=self.image,
+            image=self.image,
+            protection=self.protection,
+        )
+        return pivots(targets(lens(draft)))
 
     @property
     def focal_mm(self) -> float | None:
         """Focal length (35 mm equivalent): the recipe's value, or else the photo's."""
-        lens = self.recipe.lens
-        return self.optics.focal_mm if isinstance(lens, str) else lens
+        focal_mm = self.recipe.lens
+        return self.optics.focal_mm if isinstance(focal_mm, str) else focal_mm
 
     @property
     def done(self) -> Applied:

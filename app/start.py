@@ -16,13 +16,13 @@ from PySide6.QtCore import QCoreApplication, QObject, QSocketNotifier, Qt, QTemp
 from PySide6.QtGui import QIcon
 from PySide6.QtWidgets import QApplication
 
+from kogao_core.additions.limits import OutOfBounds, check_protection
 from kogao_core.base import assets
 from kogao_core.base.atomic import atomic_write
 from kogao_core.base.geometry import Box
 from kogao_core.base.wording import sentence, system_reason
 from kogao_core.faces.face import LandmarkSource
 from kogao_core.photo.originals import Originals
-from kogao_core.warp.limits import OutOfBounds, check_protection
 
 from .ahead import Ahead
 from .canvas.overlays.listed import LISTED

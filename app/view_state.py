@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final, Literal
 
-from kogao_core.background.lines import BentLine
+from kogao_core.background.lines import BackgroundLine
 from kogao_core.base.display import Rgb8
 from kogao_core.base.geometry import Affine, Array, Box
 from kogao_core.pipeline import Rendering
@@ -138,8 +138,8 @@ class ViewState:
     # Number of pixels in each domain of the newest full result; empty if unknown.
     counts: Mapping[DomainName, int] = field(default_factory=dict)
     marking: bool = False  # True while a press on the photo adds a landmark
-    # Straight lines of the background and the bend of each, most bent first.
-    lines: tuple[BentLine, ...] = ()
+    # Straight lines of the background and the turn of each, most turned first.
+    lines: tuple[BackgroundLine, ...] = ()
     compare: CompareName = "off"  # comparison mode
     wipe: float = 0.5  # divider position, as a fraction of the canvas width
     retouched: RetouchedCopy | None = None

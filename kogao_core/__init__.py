@@ -18,12 +18,18 @@ from importlib import import_module as _import_module
 
 TYPE_CHECKING = False  # importing `typing` would take most of the time of this import
 if TYPE_CHECKING:
+    from kogao_core.additions.brush import Brushwork as Brushwork
     from kogao_core.base.assets import sample as sample
     from kogao_core.base.json_reader import BadFile as BadFile
     from kogao_core.faces.face import Face as Face
     from kogao_core.faces.landmarks.sources import find as find
     from kogao_core.faces.landmarks.sources import source as source
     from kogao_core.faces.landmarks.sources import template_face as template_face
+    from kogao_core.field.field import Field as Field
+    from kogao_core.field.field import shown_at as shown_at
+    from kogao_core.field.measures import FaceMeasures as FaceMeasures
+    from kogao_core.field.measures import measures as measures
+    from kogao_core.field.protection import Protection as Protection
     from kogao_core.photo.errors import CannotWrite as CannotWrite
     from kogao_core.photo.errors import UnreadablePhoto as UnreadablePhoto
     from kogao_core.photo.formats.companions import accompanied as accompanied
@@ -37,12 +43,6 @@ if TYPE_CHECKING:
     from kogao_core.projects.project import Project as Project
     from kogao_core.recipe.recipe import PAPER as PAPER
     from kogao_core.recipe.recipe import Recipe as Recipe
-    from kogao_core.warp.brush import Brushwork as Brushwork
-    from kogao_core.warp.field import Field as Field
-    from kogao_core.warp.field import shown_at as shown_at
-    from kogao_core.warp.measures import FaceMeasures as FaceMeasures
-    from kogao_core.warp.measures import measures as measures
-    from kogao_core.warp.protection import Protection as Protection
 
     load_evidence, load_project, apply_project = evidence.load, project.load, sidecar.apply
 
@@ -65,10 +65,10 @@ _HOMES = {
     "pipeline": {"Rendering": "Rendering", "render": "render"},
     "projects.evidence": {"Evidence": "Evidence", "load_evidence": "load"},
     "projects.project": {"Project": "Project", "load_project": "load"},
-    "warp.brush": {"Brushwork": "Brushwork"},
-    "warp.field": {"Field": "Field", "shown_at": "shown_at"},
-    "warp.measures": {"FaceMeasures": "FaceMeasures", "measures": "measures"},
-    "warp.protection": {"Protection": "Protection"},
+    "additions.brush": {"Brushwork": "Brushwork"},
+    "field.field": {"Field": "Field", "shown_at": "shown_at"},
+    "field.measures": {"FaceMeasures": "FaceMeasures", "measures": "measures"},
+    "field.protection": {"Protection": "Protection"},
     "recipe.recipe": {"PAPER": "PAPER", "Recipe": "Recipe"},
     "projects.sidecar": {"apply_project": "apply"},
     "base.json_reader": {"BadFile": "BadFile"},

@@ -13,31 +13,28 @@ from typing import Final
 
 import numpy as np
 
-from kogao_core.background.holding import NOTHING_HELD, Held, hold
+from kogao_core.additions.brush import UNTOUCHED, Brushwork
+from kogao_core.additions.guard import Limit
+from kogao_core.additions.limits import check_corners, check_strokes
+from kogao_core.background.holding import NOTHING_HELD, Held
 from kogao_core.base.display import preview
 from kogao_core.base.geometry import Box, Image, check_image, check_type
 from kogao_core.base.language import Text
 from kogao_core.base.threads import one_blas_thread
 from kogao_core.faces.face import Face
-from kogao_core.faces.targets import Pairs
+from kogao_core.faces.targets import FacePairs
+from kogao_core.field.fade import threshold_of
+from kogao_core.field.field import Field, Residual, residual
+from kogao_core.field.measures import achieved_percent, protected_shares
+from kogao_core.field.one_to_one import OneToOne, check_one_to_one
+from kogao_core.field.protection import NOTHING, Protection
+from kogao_core.paper.domain import Domain, pixel_counts
 from kogao_core.projects import evidence
 from kogao_core.projects.evidence import Evidence
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.recipe.settings import DomainName
-from kogao_core.warp import domain as domains
-from kogao_core.warp.brush import UNTOUCHED, Brushwork, brushed
-from kogao_core.warp.canvas import FLAGS, Canvas, reduced, size_of, warp_alike
-from kogao_core.warp.domain import pixel_counts
-from kogao_core.warp.field import Field, Residual, residual
-from kogao_core.warp.fit import problems_of, solve
-from kogao_core.warp.frame import attenuated_near_edge, cut_note
-from kogao_core.warp.guard import Limit, limited
-from kogao_core.warp.lens import LensCorrection
-from kogao_core.warp.limits import check_corners, check_strokes
-from kogao_core.warp.measures import achieved_percent, protected_shares
-from kogao_core.warp.one_to_one import OneToOne, check_one_to_one
-from kogao_core.warp.protection import NOTHING, Protection
-from kogao_core.warp.surround import aimed, surrounds_of
+from kogao_core.resample.canvas import FLAGS, Canvas, reduced, size_of, warp_alike
+from kogao_core.steps import STEPS, WarpDraft
 
 # The stages in order, with visible names; all time measurements use these keys.
 STAGES: Final = {
@@ -78,7 +75,7 @@ class Rendering:
     pixels : array
         The result: the photo's depth and, unless reduced, the photo's shape. With a
         `Canvas`, its buffer.
-    pairs : tuple of Pairs
+    pairs : tuple of FacePairs
         Landmarks, targets and centre of each face.
     field : Field
         The backward displacement.
@@ -114,11 +111,11 @@ class Rendering:
     """
 
     pixels: Image
-    pairs: tuple[Pairs, ...]
+    pairs: tuple[FacePairs, ...]
     field: Field
     limits: tuple[Limit, ...]
     unheld: Field
-    domain: domains.Domain
+    domain: Domain
     changed: list[Box]
     recipe: Recipe
     note: str = ""
@@ -188,7 +185,7 @@ class Rendering:
     @property
     def threshold_px(self) -> float:
         """The threshold T in use, px: less than the recipe's if the fade could have folded."""
-        return domains.threshold_of(self.recipe, self.field)
+        return threshold_of(self.recipe, self.field)
 
     @cached_property
     def achieved(self) -> tuple[float, ...]:
@@ -200,7 +197,7 @@ class Rendering:
     def pixel_counts(self) -> dict[DomainName, int]:
         """Pixels of the three domains of section 4, counted on first use."""
         with one_blas_thread():
-            return pixel_counts(self.field, self.domain.image, self.threshold_px)
+            return pixel_counts(self.field.lattices, self.domain.image, self.threshold_px)
 
     def evidence(self, photo_sha256: str = "") -> Evidence:
         """Collect points, lattices, displacement, det J, masks, recipe and versions.
@@ -253,6 +250,31 @@ class Rendering:
     def _repr_png_(self) -> bytes:
         """Return the result as a PNG for notebooks."""
         return preview(self.pixels)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Measurement:
+    """All figures of a rendering."""
+
+    one_to_one: OneToOne
+    residual: Residual
+    achieved: tuple[float, ...]  # of each face, % of D
+    protected_shares: tuple[tuple[float, ...], ...]  # of each landmark of each face, 0 to 1
+    pixel_counts: dict[DomainName, int]  # empty unless counted
+
+
+def measure(rendering: Rendering, *, counts: bool) -> Measurement:
+    """Compute the figures of a rendering on the caller's thread.
+
+    `counts`: also count the pixels of the domains, which takes longer than the warp.
+    """
+    return Measurement(
+        one_to_one=rendering.one_to_one,
+        residual=rendering.residual,
+        achieved=rendering.achieved,
+        protected_shares=rendering.protected_shares,
+        pixel_counts=rendering.pixel_counts if counts else {},
+    )
 
 
 def _check_types(photo: object, faces: object, *others: object) -> None:
@@ -338,55 +360,48 @@ def render(
         raise ValueError("this canvas lies over another photo")
     check_corners(protection)
     check_strokes(brushwork)
-    watch = Stopwatch()
+    watch, image = Stopwatch(), Box.of(photo)
+    draft = WarpDraft(
+        faces=faces, recipe=recipe, photo=whole or image, image=image, protection=protection,
+        held=held, brushwork=brushwork,
+    )  # fmt: skip
     with one_blas_thread():
-        with watch.lap("targets"):
-            edges = whole or Box.of(photo)
-            lens = LensCorrection.of(faces, recipe, edges)
-            seen = lens.faces or faces
-            recipes = [recipe.of_face(face.recipe) for face in faces]
-            requested = aimed(faces, recipe, seen, edges, protection.strokes)
-            pairs = (
-                tuple(attenuated_near_edge(pair, edges) for pair in requested)
-                if recipe.guard
-                else requested
-            )
-            beside = held.neighbours if recipe.hold_background else ()
-            around = [pair.started for pair in pairs]
-            surrounds = surrounds_of(seen, around, recipes, edges, beside, lens)
-        with watch.lap("lattice"):
-            anchors = [face.anchor for face in faces]
-            inside = edges if recipe.guard else None
-            problems = problems_of(pairs, anchors, recipes, surrounds, inside)
-            field = Field(solve(problems, recipes), domains.fade_of(recipe), protection)
-        with watch.lap("guard"):
-            field, limits = (
-                limited(field, edges) if recipe.guard else (field, (Limit(),) * len(faces))
-            )
-        with watch.lap("background"):
-            unheld = field
-            if recipe.hold_background:
-                field = hold(field, problems, seen, held)
-        brush_shares: tuple[float, ...] = ()
-        with watch.lap("brush"):
-            if brushwork.strokes:
-                field, brush_shares = brushed(field, brushwork, edges, guarded=recipe.guard)
-        with watch.lap("domain"):
-            area = domains.reduce(field, Box.of(photo), recipe.domain)
-        size = size_of(Box.of(photo), longest_px)
-        if size != (photo.shape[1], photo.shape[0]):
-            with watch.lap("warp"):
-                flag = FLAGS[recipe.interpolation]
-                pixels, changed = reduced(photo, field, area.bounds, size, flag, threads), []
-        else:
-            with watch.lap("copy"):
-                canvas = canvas or Canvas(photo)
-            with watch.lap("warp"):
-                changed = canvas.warp(field, area, recipe.interpolation, threads)
-            pixels = canvas.pixels
+        for step in STEPS:
+            with watch.lap(step.stage):
+                draft = step.apply(draft)
+        size = size_of(image, longest_px)
+        pixels, changed = _drawn(photo, draft, canvas, size, threads, watch)
     return Rendering(
-        *(pixels, pairs, field, limits, unheld, area, changed, recipe),
-        cut_note(pairs, requested, [one.percent for one in recipes]),
-        watch.laps_ms,
-        brush_shares,
+        pixels=pixels,
+        pairs=draft.pairs,
+        field=draft.field,
+        limits=draft.limits,
+        unheld=draft.field_before_holding,
+        domain=draft.domain,
+        changed=changed,
+        recipe=recipe,
+        note=draft.note,
+        timings_ms=watch.laps_ms,
+        brush_shares=draft.brush_shares,
     )
+
+
+def _drawn(
+    photo: Image,
+    draft: WarpDraft,
+    canvas: Canvas | None,
+    size: tuple[int, int],
+    threads: int | None,
+    watch: Stopwatch,
+) -> tuple[Image, list[Box]]:
+    """Return the result's pixels and the boxes in which they may have changed."""
+    kernel = draft.recipe.interpolation
+    if size != (draft.image.width, draft.image.height):
+        with watch.lap("warp"):
+            moving = draft.domain.bounds
+            return reduced(photo, draft.field, moving, size, FLAGS[kernel], threads), []
+    with watch.lap("copy"):
+        canvas = canvas or Canvas(photo)
+    with watch.lap("warp"):
+        changed = canvas.warp(draft.field, draft.domain, kernel, threads)
+    return canvas.pixels, changed

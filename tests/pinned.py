@@ -16,6 +16,8 @@ import cv2
 import heads
 import numpy as np
 
+from kogao_core.additions.brush import UNTOUCHED, Brushwork
+from kogao_core.additions.lens import distance_m, distance_note, stretch_percent
 from kogao_core.background.find import BackgroundFinder, held_of, measure
 from kogao_core.base.assets import sample
 from kogao_core.base.geometry import Affine, Box, Image
@@ -26,13 +28,11 @@ from kogao_core.faces.landmarks.aam.source import AamSource
 from kogao_core.faces.landmarks.edges import ALONG, MOVES, settle
 from kogao_core.faces.landmarks.mesh import Mesh, MeshInput, Passes, _sure_corners, box_of
 from kogao_core.faces.landmarks.sources import template_face
+from kogao_core.field.protection import NOTHING, Protection
 from kogao_core.photo import read
 from kogao_core.pipeline import render
 from kogao_core.projects.sidecar import Applied
 from kogao_core.recipe.recipe import SETTINGS, Recipe
-from kogao_core.warp.brush import UNTOUCHED, Brushwork
-from kogao_core.warp.lens import distance_m, distance_note, stretch_percent
-from kogao_core.warp.protection import NOTHING, Protection
 
 FILE: Final = Path(__file__).parent / "labels" / "pinned.json"
 _GRID: Final = 14  # displacements are stored on so many positions per axis
@@ -41,8 +41,8 @@ _TOLERANCES: Final = {
     "points": 0.3,
     "faces": 0.04,
     "displacement": 0.012,
-    "bends": 0.03,
-    "edges": 0.05,
+    "turns": 0.05,
+    "rises": 0.3,
     "searched": 0.005,
 }
 
@@ -152,16 +152,16 @@ def result(name: str) -> dict[str, Any]:
         held=held_of(photo, applied, finder), brushwork=brushwork,
     )  # fmt: skip
     xs, ys = (np.linspace(0, side - 1, _GRID) for side in photo.shape[1::-1])
-    bends = measure(photo, rendering, applied, finder)
+    lines = measure(photo, rendering, applied, finder).lines
     return told | {
         "note": str(chosen.note),
         "edge": str(rendering.note),
         "displacement": _rounded(rendering.field.on_grid(xs, ys), _DIGITS),
         "shares": _rounded(rendering.shares, _DIGITS),
         "brush": _rounded(rendering.brush_shares, _DIGITS),
-        "bends": _rounded(sorted(line.bend_px for line in bends.lines), 2),
-        "edges": _rounded([(line.before_px, line.after_px) for line in bends.lines], 2),
-        "holding": " ".join(line.holding for line in bends.lines),
+        "turns": _rounded([line.turn_degrees for line in lines], 2),
+        "rises": _rounded(sorted(line.rise_permille for line in lines), 1),
+        "holding": " ".join(line.holding for line in lines),
     }
 
 

@@ -10,13 +10,13 @@ from functools import lru_cache
 import cv2
 import numpy as np
 
+from kogao_core.additions.edge import edges_px
+from kogao_core.additions.fit import fit
 from kogao_core.base.geometry import Affine, Box
 from kogao_core.faces.face import FOREHEAD_POINTS, Face, OnFace, ignored
 from kogao_core.faces.targets import aim
+from kogao_core.field.field import Field
 from kogao_core.recipe.recipe import Recipe
-from kogao_core.warp.field import Field
-from kogao_core.warp.fit import fit
-from kogao_core.warp.frame import edges_px
 
 # The face alone moves, as in the paper, by the retoucher's fit.
 ALONE = Recipe(scope="face")

@@ -20,7 +20,7 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QApplication
 
-from kogao_core.background.lines import BentLine
+from kogao_core.background.lines import BackgroundLine
 
 from ..i18n import tr
 from ..view_state import Handle, ViewState
@@ -157,7 +157,7 @@ class PhotoCanvas(Viewport):
                 return badge.face
         return face_at(view.state.faces, self.to_photo(at), self._in_photo(_MARK_PX))
 
-    def line_at(self, at: QPointF) -> BentLine | None:
+    def line_at(self, at: QPointF) -> BackgroundLine | None:
         """Return the nearest clickable line at a point of the viewport, or None."""
         view = self.shown
         if view.original or view.busy_hands or "straight" not in view.visible:

@@ -11,16 +11,16 @@ from PySide6.QtCore import QItemSelectionModel, QSignalBlocker, QSize, Qt, Signa
 from PySide6.QtGui import QIcon
 from PySide6.QtWidgets import QListWidget, QListWidgetItem, QWidget
 
-from kogao_core.base.geometry import Box
-from kogao_core.faces.doubt import Reason, Verdict, verdicts
-from kogao_core.faces.face import Face, LandmarkSource, in_reading_order
-from kogao_core.faces.landmarks import template_face
-from kogao_core.warp.lens import (
+from kogao_core.additions.lens import (
     STRETCH_SEEN_PERCENT,
     distance_m,
     distance_note,
     stretch_percent,
 )
+from kogao_core.base.geometry import Box
+from kogao_core.faces.doubt import Reason, Verdict, verdicts
+from kogao_core.faces.face import Face, LandmarkSource, in_reading_order
+from kogao_core.faces.landmarks import template_face
 
 from ..ahead import FaceSearch
 from ..document import State

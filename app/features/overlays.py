@@ -12,8 +12,8 @@ from PySide6.QtCore import QSize, QTimer, Signal
 from PySide6.QtGui import QAction, QActionGroup, QIcon
 from PySide6.QtWidgets import QCheckBox, QGridLayout, QWidget
 
-from kogao_core.background.find import BackgroundFinder, Bends, measure
-from kogao_core.background.lines import BentLine
+from kogao_core.background.find import BackgroundFinder, MeasuredLines, measure
+from kogao_core.background.lines import BackgroundLine
 from kogao_core.base.geometry import Image, Line
 from kogao_core.projects.json import as_line
 
@@ -198,7 +198,7 @@ class Surroundings(Feature):
         self.document.opened.connect(self._forget)
         overlays.switches["straight"].toggled.connect(self._look)
 
-    def toggle(self, line: BentLine) -> None:
+    def toggle(self, line: BackgroundLine) -> None:
         """Toggle whether a line is kept straight, as one undo step."""
         seen = self.live.background
         if seen is None:
@@ -240,7 +240,7 @@ class Surroundings(Feature):
     def _wanted(self) -> bool:
         return "straight" in self.view.visible
 
-    def _show(self, seen: Bends) -> None:
+    def _show(self, seen: MeasuredLines) -> None:
         self.view.lines = seen.lines
         if seen.note not in ("", self._note):
             self.say(sentence(seen.note), wrong=False)
@@ -260,8 +260,8 @@ class Surroundings(Feature):
         self.view.lines = ()
 
 
-def look(photo: Image, frame: RenderedFrame, finder: BackgroundFinder) -> Bends:
+def look(photo: Image, frame: RenderedFrame, finder: BackgroundFinder) -> MeasuredLines:
     """Measure the lines of the background in a full result."""
     if not frame.done.faces:
-        return Bends(())
+        return MeasuredLines(())
     return measure(photo, frame.rendering, frame.done, finder)

@@ -8,8 +8,8 @@ from typing import Final
 import numpy as np
 from PySide6.QtCore import QSettings, Qt, Signal
 
+from kogao_core.additions.limits import OutOfBounds, check_faces
 from kogao_core.base.geometry import Array
-from kogao_core.warp.limits import OutOfBounds, check_faces
 
 from ..canvas import handles
 from ..document import State

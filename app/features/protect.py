@@ -14,8 +14,8 @@ from PySide6.QtGui import QAction, QActionGroup
 from PySide6.QtWidgets import QPushButton, QWidget
 
 from kogao_core.base.geometry import Array
-from kogao_core.warp.measures import reduced
-from kogao_core.warp.protection import NOTHING
+from kogao_core.field.measures import reduced
+from kogao_core.field.protection import NOTHING
 
 from ..i18n import tr
 from ..theme import GRID_PX

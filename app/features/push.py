@@ -10,8 +10,8 @@ import numpy as np
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QPushButton
 
-from kogao_core.warp.brush import LEAST_FALLOFF, UNTOUCHED, BrushKind, BrushStroke, Brushwork
-from kogao_core.warp.limits import OutOfBounds, check_brushwork
+from kogao_core.additions.brush import LEAST_FALLOFF, UNTOUCHED, BrushKind, BrushStroke, Brushwork
+from kogao_core.additions.limits import OutOfBounds, check_brushwork
 
 from ..i18n import reason, tr
 from ..view_state import Brush, RenderedFrame

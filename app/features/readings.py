@@ -14,10 +14,10 @@ from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QSizePolicy, QWi
 
 from kogao_core.base.atomic import atomic_write
 from kogao_core.base.geometry import Box
+from kogao_core.paper.domain import mask_of
 from kogao_core.pipeline import STAGES, Rendering
 from kogao_core.recipe.recipe import PAPER, SETTINGS, Recipe
 from kogao_core.recipe.settings import DOMAINS, DomainName
-from kogao_core.warp.domain import mask_of
 
 from ..canvas.overlays import glyphs
 from ..i18n import tr, translated, unwritten
@@ -264,7 +264,8 @@ def values_at(frame: RenderedFrame, x: float, y: float) -> list[str]:
             lines.append(tr("face {n}: cell ({i}, {j})", n=number, i=i, j=j))
     left, top = np.round(at[0]).astype(int).tolist()
     box = Box(left, top, left + 1, top + 1)
-    smallest = [one for one in DOMAINS if mask_of(field, box, one.name, threshold_px).any()][-1]
+    lattices = field.lattices
+    smallest = [one for one in DOMAINS if mask_of(lattices, box, one.name, threshold_px).any()][-1]
     lines.append(tr("domain: {name}", name=translated(smallest.title)))
     lines.append(tr("threshold T {n:.4g} px", n=threshold_px * frame.scale))
     return lines

@@ -12,9 +12,9 @@ from PySide6.QtCore import QObject, QThreadPool, QTimer, Signal
 from kogao_core.background.find import Background, BackgroundFinder
 from kogao_core.background.holding import NOTHING_HELD, Held
 from kogao_core.base.geometry import Affine, Image
+from kogao_core.field.protection import Protection
 from kogao_core.pipeline import render
-from kogao_core.warp.canvas import Canvas
-from kogao_core.warp.protection import Protection
+from kogao_core.resample.canvas import Canvas
 
 from ..document import State
 from ..view_state import RenderedFrame, VisiblePart

@@ -1,8 +1,9 @@
-"""Find the background near faces (lines, edges, neighbours) and measure bent lines."""
+"""Find the background near faces (lines, edges, neighbours) and measure turned lines."""
 
 from __future__ import annotations
 
 import dataclasses
+import math
 import threading
 import weakref
 from collections.abc import Callable, Sequence
@@ -15,12 +16,14 @@ import numpy as np
 from kogao_core.background.edges import Edges, edges_of, no_edges
 from kogao_core.background.holding import NOTHING_HELD, Held
 from kogao_core.background.lines import (
-    SEEN_PX,
-    BentLine,
-    bends,
+    SEEN_DEGREES,
+    SEEN_LENGTH,
+    BackgroundLine,
+    long_enough,
     off_faces,
     shortest_px,
     straight_lines,
+    turns,
 )
 from kogao_core.background.people import PersonFinder, PersonMask
 from kogao_core.base.assets import AssetMissing
@@ -30,9 +33,9 @@ from kogao_core.base.threads import one_blas_thread, parallel_map
 from kogao_core.faces.face import Face
 from kogao_core.faces.landmarks import ModelRefused
 from kogao_core.faces.landmarks.pixels import Pyramid
+from kogao_core.field.field import Field
+from kogao_core.paper.domain import Domain
 from kogao_core.projects.sidecar import Applied
-from kogao_core.warp.domain import Domain
-from kogao_core.warp.field import Field
 
 # Lines end this far from the mask of people, in sides of a face: hair extends beyond the mask.
 _APART: Final = 0.03
@@ -54,6 +57,7 @@ class Background:
     note: str = ""  # why some lines may not belong to the background
     told: bool = True  # False: the mask of people is missing, and no edge is held
     edges: tuple[Edges, ...] = ()  # for each face, the edges to hold
+    others: tuple[Face, ...] = ()  # faces of other people, who stay in place
     # The newest `Held`, by the released lines.
     newest: dict[tuple[Line, ...], Held] = dataclasses.field(default_factory=dict)
 
@@ -66,7 +70,7 @@ class Background:
             lines = np.array(key).reshape(-1, 2, 2)
             edges = (one.without(lines) for one in self.edges)
             self.newest.clear()
-            self.newest[key] = Held(tuple(edges), self.neighbours)
+            self.newest[key] = Held(tuple(edges), self.neighbours, self.others)
         return self.newest[key]
 
     def toggled(self, line: Line, loose: Sequence[Line]) -> tuple[Line, ...]:
@@ -82,11 +86,18 @@ class Background:
 
 
 @dataclass(frozen=True, slots=True)
-class Bends:
-    """The lines near the faces and how far each is bent."""
+class MeasuredLines:
+    """The lines near the faces and how far each is turned."""
 
-    lines: tuple[BentLine, ...]  # the most bent first
+    lines: tuple[BackgroundLine, ...]  # the most turned first
     note: str = ""  # see `Background`
+
+    @property
+    def seen(self) -> tuple[BackgroundLine, ...]:
+        """The lines that gave way, if an eye sees them: see `SEEN_LENGTH`."""
+        turned = tuple(line for line in self.lines if line.holding == "gave way")
+        length = math.hypot(*(line.length * line.clearness for line in turned))
+        return turned if length >= SEEN_LENGTH else ()
 
 
 class Warped(Protocol):
@@ -170,6 +181,7 @@ class BackgroundFinder:
             shortest,
             _missed(people.missed),
             edges=tuple(found),
+            others=tuple(others),
         )
 
 
@@ -183,24 +195,28 @@ def held_of(photo: Image, done: Applied, finder: BackgroundFinder) -> Held:
     return finder.find(photo, done.faces, done.others).held(done.loose)
 
 
-def measure(photo: Image, rendering: Warped, done: Applied, finder: BackgroundFinder) -> Bends:
-    """Measure how far a rendering bends the straight lines near the warp's domain."""
+def measure(
+    photo: Image, rendering: Warped, done: Applied, finder: BackgroundFinder
+) -> MeasuredLines:
+    """Measure how far a rendering turns the straight lines near the warp's domain."""
     if not done.faces:
-        return Bends(())
+        return MeasuredLines(())
     found = finder.find(photo, done.faces, done.others)
     holds, bounds = done.recipe.hold_background and found.told, rendering.domain.bounds
-    lines = found.lines[_touches(found.lines, bounds)]
-    bent = bends(rendering.field, lines, photo, rendering.unheld)
+    lines = long_enough(found.lines, photo)
+    lines = lines[_touches(lines, bounds)]
+    face_px = float(np.median([np.ptp(face.outline[:, 0]) for face in done.faces]))
+    turned = turns(rendering.field, lines, photo, face_px, rendering.unheld)
     if holds:
-        bent = [_marked(line, found, done.loose) for line in bent]
-    return Bends(tuple(bent), found.note)
+        turned = [_marked(line, found, done.loose) for line in turned]
+    return MeasuredLines(tuple(turned), found.note)
 
 
-def _marked(line: BentLine, found: Background, loose: Sequence[Line]) -> BentLine:
+def _marked(line: BackgroundLine, found: Background, loose: Sequence[Line]) -> BackgroundLine:
     if found.is_loose(np.array([line.start_px, line.end_px]), loose):
         return dataclasses.replace(line, holding="let go")
-    bends_still = line.bend_px >= SEEN_PX
-    return dataclasses.replace(line, holding="gave way" if bends_still else "held")
+    gave_way = line.turn_degrees >= SEEN_DEGREES
+    return dataclasses.replace(line, holding="gave way" if gave_way else "held")
 
 
 def _touches(lines: Array, box: Box) -> Array:

@@ -1,10 +1,10 @@
 """Keep straight background edges straight and neighbours in place by a change of the lattices.
 
-Each row of `Edges` asks that a second difference of the displacement is zero across an edge. Such
-a row costs nothing when the edge shifts or turns as a whole. On the outline of a neighbour the
-displacement itself must be zero. The change c is zero at every landmark. Among all such changes it
-minimises ``c' L c + sum of w (row of (d + c))^2``, where L is the screened Laplacian of
-neighbouring control points. Everything but d and the landmarks' places is built once.
+Each row of `Edges` asks that the displacement across an edge is the same at two places, so that the
+edge neither turns nor bends. Long edges shall not shift either, with little weight. On the outline
+of a neighbour the displacement itself must be zero. The change c is zero at every landmark. Among
+all such changes it minimises ``c' L c + sum of w (row of (d + c))^2``, where L is the screened
+Laplacian of neighbouring control points. Everything but d and the landmarks' places is built once.
 """
 
 from __future__ import annotations
@@ -18,18 +18,18 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from kogao_core.additions.edge import edges_px, zero_on_edges
+from kogao_core.additions.guard import LEAST_DET, bisected, is_safe
+from kogao_core.additions.lens import away_px
 from kogao_core.background.edges import Edges, no_edges
-from kogao_core.base.geometry import Affine, Array
+from kogao_core.base.geometry import Affine, Array, Box
 from kogao_core.base.threads import parallel_map
 from kogao_core.faces.face import Face
+from kogao_core.field.field import Field
+from kogao_core.field.one_to_one import least_det
+from kogao_core.paper.basis import ORDER, basis
+from kogao_core.paper.lattice import Grid, Lattice, groups, quantised
 from kogao_core.recipe.recipe import LOSSLESS_PX
-from kogao_core.warp.field import Field
-from kogao_core.warp.fit import Problem, quantised
-from kogao_core.warp.frame import edges_px, zero_on_edges
-from kogao_core.warp.guard import LEAST_DET, bisected, is_safe
-from kogao_core.warp.lattice import ORDER, Grid, Lattice, basis, groups
-from kogao_core.warp.lens import away_px
-from kogao_core.warp.one_to_one import least_det
 
 # All lengths are in lattice spacings. A row counts nothing so near to a landmark, and in full so
 # far from it.
@@ -43,20 +43,27 @@ _TOUCHING: Final = 1.0
 _ABOVE: Final = 0.25
 # Weights; 1 is that of a difference of neighbouring control points.
 _NEIGHBOUR: Final = 3e4  # of a neighbour close to the face
-_PERSON: Final = 10.0  # of a place on the person's hair and clothes, where the change is to be zero
+_PERSON: Final = 60.0  # of a place on the person's hair and ears, where the change is to be zero
+_CLOTHES: Final = 10.0  # the same below the chin, where a line behind may shear neck and clothes
+_CHIN: Final = 0.15  # width of the change from one to the other, in heights of the outline
 _WITHIN: Final = 60.0  # the same of a place within the face
 _INSIDE: Final = 1.5  # between those
 # Of neighbours clear of the face, corners of eyes and mouth, and the photo's edge. Larger values
 # hold these within less than 0.04 px and lines less straight.
 _STILL: Final = 1e6
 _RIDGE: Final = 1e-9  # of the equations of the landmarks
-_SCREEN: Final = 0.06  # in L beside neighbours' differences: a change fades over four spacings
+_SCREEN: Final = 1.0  # in L beside neighbours' differences: a change fades over one spacing
+# It fades over less far from the outline: that much is added there, rising from the first of these
+# distances over the second. Larger: lines near the head take less of the picture along, and turn.
+_FIRMER: Final = 1.5
+_FIRM: Final = (3.0, 4.0)
 # The change acts in a square of this half side, moved up from the middle of the outline by so much.
 _HALF: Final = 16.0
 _WIDER: Final = 1.25  # factor if a lens correction displaces more than that square
 _UP: Final = 2.5
-# Shorter changes of a control point are dropped, those from twice as long on kept in full.
-_UNSEEN: Final = 0.012
+# Shorter displacements of a control point are dropped, those from three times as long on kept in
+# full. Less than three times would be steeper, and make more of small changes of a photo.
+_UNSEEN: Final = 0.035
 # The change's lattice is the fit's, or that at double the spacing until it is at least this share
 # of the landmark spacing.
 _FINEST: Final = 1.4
@@ -69,21 +76,36 @@ class Held:
     """Edges to keep straight and people to leave in place, for each face of a rendering."""
 
     edges: tuple[Edges, ...] = ()  # one for each face; empty: none
-    # (M, 2): for each face, points on the edge of other people, px; empty where there are none.
+    # (M, 3): for each face, points on other people and how unsure they are (`PersonMask`), px.
     neighbours: tuple[Array, ...] = ()
+    others: tuple[Face, ...] = ()  # faces of other people, who stay in place
     # The newest equations of each face, by its index, after the values they were built for.
     built: dict[int, tuple[Any, tuple[_Steady, ...]]] = dataclasses.field(default_factory=dict)
 
     def mapped(self, transform: Affine) -> Held:
         """Return the same in another image's px."""
-        neighbours = tuple(transform(points) for points in self.neighbours)
-        return Held(tuple(edges.mapped(transform) for edges in self.edges), neighbours)
+        neighbours = tuple(
+            np.column_stack([transform(points[:, :2]), transform.scale * points[:, 2:]])
+            for points in self.neighbours
+        )
+        others = tuple(face.mapped(transform) for face in self.others)
+        return Held(tuple(edges.mapped(transform) for edges in self.edges), neighbours, others)
 
 
 NOTHING_HELD: Final = Held()
 
 
-def hold(field: Field, problems: Sequence[Problem], faces: Sequence[Face], held: Held) -> Field:
+@dataclass(frozen=True, slots=True, eq=False)
+class Site:
+    """Where the lattice of one face stands, and what must not change there."""
+
+    grid: Grid  # of the fit
+    target_px: Array  # (N, 2): the targets of the landmarks
+    around_px: Array | None  # (2, 2): corners of the box that the head displaces
+    photo: Box | None  # nothing moves across its edges
+
+
+def hold(field: Field, sites: Sequence[Site], faces: Sequence[Face], held: Held) -> Field:
     """Change a field so that edges stay straight and neighbours stay in place.
 
     A change that would squeeze the picture is reduced. The result is one-to-one where `field` is.
@@ -91,18 +113,18 @@ def hold(field: Field, problems: Sequence[Problem], faces: Sequence[Face], held:
     if not held.edges and not any(len(points) for points in held.neighbours):
         return field
     lattices, found = list(field.lattices), groups(field.lattices)
-    targets = {
-        k: np.vstack([problems[k].target_px[: problems[k].landmark_count] for k in group])
-        for group in found
-        for k in group
-    }
+    targets = {k: np.vstack([sites[k].target_px for k in group]) for group in found for k in group}
 
     def change(k: int) -> Lattice | None:
-        before = after = field.lattices[k]
-        changes = _changes(field, problems[k], faces[k], held, k) if before.phi.any() else ()
-        for steady in changes:
+        after = field.lattices[k]
+        if not after.phi.any():
+            return None
+        exact = [targets[k]]
+        for steady in _changes(field, sites[k], faces[k], held, k):
             after = after.plus(steady.change(after, targets[k]))
-        return quantised(zero_on_edges(after, problems[k].photo)) if changes else None
+            exact.append(steady.still_px)
+        after = _without_tails(after, np.vstack(exact), _UNSEEN * faces[k].anchor.spacing_px)
+        return quantised(zero_on_edges(after, sites[k].photo))
 
     made = parallel_map(change, range(len(lattices)))
     for group in found:
@@ -113,18 +135,29 @@ def hold(field: Field, problems: Sequence[Problem], faces: Sequence[Face], held:
     return dataclasses.replace(field, lattices=tuple(lattices))
 
 
-def _changes(field: Field, problem: Problem, face: Face, held: Held, k: int) -> tuple[_Steady, ...]:
+def _without_tails(lattice: Lattice, exact_px: Array, unseen_px: float) -> Lattice:
+    """Return the lattice without displacements that nobody sees, but for those near `exact_px`."""
+    # Control points that move a place are nearer than three spacings; all of these stay.
+    near = ORDER - _away_px(lattice, exact_px) / lattice.grid.spacing_px
+    kept = 1.5 - 1.5 * unseen_px / np.maximum(lattice.magnitude_px, unseen_px)
+    kept = np.maximum(np.clip(near, 0.0, 1.0), np.minimum(kept, 1.0))
+    return dataclasses.replace(lattice, phi=lattice.phi * kept[..., None])
+
+
+def _changes(field: Field, site: Site, face: Face, held: Held, k: int) -> tuple[_Steady, ...]:
     """Return the equations of the changes of a face: neighbours on a fine lattice, then all."""
     edges = held.edges[k] if held.edges else None
-    near = held.neighbours[k] if held.neighbours else np.zeros((0, 2))
+    # Faces of people who stay, also beyond the crop in which neighbours are looked for.
+    still = [np.insert(one.points, 2, 0.0, axis=1) for one in held.others]
+    near = np.vstack([np.zeros((0, 3)), *held.neighbours[k : k + 1], *still])
     # Neighbours alone are held first, in half the square and on a lattice twice as fine.
-    rooms = [_room(problem, face, scale) for scale in (0.5, 1.0)]
+    rooms = [_room(site, face, scale) for scale in (0.5, 1.0)]
     known, found = held.built.get(k, (None, ()))
     places = [(room.grid, room.first, room.shape) for room in rooms]
-    values = face.points.tobytes(), problem.photo, places
+    values = face.points.tobytes(), site.photo, places
     if known != values:
         both = zip(rooms, (None, edges or no_edges()), strict=True)
-        found = tuple(_Steady(problem, face, room, rows, near) for room, rows in both)
+        found = tuple(_Steady(site, face, room, rows, near) for room, rows in both)
         found = tuple(steady for steady in found if len(steady.weights))
         held.built[k] = values, found
     if not field.protection.strokes:
@@ -133,7 +166,7 @@ def _changes(field: Field, problem: Problem, face: Face, held: Held, k: int) -> 
     # A protected part pins its edge.
     shares = [alone.protected_share(steady.places) for steady in found]
     return tuple(
-        _Steady(problem, face, one.room, one.edges, near, share) if (share < 1.0).any() else one
+        _Steady(site, face, one.room, one.edges, near, share) if (share < 1.0).any() else one
         for one, share in zip(found, shares, strict=True)
     )
 
@@ -169,7 +202,7 @@ class _Steady:
 
     def __init__(
         self,
-        problem: Problem,
+        site: Site,
         face: Face,
         room: Lattice,
         edges: Edges | None,
@@ -181,30 +214,33 @@ class _Steady:
         `shares`: of the displacement that protection leaves at `places`.
         """
         source, h, self.edges, self.room = face.outline, face.anchor.spacing_px, edges, room
-        self._unseen_px = _UNSEEN * h
         middle = source.mean(axis=0)
         swept = np.vstack(
             [middle + f * (source - middle) for f in (1.0, (1.0 + _INNERMOST) / 2.0, _INNERMOST)]
         )
-        triples, normals, weights = _near_rows(edges, self.room, swept, h)
-        near = near[self.room.reaches(near)]
-        near = _thinned(near[away_px(near, swept) > _TOUCHING * h], 0.5 * h)
+        pairs, tied, normals, weights = _near_rows(edges, self.room, swept, h)
+        near = near[self.room.reaches(near[:, :2])]
+        near = _thinned(near[away_px(near[:, :2], swept) > _TOUCHING * h], 0.5 * h)
+        near, sure = near[:, :2], 1.0 / (1.0 + near[:, 2] / h)
         # Nearly exact where a neighbour is clear of the face, soft where both meet.
         clear = away_px(near, swept) / (_TOUCHING * h) - np.array([[1.0], [2.0]])
         soft, exact = np.clip(clear, 0.0, 1.0) ** 2
-        self._edges, self._normals = len(weights), normals
-        self.weights = np.concatenate([weights, _NEIGHBOUR * soft + _STILL * exact])
-        self.places = np.concatenate([triples.reshape(-1, 2), near])
-        factors = np.concatenate([np.tile((1.0, -2.0, 1.0), len(weights)), np.ones(len(near))])
+        # A weight acts by its order of magnitude.
+        still = np.expm1(sure**2 * np.log1p(_NEIGHBOUR * soft + _STILL * exact))
+        self._edges, self._normals, self.still_px = len(weights), normals, near
+        self.weights = np.concatenate([weights, still])
+        self.places = np.concatenate([pairs.reshape(-1, 2), near])
+        both = np.column_stack([np.ones(len(tied)), -tied]).ravel()
+        factors = np.concatenate([both, np.ones(len(near))])
         self._factors = factors if shares is None else factors * shares
         if not len(self.weights):
             return
         number = np.arange(len(self.weights))
         self._of_row = np.concatenate(
-            [np.repeat(number[: len(weights)], 3), number[len(weights) :]]
+            [np.repeat(number[: len(weights)], 2), number[len(weights) :]]
         )
         self._rows = self._basis_rows(self.places, self._of_row, self._factors)
-        matrix = self._built(problem, face, edges, swept)
+        matrix = self._built(site, face, edges, swept)
         self._whitening = _inverse(np.asarray(np.linalg.cholesky(matrix), np.float64))
         # The newest change, after the values it was solved for: a drag leaves other faces alone.
         self._newest: tuple[Any, Lattice] = (), self.room
@@ -235,10 +271,8 @@ class _Steady:
         strength = np.linalg.solve(ways.T @ ways + _RIDGE * np.eye(2 * m), ways.T @ free)
         phi = self._whitening.T @ (free - ways @ strength)
         phi = phi.reshape(2, *self.room.shape)
-        # Away from landmarks and neighbours the change ends where nobody sees it.
-        kept = 2.0 - 2.0 * self._unseen_px / np.maximum(np.hypot(*phi), self._unseen_px)
         # Invisible steps: a drag elsewhere leaves these control points equal.
-        coarse = LOSSLESS_PX * np.round(np.minimum(kept, 1.0) * phi / LOSSLESS_PX)
+        coarse = LOSSLESS_PX * np.round(phi / LOSSLESS_PX)
         exact = np.vstack([rows_of_basis, self._rows[count:]]).any(axis=0)
         phi = np.where(exact.reshape(self.room.shape), phi, coarse)
         return dataclasses.replace(self.room, phi=np.ascontiguousarray(phi.transpose(1, 2, 0)))
@@ -266,25 +300,23 @@ class _Steady:
         rows_of_basis = np.bincount(at[on], weights[on], shape[0] * shape[1])
         return np.asarray(rows_of_basis.reshape(shape), np.float64)
 
-    def _built(self, problem: Problem, face: Face, edges: Edges | None, swept: Array) -> Array:
+    def _built(self, site: Site, face: Face, edges: Edges | None, swept: Array) -> Array:
         """Return the symmetric matrix of the change's x, then y components."""
         (rows, columns), n = self.room.shape, self._rows.shape[1]
         still: Array = np.zeros((n, n))
         index = np.arange(n).reshape(rows, columns)
-        still[index, index] = 4.0 + _SCREEN
+        h, outline = face.anchor.spacing_px, swept[-len(face.outline) :]
+        far = np.clip((_away_px(self.room, swept) / h - _FIRM[0]) / _FIRM[1], 0.0, 1.0)
+        still[index, index] = 4.0 + _SCREEN + _FIRMER * far
         for one, other in ((index[:, 1:], index[:, :-1]), (index[1:], index[:-1])):
             still[one, other] = still[other, one] = -1.0
-        h, outline = face.anchor.spacing_px, swept[-len(face.outline) :]
         inside, corners = _face_places(outline, h), np.vstack([face.eyes, face.mouth])
-        count = self._edges
-        places, weights = (
-            [inside, corners],
-            [np.full(len(inside), _WITHIN), np.full(len(corners), _STILL)],
-        )
-        if edges is not None:
-            on = self.room.reaches(edges.people_px)
-            places.append(edges.people_px[on])
-            weights.append(_PERSON * edges.opacities[on])
+        count, edges = self._edges, edges or no_edges()
+        on = self.room.reaches(edges.people_px)
+        places = [inside, corners, edges.people_px[on]]
+        below = _below_chin(places[2], outline)
+        people = (_PERSON + below * (_CLOTHES - _PERSON)) * edges.opacities[on]
+        weights = [np.full(len(inside), _WITHIN), np.full(len(corners), _STILL), people]
         rows_of_basis = np.concatenate([self._basis_rows(np.vstack(places)), self._rows[count:]])
         still += _squared(rows_of_basis, np.concatenate([*weights, self.weights[count:]]))
         lines = np.asarray(self._rows[:count], np.float32)
@@ -294,9 +326,16 @@ class _Steady:
         matrix = _squared(both, self.weights[:count]).reshape(2, n, 2, n)
         for axis in (0, 1):
             matrix[axis, :, axis] += still
-        for axis, there in _edge_places(problem, self.room):
+        for axis, there in _edge_places(site, self.room):
             matrix[axis, :, axis] += _squared(self._basis_rows(there), np.full(len(there), _STILL))
         return matrix.reshape(2 * n, 2 * n)
+
+
+def _away_px(lattice: Lattice, places: Array) -> Array:
+    """Return the distance of each control point from the nearest place, (rows, columns), px."""
+    (rows, columns), grid = lattice.shape, lattice.grid
+    x, y = grid.nodes_px(lattice.first[0], columns, 0), grid.nodes_px(lattice.first[1], rows, 1)
+    return away_px(np.stack(np.meshgrid(x, y), -1).reshape(-1, 2), places).reshape(rows, columns)
 
 
 def _squared(rows: Array, weights: Array) -> Array:
@@ -316,46 +355,44 @@ def _inverse(lower: Array) -> Array:
     return inverse
 
 
-def _room(problem: Problem, face: Face, scale: float) -> Lattice:
+def _room(site: Site, face: Face, scale: float) -> Lattice:
     """Return the lattice that a change can move, of zeros; `scale`: of its square and spacing."""
     outline, h, half = face.outline, face.anchor.spacing_px, scale * _HALF
-    spacing, origin = problem.grid.spacing_px, np.array(problem.grid.origin_px)
+    spacing, origin = site.grid.spacing_px, np.array(site.grid.origin_px)
     while spacing < scale * _FINEST * h:
         spacing *= 2.0
     up = (outline[0] + outline[-1]) / 2.0 - outline.mean(axis=0)
     middle = (outline.min(axis=0) + outline.max(axis=0)) / 2.0
-    if problem.around_px is not None and np.abs(problem.around_px - middle).max() > half * h:
+    if site.around_px is not None and np.abs(site.around_px - middle).max() > half * h:
         half *= _WIDER
     middle = middle + _UP * h * up / max(1e-9, float(np.hypot(*up)))
     low, high = ((middle + way * half * h - origin) / spacing for way in (-1.0, 1.0))
     first, last = np.ceil(low).astype(int), np.floor(high).astype(int)
     columns, rows = last - first + 1
     zeros = np.zeros((rows, columns, 2))
-    room = Lattice(Grid(problem.grid.origin_px, spacing), (int(first[0]), int(first[1])), zeros)
-    return room if problem.photo is None else room.within(problem.photo)
+    room = Lattice(Grid(site.grid.origin_px, spacing), (int(first[0]), int(first[1])), zeros)
+    return room if site.photo is None else room.within(site.photo)
 
 
 def _near_rows(
     edges: Edges | None, room: Lattice, landmarks: Array, h: float
-) -> tuple[Array, Array, Array]:
-    """Return places, normals and weights of the rows that a change can serve."""
-    if edges is None:
-        return np.zeros((0, 3, 2)), np.zeros((0, 2)), np.zeros(0)
-    places, normals, weights = edges.places_px, edges.normals, edges.weights
-    on = room.reaches(places.reshape(-1, 2)).reshape(-1, 3).any(axis=1)
-    places, normals, weights = places[on], normals[on], weights[on]
-    apart = away_px(places.reshape(-1, 2), landmarks).reshape(-1, 3).min(axis=1) / h
+) -> tuple[Array, Array, Array, Array]:
+    """Return places, ties, normals and weights of the rows that a change can serve."""
+    edges = edges or no_edges()
+    on = room.reaches(edges.places_px.reshape(-1, 2)).reshape(-1, 2).any(axis=1)
+    places, weights = edges.places_px[on], edges.weights[on]
+    apart = away_px(places.reshape(-1, 2), landmarks).reshape(-1, 2).min(axis=1) / h
     weights = weights * np.clip((apart - _FREE) / (_ALL - _FREE), 0.0, 1.0) ** 2
-    on = weights > 0.0
-    return places[on], normals[on], weights[on]
+    some = weights > 0.0
+    return places[some], edges.tied[on][some], edges.normals[on][some], weights[some]
 
 
-def _edge_places(problem: Problem, room: Lattice) -> Iterator[tuple[int, Array]]:
+def _edge_places(site: Site, room: Lattice) -> Iterator[tuple[int, Array]]:
     """Yield places along each edge of the photo in the room, and the axis across it."""
-    if problem.photo is None:
+    if site.photo is None:
         return
     reach = np.array(room.reach_px).reshape(2, 2)
-    edges = edges_px(problem.photo)
+    edges = edges_px(site.photo)
     for axis in (0, 1):
         low, high = np.clip(reach[:, 1 - axis], *edges[:, 1 - axis])
         for edge in edges[:, axis]:
@@ -364,6 +401,13 @@ def _edge_places(problem: Problem, room: Lattice) -> Iterator[tuple[int, Array]]
                 places = np.empty((len(along), 2))
                 places[:, axis], places[:, 1 - axis] = edge, along
                 yield axis, places
+
+
+def _below_chin(places: Array, outline: Array) -> Array:
+    """Return 0 at places above the chin, 1 below, and values between near its height."""
+    top, chin = (outline[0] + outline[-1]) / 2.0, outline[len(outline) // 2]
+    down = (chin - top) / max(1e-9, float((chin - top) @ (chin - top)))
+    return np.asarray(np.clip(((places - chin) @ down) / _CHIN + 0.5, 0.0, 1.0))
 
 
 def _face_places(outline: Array, h: float) -> Array:
@@ -383,7 +427,8 @@ def _face_places(outline: Array, h: float) -> Array:
 def _thinned(places: Array, step_px: float) -> Array:
     """Return one place for each small square, of squares so large that few are left."""
     while len(places):
-        _, first = np.unique(np.floor(places / step_px), axis=0, return_index=True)
+        cells = np.floor(places[:, :2] / step_px)
+        _, first = np.unique(cells, axis=0, return_index=True)
         if len(first) <= _MOST_PLACES:
             return np.asarray(places[np.sort(first)])
         step_px *= 2.0

@@ -1,4 +1,8 @@
-"""Find straight lines of a photo, and measure how far a warp bends each."""
+"""Find straight lines of a photo, and measure how far a warp turns each.
+
+A person cuts a line in two. Each piece may stay straight and still lean, so that both make a roof.
+Pieces on one line are therefore joined across a person before their movement is compared.
+"""
 
 from __future__ import annotations
 
@@ -8,40 +12,54 @@ from typing import Any, Final, Literal
 
 import cv2
 import numpy as np
+import numpy.typing as npt
 
 from kogao_core.background.people import PersonMask
 from kogao_core.base.geometry import Affine, Array, Image
 from kogao_core.faces.landmarks.pixels import Pyramid
-from kogao_core.warp.field import Field, shown_at
+from kogao_core.field.field import Field, shown_at
 
 HoldingName = Literal["held", "gave way", "let go", ""]
-# Half a pixel is where a bend in a straight edge begins to be seen.
-SEEN_PX: Final = 0.5
+SEEN_DEGREES: Final = 3.0  # an eye begins to see that a line beside a head leans
+# An eye sees turned lines if the root of the sum of squares of their clear lengths is at least
+# this, in the photo's longer side. Shorter lines are leaves, letters, curls and cloth.
+SEEN_LENGTH: Final = 0.16
 _SHORTEST: Final = 0.04  # in the photo's longer side; shorter lines are texture
-_SAMPLES: Final = 64  # places along a line where its bend is measured
+_MEASURED: Final = 0.08  # in the longer side; shorter parts turn unseen
+_ALIGNED: Final = np.sin(np.radians(2.0))  # pieces of one line differ by a smaller angle
+_ASIDE: Final = 0.004  # and lie within this distance of one line, in the longer side
+_ASIDE_PX: Final = 1.5  # at least
+_SAMPLES: Final = 48  # places along a piece whose movement is measured
 _LEAST_PX: Final = 10  # shortest line of the detector, which fails on images of 5 rows
 _DETECTOR_PX: Final = 1600  # longer side of the detector's image; larger: more noise, slower
-_ASIDE_PX: Final = 3  # an edge is searched this far on both sides of a line, detector px
-_STEPS: Final = 4  # samples per px of that search
-_SMOOTH: Final = 7  # length of the moving average along a line, samples
+# Distances from a line at which its sides are compared, px of a longer side of 400.
+_BESIDE: Final = np.array([1.5, 2.5, 3.5])
+_FAINT: Final = 2.0 / 255.0  # a line of this contrast is half clear
 _MEAN: Final = np.full((1, 3), 1.0 / 3.0)  # weights of red, green and blue
 _PLAIN: Final = np.uint8(128)  # grey level painted over people
 
 
 @dataclass(frozen=True, slots=True)
-class BentLine:
-    """A straight line of the photo."""
+class BackgroundLine:
+    """A straight piece of a line of the photo, and its movement."""
 
     # Ends (x, y) in the photo.
     start_px: tuple[float, float]
     end_px: tuple[float, float]
-    bend_px: float  # largest distance of the warped line from a straight line, px
-    # The same of the edge that the photo has beside the line, before and after the warp, px.
-    before_px: float | None = None
-    after_px: float | None = None
-    unheld_px: float = 0.0  # `bend_px` of a warp that holds no line
-    # "held": bends by less than `SEEN_PX`. "gave way": bends by more. "let go": released by the
-    # user. Empty: the recipe holds no line.
+    number: int  # pieces of one line, left and right of a person, have one number
+    length: float  # in the photo's longer side
+    # 0 to 1: |mean d| / (mean |d| + 2/255), d: brightness on one side less that on the other. Near
+    # 0 for lines in texture, whose brighter side changes.
+    clearness: float
+    # Largest angle between a part of the piece after and before the warp. Parts are chords of 8 %
+    # of the photo's longer side, so that a bow turns at its ends.
+    turn_degrees: float
+    # Largest less least movement across the line, over all its pieces, thousandths of the width of
+    # the face: the step at a person.
+    rise_permille: float
+    unheld_turn_degrees: float = 0.0  # `turn_degrees` of a warp that holds no line
+    # "held": turns by less than `SEEN_DEGREES`. "gave way": turns by more. "let go": released by
+    # the user. Empty: the recipe holds no line.
     holding: HoldingName = ""
 
 
@@ -71,6 +89,12 @@ def shortest_px(photo: Image) -> float:
     return float(_SHORTEST * max(photo.shape[:2]))
 
 
+def long_enough(lines: Array, photo: Image) -> Array:
+    """Return the lines (N, 2, 2) of at least 8 % of the photo's longer side, (K, 2, 2)."""
+    lengths = np.linalg.norm(lines[:, 1] - lines[:, 0], axis=1)
+    return np.asarray(lines[lengths >= _MEASURED * max(photo.shape[:2])])
+
+
 def off_faces(lines: Array, outlines: Sequence[Array]) -> Array:
     """Return the lines (N, 2, 2) whose middle lies outside all faces, (K, 2, 2)."""
     hulls = [cv2.convexHull(outline.astype(np.float32)) for outline in outlines]
@@ -81,68 +105,105 @@ def off_faces(lines: Array, outlines: Sequence[Array]) -> Array:
     return np.asarray(lines[np.array(apart, bool)])
 
 
-def bends(
-    field: Field, lines: Array, photo: Image | None = None, unheld: Field | None = None
-) -> list[BentLine]:
-    """Measure how far the warp bends lines. `lines` (N, 2, 2) px. Result: the most bent first."""
+def turns(
+    field: Field, lines: Array, photo: Image, face_px: float, unheld: Field | None = None
+) -> list[BackgroundLine]:
+    """Measure how far the warp turns lines.
+
+    Parameters
+    ----------
+    field : Field
+        The warp.
+    lines : array of shape (N, 2, 2)
+        Ends (x, y) of each line, px.
+    photo : Image
+        Tells how clear a line is.
+    face_px : float
+        Width of the face, the unit of the rise.
+    unheld : Field, optional
+        The warp without held lines.
+
+    Returns
+    -------
+    list of BackgroundLine
+        The most turned first.
+    """
+    side = max(photo.shape[:2])
+    lengths = np.linalg.norm(lines[:, 1] - lines[:, 0], axis=1) / side
     if len(lines) == 0:
         return []
-    t = np.linspace(0.0, 1.0, _SAMPLES)[:, None]
-    along = lines[:, :1] + t * (lines[:, 1:] - lines[:, :1])
-    edges = along[:0] if photo is None else _edges(photo, along)
-    shown, moved = np.split(_shown(field, np.concatenate([along, edges])), [len(along)])
+    numbers = joined(lines, max(_ASIDE_PX, _ASIDE * side))
+    along = lines[:, :1] + np.linspace(0.0, 1.0, _SAMPLES)[:, None] * np.diff(lines, axis=1)
+    shown = _shown(field, along)
     free = shown if unheld is None or unheld is field else _shown(unheld, along)
-    none: list[float | None] = [None] * len(lines)
-    before, after = ([_departure(edge) for edge in some] or none for some in (edges, moved))
-    measured = [
-        BentLine(
-            (float(start[0]), float(start[1])), (float(end[0]), float(end[1])), _departure(one),
-            was, now, _departure(other),
-        )
-        for (start, end), one, was, now, other in zip(
-            lines, shown, before, after, free, strict=True
-        )
-    ]  # fmt: skip
-    return sorted(measured, key=lambda line: -line.bend_px)
+    rises = np.zeros(len(lines))
+    for number in range(int(numbers.max()) + 1):
+        on = numbers == number
+        u, v = np.diff(lines[on][lengths[on].argmax()], axis=0)[0]
+        moved = (shown - along)[on] @ np.array([-v, u]) / np.hypot(u, v)
+        rises[on] = 1000.0 / face_px * np.ptp(moved)
+    measured = zip(
+        lines.tolist(), numbers.tolist(), lengths.tolist(), _clearness(photo, along).tolist(),
+        _turned(along, shown, lengths), rises.tolist(), _turned(along, free, lengths), strict=True,
+    )  # fmt: skip
+    found = [BackgroundLine(tuple(start), tuple(end), *more) for (start, end), *more in measured]
+    return sorted(found, key=lambda line: -line.turn_degrees)
+
+
+def joined(lines: Array, aside_px: float) -> npt.NDArray[np.int64]:
+    """Return a number for each piece (N, 2, 2); pieces of one straight line have one number.
+
+    From the longest piece to the shortest, a piece joins a line that differs in direction by less
+    than 2 degrees, if all ends lie within `aside_px` of one straight line; of several lines, that
+    where the ends lie nearest.
+    """
+    chords = lines[:, 1] - lines[:, 0]
+    lengths = np.hypot(*chords.T)
+    (x, y), numbers = (chords / lengths[:, None]).T, np.full(len(lines), -1)
+    for piece in np.argsort(-lengths, kind="stable"):
+        nearest, numbers[piece] = aside_px, numbers.max() + 1
+        for number in range(numbers[piece]):
+            on = np.flatnonzero(numbers == number)
+            first = on[lengths[on].argmax()]
+            if abs(x[first] * y[piece] - y[first] * x[piece]) < _ALIGNED:
+                off = _off_line(lines[[*on, piece]].reshape(-1, 2))
+                if off <= nearest:
+                    nearest, numbers[piece] = off, number
+    return numbers
 
 
 def _shown(field: Field, points: Array) -> Array:
     return shown_at(field, points.reshape(-1, 2)).reshape(points.shape)
 
 
-def _edges(photo: Image, along: Array) -> Array:
-    """Return the positions of the edges beside samples of lines, shape (N, S, 2).
-
-    An edge lies at the largest change of brightness across the line, with subpixel accuracy.
-    """
-    unit = max(1.0, max(photo.shape[:2]) / _DETECTOR_PX)
-    chord = along[:, -1] - along[:, 0]
-    chord /= np.linalg.norm(chord, axis=1, keepdims=True)
-    across = np.stack([-chord[:, 1], chord[:, 0]], axis=-1)[:, None]
-    asides = unit * np.arange(-_ASIDE_PX, _ASIDE_PX + 1.0 / _STEPS, 1.0 / _STEPS)
-    places = (along[:, :, None] + asides[:, None] * across[:, None]).astype(np.float32)
-    shape = places.shape[:3]
-    x, y = (places[..., axis].reshape(len(along), -1) for axis in (0, 1))
-    light = cv2.remap(photo, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-    if light.dtype == np.float32:  # may hold NaN and values outside 0 to 1
-        light = np.clip(np.nan_to_num(light), 0.0, 1.0)
-    light = light.reshape(*shape, -1)[..., :3].mean(axis=-1, dtype=np.float32)
-    change = np.abs(light[:, :, 2:] - light[:, :, :-2])
-    change = np.stack([cv2.blur(one, (_STEPS, _SMOOTH)) for one in change])
-    return along + _peaks(change, asides[1:-1])[..., None] * across
-
-
-def _peaks(change: Array, asides: Array) -> Array:
-    """Return the positions of the maxima of rows, by a parabola through three samples."""
-    best = np.clip(change.argmax(axis=-1), 1, change.shape[-1] - 2)[..., None]
-    low, top, high = (np.take_along_axis(change, best + k, -1)[..., 0] for k in (-1, 0, 1))
-    curve = np.minimum(low - 2.0 * top + high, -1e-6)
-    shift = np.clip(0.5 * (low - high) / curve, -0.5, 0.5)
-    return np.asarray(asides[best[..., 0]] + shift * (asides[1] - asides[0]))
-
-
-def _departure(points: Array) -> float:
-    """Return the distance of the farthest point from the least-squares line through them."""
+def _off_line(points: Array) -> float:
+    """Return the distance of the farthest point from the least-squares line through all (N, 2)."""
     offsets = points - points.mean(axis=0)
-    _, _, directions = np.linalg.svd(offsets, full_matrices=False)
-    return float(np.abs(offsets @ directions[1]).max())
+    return float(np.abs(offsets @ np.linalg.svd(offsets, full_matrices=False)[2][1]).max())
+
+
+def _turned(before: Array, after: Array, lengths: Array) -> list[float]:
+    """Return `BackgroundLine.turn_degrees` of pieces by samples along them (N, S, 2)."""
+    steps = np.ceil((_SAMPLES - 1) * np.minimum(1.0, _MEASURED / lengths)).astype(int)
+    found = []
+    for was, now, step in zip(before, after, steps, strict=True):
+        (x, y), (u, v) = (was[step:] - was[:-step]).T, (now[step:] - now[:-step]).T
+        found.append(float(np.degrees(np.abs(np.arctan2(x * v - y * u, x * u + y * v)).max())))
+    return found
+
+
+def _clearness(photo: Image, along: Array) -> Array:
+    """Return `BackgroundLine.clearness` of lines by samples along them (N, S, 2)."""
+    chord = along[:, -1] - along[:, 0]
+    across = np.stack([-chord[:, 1], chord[:, 0]], axis=-1)
+    across /= np.linalg.norm(chord, axis=1, keepdims=True)
+    beside = max(1.0, max(photo.shape[:2]) / 400.0) * np.concatenate([_BESIDE, -_BESIDE])
+    places = along[:, :, None] + beside[:, None] * across[:, None, None]
+    x, y = np.moveaxis(places.reshape(len(along), -1, 2).astype(np.float32), -1, 0)
+    light = cv2.remap(photo, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    most = 1.0 if light.dtype == np.float32 else float(np.iinfo(light.dtype.name).max)
+    # Photos of floats may hold NaN and values outside 0 to 1.
+    light = np.clip(np.nan_to_num(light) / most, 0.0, 1.0)
+    light = light.reshape(*places.shape[:2], 2, len(_BESIDE), -1)[..., :3].mean(axis=(-1, -2))
+    change = light[..., 0] - light[..., 1]
+    return np.asarray(np.abs(change.mean(axis=1)) / (np.abs(change).mean(axis=1) + _FAINT))

@@ -33,7 +33,12 @@ _EDGE: Final = 2.5
 _LEAST_SURE: Final = 0.8
 _HALF: Final = 0.5  # places of more opacity are people
 _FREE, _TAKEN = np.uint8(1), np.uint8(2)  # 0: outside all crops
-_LEAST_OTHER: Final = 0.1  # side of the smallest figure that is a person, in sides of a face
+# Side of the smallest figure that may be a person and of the smallest that counts in full, in sides
+# of a face. An opacity from `_HALF` to the last value nearby makes a figure surely a person.
+_LEAST_OTHER: Final = 0.1
+_FULL_OTHER: Final = 0.3
+_SURE: Final = 0.95
+_UNSURE: Final = 3.0  # a point of half a weight counts as so many landmark spacings farther away
 _EVERY_PX: Final = 4  # distance between points in a neighbour, px of the network
 
 
@@ -86,8 +91,10 @@ class PersonMask:
         return replace(self, looks=tuple(looks))
 
     def neighbours(self, faces: Sequence[Face], others: Sequence[Face] = ()) -> tuple[Array, ...]:
-        """Return points (M, 2), px, on and inside other people, for each face.
+        """Return points (M, 3) on and inside other people, for each face: x, y, and z, px.
 
+        z is how unsure the point is, as a height above the photo: it makes the point's distance
+        from places in the photo larger, so that a figure fades out instead of coming and going.
         Another person is a separate figure. A figure that touches the face's own is divided: each
         pixel belongs to the nearest face, in sizes of the faces. Other members of `faces` are left
         out, because their outlines move. Without a mask the points are landmarks of `others`.
@@ -95,10 +102,10 @@ class PersonMask:
         found = []
         for index, face in enumerate(faces):
             rest = [one for one in others if _is_near(one, face)]
-            parts = [one.points for one in rest]
+            parts = [np.insert(one.points, 2, 0.0, axis=1) for one in rest]
             if index in self.whose:
                 parts.append(_others(self.looks[self.whose.index(index)], face, rest))
-            found.append(np.concatenate([np.zeros((0, 2)), *parts]))
+            found.append(np.concatenate([np.zeros((0, 3)), *parts]))
         return tuple(found)
 
     def mapped(self, transform: Affine) -> PersonMask:
@@ -204,14 +211,16 @@ def _refined(rough: Opacity, picture: Rgb8) -> Opacity:
 
 
 def _others(look: PersonLook, face: Face, rest: Sequence[Face]) -> Array:
-    """Return points (M, 2), px, on people in the mask other than the face's own figure."""
-    people = (cv2.resize(look.opacity, None, fx=0.5, fy=0.5) > _HALF).astype(np.uint8)
+    """Return points (M, 3) on people other than the face's own figure; see `neighbours`."""
+    opacity = cv2.resize(look.opacity, None, fx=0.5, fy=0.5)
+    people = (opacity > _HALF).astype(np.uint8)
     to_image = look.to_image.after(Affine.resize(0.5, 0.5).inverse)
     _, figures, counts, _ = cv2.connectedComponentsWithStats(people, connectivity=8)
     own = _hull(people.shape, to_image.inverse(face.points))
     seen = np.bincount(figures[own > 0], minlength=len(counts))
-    least = (_LEAST_OTHER * len(people) / _SIDES) ** 2
-    apart = (seen == 0) & (counts[:, cv2.CC_STAT_AREA] >= least)
+    sides = np.sqrt(counts[:, cv2.CC_STAT_AREA]) / len(people) * _SIDES
+    large = np.clip((sides - _LEAST_OTHER) / (_FULL_OTHER - _LEAST_OTHER), 0.0, 1.0)
+    apart = (seen == 0) & (large > 0.0)
     apart[0] = False  # the background
     mask = apart[figures]
     if rest:
@@ -222,8 +231,13 @@ def _others(look: PersonLook, face: Face, rest: Sequence[Face]) -> Array:
     whole = mask.astype(np.uint8)
     edge = whole - cv2.erode(whole, np.ones((3, 3), np.uint8))
     within = _EVERY_PX * np.argwhere(whole[::_EVERY_PX, ::_EVERY_PX])
-    places = np.concatenate([np.argwhere(edge), within])[:, ::-1]
-    return to_image(places.astype(np.float64))
+    rows, columns = np.concatenate([np.argwhere(edge), within]).T
+    near = cv2.dilate(opacity, np.ones((_EVERY_PX + 1,) * 2, np.uint8))[rows, columns]
+    size = np.where(apart, large, 1.0)[figures[rows, columns]]
+    sure = size * np.clip((near - _HALF) / (_SURE - _HALF), 1e-3, 1.0)
+    unsure_px = _UNSURE * face.anchor.spacing_px * (1.0 / sure - 1.0)
+    places = to_image(np.column_stack([columns, rows]).astype(np.float64))
+    return np.column_stack([places, unsure_px])
 
 
 def _sides_away(points: Array, face: Face) -> Array:

@@ -11,8 +11,8 @@ from typing import Any, Final
 from kogao_core.base.atomic import atomic_write
 from kogao_core.base.wording import printable
 from kogao_core.faces.face import Face
+from kogao_core.field.measures import asked_percent, measures, moved
 from kogao_core.pipeline import Rendering
-from kogao_core.warp.measures import asked_percent, measures, moved
 
 _DIGITS: Final = 6  # decimals
 # Name and meaning of each column.

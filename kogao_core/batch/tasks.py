@@ -24,6 +24,7 @@ from kogao_core.batch.measures import COLUMNS, measured
 from kogao_core.faces.doubt import AllDoubted, choose
 from kogao_core.faces.face import Face
 from kogao_core.faces.landmarks import source
+from kogao_core.field.protection import NOTHING
 from kogao_core.photo import Photo, bits_of, read
 from kogao_core.photo.picture import sha256_of
 from kogao_core.pipeline import Rendering
@@ -33,7 +34,6 @@ from kogao_core.projects.project import load
 from kogao_core.projects.results import Results, objects_in
 from kogao_core.projects.sidecar import Applied, apply, is_resized
 from kogao_core.retouch import RetouchJob, retouch, to_file
-from kogao_core.warp.protection import NOTHING
 
 Status = Literal["done", "skipped", "result", "no face", "failed"]
 _CHUNK_BYTES: Final = 1 << 20
@@ -71,7 +71,7 @@ class Outcome:
     key: str = ""  # hash of source, project, output and options
     faces: int = 0  # number of warped faces
     seconds: float = 0.0  # time from reading to writing
-    achieved_percent: tuple[float, ...] = ()  # per face, % of D (`kogao_core.warp.measures`)
+    achieved_percent: tuple[float, ...] = ()  # per face, % of D (`kogao_core.field.measures`)
     edit: str = ""  # hash of the applied project
     measures: tuple[dict[str, Any], ...] = ()  # per face (`kogao_core.batch.measures.COLUMNS`)
     doubtful: bool = False  # some faces or points should be checked

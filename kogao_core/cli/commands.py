@@ -78,7 +78,7 @@ def run(arguments: Sequence[str] | None) -> int:
 
 
 def _unforeseen(error: Exception) -> int:
-    from kogao_core.warp.limits import OutOfBounds  # loads numpy
+    from kogao_core.additions.limits import OutOfBounds  # loads numpy
 
     if isinstance(error, OutOfBounds):
         return _end(translated(error), USAGE)

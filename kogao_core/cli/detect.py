@@ -7,6 +7,14 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+from kogao_core.additions.lens import (
+    NOSE_SEEN_PERCENT,
+    distance_m,
+    distance_note,
+    distance_range_m,
+    nose_percent,
+    stretch_percent,
+)
 from kogao_core.background.people import PersonFinder, PersonMask
 from kogao_core.base.assets import AssetMissing
 from kogao_core.base.atomic import atomic_write
@@ -20,14 +28,6 @@ from kogao_core.faces.landmarks import ModelRefused
 from kogao_core.faces.landmarks import source as landmark_source
 from kogao_core.photo import Photo
 from kogao_core.photo.optics import optics_of
-from kogao_core.warp.lens import (
-    NOSE_SEEN_PERCENT,
-    distance_m,
-    distance_note,
-    distance_range_m,
-    nose_percent,
-    stretch_percent,
-)
 
 
 def run(args: SimpleNamespace) -> None:

@@ -8,16 +8,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-from kogao_core.background.find import Bends
-from kogao_core.background.lines import SEEN_PX
+from kogao_core.background.find import MeasuredLines
+from kogao_core.background.lines import SEEN_DEGREES
 from kogao_core.base.language import Text, translated
 from kogao_core.base.wording import columns
 from kogao_core.cli import common
 from kogao_core.faces.face import Face
+from kogao_core.field.measures import asked_percent, reduced
 from kogao_core.photo import Photo
 from kogao_core.pipeline import STAGES, Rendering
 from kogao_core.recipe.recipe import SETTINGS, Recipe
-from kogao_core.warp.measures import asked_percent, reduced
 
 _LABEL_COLUMNS: Final = 15
 _LEAST_PERCENT: Final = 0.005  # a smaller change prints "unchanged"
@@ -32,7 +32,7 @@ class WarpReport:
     output: Path
     faces: Sequence[Face]
     rendering: Rendering
-    bends: Bends
+    lines: MeasuredLines
     file_note: str  # unchanged share of a JPEG, lost metadata
     notes: Sequence[str]  # further sentences
 
@@ -61,7 +61,7 @@ class WarpReport:
             "protected_shares": [list(shares) for shares in rendering.protected_shares],
             "threshold_px": rendering.threshold_px,
             "one_to_one": dataclasses.asdict(rendering.one_to_one),
-            "lines": [dataclasses.asdict(line) for line in self.bends.lines],
+            "lines": [dataclasses.asdict(line) for line in self.lines.lines],
             "notes": [*filter(None, [*self.notes, self.file_note])],
         }
 
@@ -108,12 +108,12 @@ class WarpReport:
                 "were computed",
                 px=rendering.recipe.threshold_px,
             )
-        if bent := [one.bend_px for one in self.bends.lines if one.holding == "gave way"]:
+        if turned := self.lines.seen:
             yield Text.counted(
-                len(bent),
-                "{n} straight line in the background bends by up to {px:.1f} px",
-                "{n} straight lines in the background bend by up to {px:.1f} px",
-                px=max(bent),
+                len({one.number for one in turned}),
+                "{n} straight line in the background turns by up to {degrees:.0f}°",
+                "{n} straight lines in the background turn by up to {degrees:.0f}°",
+                degrees=max(one.turn_degrees for one in turned),
             )
         found = rendering.one_to_one
         if found.folded_cells:
@@ -189,31 +189,34 @@ class WarpReport:
         yield Text("time"), Text("{stages} ms", stages=Text.joined(", ", laps))
 
     def _lines(self) -> Iterator[tuple[Text, Text]]:
-        """Yield the number of straight lines, and the figures of the one that bends most."""
-        if not self.bends.lines:
+        """Yield the number of straight lines, and the figures of the one that turns most."""
+        if not self.lines.lines:
             return
-        worst = self.bends.lines[0]
+        worst = self.lines.lines[0]
         yield (
-            Text("lines nearby") if self.bends.note else Text("lines"),
+            Text("lines nearby") if self.lines.note else Text("lines"),
             Text(
-                "{count}; worst bend {bend:.1f} px, from {x:.0f},{y:.0f} to {u:.0f},{v:.0f} (edge "
-                "{before:.1f} px off straight before, {after:.1f} px after)",
-                count=len(self.bends.lines),
+                "{count}; largest turn {degrees:.1f}°, from {x:.0f},{y:.0f} to {u:.0f},{v:.0f}; "
+                "largest rise {rise:.0f} thousandths of the face's width",
+                count=len({one.number for one in self.lines.lines}),
                 **dict(zip("xyuv", (*worst.start_px, *worst.end_px), strict=True)),
-                bend=worst.bend_px,
-                before=worst.before_px,
-                after=worst.after_px,
+                degrees=worst.turn_degrees,
+                rise=max(one.rise_permille for one in self.lines.lines),
             ),
         )
-        kept = [
-            one
-            for one in self.bends.lines
-            if one.holding in ("held", "gave way") and one.unheld_px >= SEEN_PX
-        ]
+        kept = {
+            one.number
+            for one in self.lines.lines
+            if one.holding == "held" and one.unheld_turn_degrees >= SEEN_DEGREES
+        }
         if kept:
             yield (
-                Text("kept straight"),
-                Text("{count} would have bent by {px} px or more", count=len(kept), px=SEEN_PX),
+                Text("kept from turning"),
+                Text(
+                    "{count} would have turned by {degrees:.0f}° or more",
+                    count=len(kept),
+                    degrees=SEEN_DEGREES,
+                ),
             )
 
 

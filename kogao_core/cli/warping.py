@@ -12,13 +12,15 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
-from kogao_core.background.find import BackgroundFinder, Bends, measure
+from kogao_core.additions.limits import OutOfBounds, check_protection
+from kogao_core.background.find import BackgroundFinder, MeasuredLines, measure
 from kogao_core.base.geometry import Box
 from kogao_core.base.json_reader import BadFile
 from kogao_core.base.language import Text
 from kogao_core.cli import common, ending, reading, summary
 from kogao_core.faces.face import Face
 from kogao_core.faces.landmarks import source as landmark_source
+from kogao_core.field.protection import NOTHING, Protection
 from kogao_core.photo import (
     CannotWrite,
     Photo,
@@ -36,8 +38,6 @@ from kogao_core.projects.results import Results
 from kogao_core.projects.sidecar import Applied, apply
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.retouch import over_itself, retouch, to_file
-from kogao_core.warp.limits import OutOfBounds, check_protection
-from kogao_core.warp.protection import NOTHING, Protection
 
 
 def warp(
@@ -78,12 +78,12 @@ def warp(
         chosen = reading.chosen(photo, found, job.which, job.doubtful)
         edits = Applied(chosen.faces, job.recipe, protection, chosen.note, others=chosen.others)
     finder = BackgroundFinder()
-    bends = Bends(())
+    lines = MeasuredLines(())
 
     def look(rendering: Rendering) -> None:
-        nonlocal bends
+        nonlocal lines
         counts = args.verbose or args.json_file is not None
-        bends = _measured(photo, rendering, edits, finder, counts=counts)
+        lines = _measured(photo, rendering, edits, finder, counts=counts)
 
     originals = None if args.temporary else Originals.of_user(evicts=args.anyway)
     write = over_itself(originals) if args.in_place else to_file(to, force=args.force)
@@ -109,9 +109,9 @@ def warp(
         common.STDOUT if is_piped else to,
         edits.faces,
         made.rendering,
-        bends,
+        lines,
         Text.joined("; ", file_notes),
-        [*filter(None, (edits.note, *made.notes, made.rendering.note, bends.note))],
+        [*filter(None, (edits.note, *made.notes, made.rendering.note, lines.note))],
     )
 
     def text() -> str:
@@ -180,7 +180,7 @@ def _check_photo(photo: Photo, output: Path, in_place: bool, export: Export) -> 
 
 def _measured(
     photo: Photo, rendering: Rendering, edits: Applied, finder: BackgroundFinder, *, counts: bool
-) -> Bends:
+) -> MeasuredLines:
     """Measure everything the report contains, before any file is written.
 
     `counts`: whether the report contains the pixels of the domains, which are slow to count.
@@ -192,7 +192,7 @@ def _measured(
         return measure(photo.pixels, rendering, edits, finder)
     except Exception as error:  # a failed measurement must not prevent saving
         why = f"{type(error).__name__}: {error}"
-        return Bends((), Text("straight lines can't be measured: {why}", why=why))
+        return MeasuredLines((), Text("straight lines can't be measured: {why}", why=why))
 
 
 def _protection(photo: Photo, lines: list[Any], width_px: float) -> Protection:

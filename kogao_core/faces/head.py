@@ -24,21 +24,28 @@ _HEIGHT: Final = 1.9
 # The top of the hair lies this far above the eyes. Larger values lower the pivot and the chin less.
 _CROWN: Final = 1.05
 # Space above the hair counts up to about this much. Smaller values move the pivot up to the crown.
-_ABOVE: Final = 1.6
+_ABOVE: Final = 0.6
+# It counts so many times: a stretched wall is seen less than a stretched neck. Larger values lower
+# the pivot.
+_WALL: Final = 1.4
+# The pivot comes down from the crown by less than this times the free space, so that a head doesn't
+# jump when a photo is cropped or shaken. Larger: it does, and with little space chins rise less.
+_FOLLOWS: Final = 1.6
 # Space below the chin counts up to about this much. Larger values raise the chin more.
-_BELOW: Final = 0.75
-# The neck counts as this much space below the chin. Larger values raise the chin more.
-_NECK: Final = 0.6
+_BELOW: Final = 0.5
+# A neck that the photo's edge cuts counts as this much space below the chin.
+_NECK: Final = 0.1
 # Behind an outline point the photo must go on for this share of the point's distance to the pivot.
 # Otherwise the pivot moves towards that edge, for all of the head. Smaller values stretch the strip
 # along the edge more, and the pivot follows the edge faster.
-_ROOM: Final = 0.3
+_ROOM: Final = 0.5
 _ROUND: Final = 0.05  # width over which that limit sets in
 # Near the photo's edge a displacement grows at most by this times the Amount per px.
-EDGE_SLOPE: Final = 2.2
+EDGE_SLOPE: Final = 2.6
 # The Amount is lowered so that the photo's edge makes the skull taller by little more than this
-# share. It stays exactly as requested for up to half of that.
+# share. It stays exactly as requested for up to half of that, and never falls as more is requested.
 _TALLER: Final = 0.04
+_MORE: Final = 0.75  # at most this much is added to that half, in `_TALLER`
 _SHARP: Final = 4.0  # exponent of the transition; larger: the full Amount for longer, then a corner
 
 
@@ -73,9 +80,10 @@ def pivot_and_share(face: Face, percent: float, photo: Box | None = None) -> tup
     above = _ray_px(eyes, -down, low, high) / size
     below = _ray_px(eyes + size * down, down, low, high) / size
     crown = min(_CROWN, above)
-    free, neck = _saturated(above - crown, _ABOVE), _NECK + _saturated(below, _BELOW)
-    # The photo is stretched above the head as much as below.
-    from_crown = (crown + 1.0) * free / (free + neck)
+    free = _WALL * _saturated(above - crown, _ABOVE)
+    neck = _NECK + _saturated(below, _BELOW)
+    # The photo is stretched above the head more than below.
+    from_crown = float(limited((crown + 1.0) * free / (free + neck), _FOLLOWS * (above - crown)))
     pivot = eyes - (crown - from_crown) * size * down
     for axis in (0, 1):
         at = np.clip(face.outline[:, axis], low[axis], high[axis])
@@ -87,9 +95,10 @@ def pivot_and_share(face: Face, percent: float, photo: Box | None = None) -> tup
     descent = crown - float((eyes - pivot) @ down) / size
     prevented = descent - float(limited(descent, EDGE_SLOPE * max(0.0, above - crown)))
     taller = prevented / max(crown, 0.1)
-    excess = max(0.0, abs(share * taller) / _TALLER - 0.5)
-    held_back = (1.0 + excess**_SHARP) ** (1.0 / _SHARP)
-    return pivot, share / held_back
+    wanted = abs(share * taller) / _TALLER
+    excess = max(0.0, wanted - 0.5)
+    more = excess / (1.0 + (excess / _MORE) ** _SHARP) ** (1.0 / _SHARP)
+    return pivot, share * (1.0 if excess == 0.0 else (0.5 + more) / wanted)
 
 
 def limited(move: npt.ArrayLike, most: npt.ArrayLike) -> Array:

@@ -1,7 +1,5 @@
-"""Table 1 of the paper: the share of answers that rated a transformed face unnatural.
+"""Rate the warp of a photo by table 1 (`paper.table1`).
 
-The survey showed 25 faces, each at 5 warp distances towards 4 centres, to 32 students, who answered
-"natural" or "unnatural". The paper concludes that the warp distance should stay below 6 % of D.
 The survey's faces moved alone, by the paper's local field. The table has no data for warps of the
 whole head, for preserved eyes and mouths, or for single parts of a face.
 """
@@ -10,25 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 
-from kogao_core.faces.targets import Pairs
+from kogao_core.faces.targets import FacePairs
+from kogao_core.paper.table1 import LARGEST_NATURAL, is_published, unnatural_percent
 from kogao_core.recipe.recipe import Recipe
-
-DISTANCES: Final = (2.0, 4.0, 6.0, 8.0, 10.0)  # % of D
-SUBJECTS: Final = 25  # faces of the survey
-STUDENTS: Final = 32  # people who answered
-LARGEST_NATURAL: Final = 6.0  # % of D
-# % of answers, one row for each centre candidate. 6.825 is as printed. Every other value is a
-# multiple of 0.625 (one answer in 160), so 6.875 may have been meant.
-UNNATURAL: Final = (
-    (0.625, 1.250, 6.250, 35.000, 67.500),
-    (0.625, 0.000, 5.000, 29.375, 70.000),
-    (1.250, 0.625, 5.000, 45.000, 76.875),
-    (0.625, 4.375, 6.825, 44.375, 76.250),
-)
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,14 +52,11 @@ def judge(
     Centre candidates without survey data use the worst row. Result: interpolated between the
     published distances.
     """
-    asked = center <= len(UNNATURAL)
-    rows = UNNATURAL[center - 1 : center] if asked else UNNATURAL
-    unnatural = max(float(np.interp(percent, DISTANCES, row)) for row in rows)
-    published = asked and DISTANCES[0] <= percent <= DISTANCES[-1]
+    unnatural, published = unnatural_percent(percent, center), is_published(percent, center)
     return Naturalness(percent, unnatural, published, face_alone, whole_face)
 
 
-def percent_of(pairs: Pairs) -> float:
+def percent_of(pairs: FacePairs) -> float:
     """Return the mean warp distance of a face in % of D, including targets placed by hand.
 
     Result: below 0 where the face as a whole gets larger.
@@ -87,7 +69,7 @@ def percent_of(pairs: Pairs) -> float:
     return sign * 100.0 * float((moved / np.maximum(radius, 1e-9)).mean())
 
 
-def worst(faces: Sequence[tuple[Pairs, Recipe]]) -> Naturalness | None:
+def worst(faces: Sequence[tuple[FacePairs, Recipe]]) -> Naturalness | None:
     """Rate the face with the largest warp distance by table 1; None without faces."""
     judged = [
         judge(

@@ -1,4 +1,4 @@
-"""Section 3.2: centre candidates on the eye-mouth line, and targets on the lines to the centre.
+"""Targets of a face: section 3.2 (`paper.targets`), and what a recipe adds to it.
 
 Also compare two sets of landmarks on one photo, such as marked by hand and detected.
 """
@@ -17,6 +17,8 @@ from kogao_core.base.geometry import Array, Box
 from kogao_core.faces.face import Face
 from kogao_core.faces.head import pivot_and_share
 from kogao_core.faces.zones import Shape, evened
+from kogao_core.paper import targets as paper
+from kogao_core.paper.targets import Pairs
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.recipe.settings import CENTERS
 
@@ -24,25 +26,17 @@ _HEAD_CENTER: Final = 2  # centre candidate for shaping faces with scope "head"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Pairs:
-    """Landmarks of a face and their targets."""
+class FacePairs(Pairs):
+    """Pairs of a face that a lens may have displaced and whose head may shrink as one body."""
 
-    source_px: Array  # (N, 2): landmarks
-    target_px: Array  # (N, 2): their target points
-    center_px: Array  # (2,): the centre they move towards
     # (N, 2): landmarks after lens correction only; None without a correction.
     seen_px: Array | None = None
     # Fraction by which the whole head shrinks about the centre; 0 with scope "face".
     head_share: float = 0.0
 
     @property
-    def displacement_px(self) -> Array:
-        """Backward displacement at the targets, ``source - target``, shape (N, 2)."""
-        return self.source_px - self.target_px
-
-    @property
     def warp_distance_px(self) -> float:
-        """Mean distance between landmarks and targets (figure 7b)."""
+        """Mean distance between landmarks and targets, without the lens correction."""
         return float(np.linalg.norm(self.start_px - self.target_px, axis=1).mean())
 
     @property
@@ -51,21 +45,20 @@ class Pairs:
         return self.source_px if self.seen_px is None else self.seen_px
 
     @property
-    def started(self) -> Pairs:
+    def started(self) -> FacePairs:
         """The pairs without the part of the lens correction."""
         return dataclasses.replace(self, source_px=self.start_px, seen_px=None)
 
 
 def center_candidates(face: Face) -> Array:
-    """Return the centre candidates, px; the candidates of figure 7a come first.
-
-    Result (len(CENTERS), 2): the first four from the mouth to the tip of the nose.
-    """
-    fractions = np.array([candidate.fraction for candidate in CENTERS])[:, None]
-    return np.asarray(face.eye_center + fractions * (face.mouth_center - face.eye_center))
+    """Return the centre candidates of a face, (len(CENTERS), 2), px; the paper's come first."""
+    fractions = [candidate.fraction for candidate in CENTERS]
+    return paper.center_candidates(face.eye_center, face.mouth_center, fractions)
 
 
-def aim(face: Face, recipe: Recipe, seen: Face | None = None, photo: Box | None = None) -> Pairs:
+def aim(
+    face: Face, recipe: Recipe, seen: Face | None = None, photo: Box | None = None
+) -> FacePairs:
     """Place each target ``percent`` of D along the line from its landmark to the centre (figure 6).
 
     With `Recipe.scope` "head", the lines meet at the head's pivot, and a head with too little space
@@ -82,13 +75,13 @@ def aim(face: Face, recipe: Recipe, seen: Face | None = None, photo: Box | None 
         center, share = pivot_and_share(face, recipe.percent, photo)
     else:
         center, share = middle, recipe.percent / 100.0
-    target = start + share * (center - start)
+    target = paper.aim(start, center, share).target_px
     if (shape := Shape.of(face, recipe)) is not None:
         target = target - shape.inwards(start - middle)
     if face.targets is not None:
         target = np.where(np.isnan(face.targets), target, face.targets)
     head_share = share if recipe.scope == "head" else 0.0
-    return Pairs(source, target, center, None if seen is None else seen.outline, head_share)
+    return FacePairs(source, target, center, None if seen is None else seen.outline, head_share)
 
 
 def shape_center(face: Face, recipe: Recipe) -> Array:

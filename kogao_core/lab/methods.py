@@ -16,16 +16,16 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from kogao_core.additions.fit import fit
 from kogao_core.base.geometry import Array, Box, Image
 from kogao_core.base.language import Text
 from kogao_core.faces.face import Face
-from kogao_core.faces.targets import Pairs, aim
+from kogao_core.faces.targets import FacePairs, aim
+from kogao_core.field.fade import domain_of
+from kogao_core.field.field import Field
 from kogao_core.recipe.recipe import LOSSLESS_PX, Recipe
 from kogao_core.recipe.settings import FITS, Fit
-from kogao_core.warp.canvas import Canvas
-from kogao_core.warp.domain import reduce
-from kogao_core.warp.field import Field
-from kogao_core.warp.fit import fit
+from kogao_core.resample.canvas import Canvas
 
 _ALONG: Final = np.linspace(0.0, 1.0, 5)  # positions of the fixed points along each photo edge
 _MOST_STEP_PX: Final = 8  # largest node spacing of an interpolated field
@@ -40,7 +40,7 @@ class WarpTask:
     """The same landmarks and targets for every method."""
 
     image: Box  # the photo's pixels
-    pairs: tuple[Pairs, ...]  # landmarks and targets of each face
+    pairs: tuple[FacePairs, ...]  # landmarks and targets of each face
     faces: tuple[Face, ...]  # lattices are attached to the anchors of the faces
     recipe: Recipe  # lattice size and kernel, for the methods that have them
 
@@ -210,11 +210,11 @@ class _FieldWarp:
 
     def pixels(self, photo: Image) -> Image:
         canvas = Canvas(photo)
-        canvas.warp(self.field, reduce(self.field, Box.of(photo), "threshold"), "bilinear")
+        canvas.warp(self.field, domain_of(self.field, Box.of(photo), "threshold"), "bilinear")
         return canvas.pixels
 
 
-def _spline(task: WarpTask, name: Fit, pairs: Sequence[Pairs]) -> Field:
+def _spline(task: WarpTask, name: Fit, pairs: Sequence[FacePairs]) -> Field:
     anchors = [face.anchor for face in task.faces]
     recipe = dataclasses.replace(task.recipe, fit=name)
     return Field(fit(pairs, anchors, [recipe] * len(anchors)))

@@ -189,6 +189,7 @@ class Edits:
                 for row in self._rows(_among("picture", names), *names)
                 if row.path != key and not self._is_there(row.edits.photo, names)
             ]
+            ours += self._renamed(path, names)
         ours = sorted(filter(_Row.is_whole, ours), key=lambda row: row.edits.saved_ns)
         for row in reversed(ours):
             if (edits := self._restored(row, ours)) is not None:
@@ -196,6 +197,14 @@ class Edits:
         others = (row.edits for row in here if row not in ours and row.edits.file.is_file())
         last = max(others, key=lambda one: one.saved_ns, default=None)
         return Found(foreign=None if last is None else last.file)
+
+    def _renamed(self, path: Path, names: frozenset[str]) -> Iterator[_Row]:
+        """Yield the edits of the picture in a folder whose photo is missing under their name."""
+        for file in path.parent.glob(f"*{SUFFIX}"):
+            photo = file.with_name(file.name.removesuffix(SUFFIX))
+            if not photo.exists() and (made := _picture_of(file)) in names:
+                edits = SavedEdits(file, photo, file.stat().st_mtime_ns)
+                yield _Row(_key(photo), made, edits, True)
 
     def _restored(self, row: _Row, others: list[_Row]) -> SavedEdits | None:
         """Return the edits of a row, in the user's folder if their file is gone or replaced."""

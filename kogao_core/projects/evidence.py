@@ -28,12 +28,12 @@ from kogao_core.base.geometry import Array, Box, Image
 from kogao_core.base.json_reader import BadFile
 from kogao_core.base.language import Text
 from kogao_core.base.wording import system_reason
-from kogao_core.faces.targets import Pairs
+from kogao_core.faces.targets import FacePairs
+from kogao_core.field.field import Field
+from kogao_core.paper.domain import mask_of
+from kogao_core.paper.lattice import Grid, Lattice
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.recipe.settings import DomainName
-from kogao_core.warp.domain import mask_of
-from kogao_core.warp.field import Field
-from kogao_core.warp.lattice import Grid, Lattice
 
 VERSION: Final = 1
 ARRAYS: Final[Mapping[str, str]] = MappingProxyType({
@@ -110,7 +110,7 @@ class Evidence:
 
 def gathered(
     field: Field,
-    pairs: Sequence[Pairs],
+    pairs: Sequence[FacePairs],
     image: Box,
     recipe: Recipe,
     threshold_px: float,
@@ -137,7 +137,7 @@ def gathered(
         field.lattices,
         field.on_grid(xs, ys).transpose(1, 2, 0).astype(np.float32),
         field.det_jacobian(xs, ys).astype(np.float32),
-        {name: mask_of(field, image, name, threshold_px) for name in get_args(DomainName)},
+        {name: mask_of(field.lattices, image, name, threshold_px) for name in get_args(DomainName)},
         recipe,
         made,
     )

@@ -18,6 +18,7 @@ from typing import Final
 
 import numpy as np
 
+from kogao_core.additions.limits import MOST_LANDMARKS, OutOfBounds, check_faces
 from kogao_core.base import json_reader
 from kogao_core.base.atomic import atomic_write
 from kogao_core.base.geometry import Array, Box
@@ -26,7 +27,6 @@ from kogao_core.base.language import Text
 from kogao_core.base.wording import shown
 from kogao_core.faces.face import OUTLINE_POINTS, Face
 from kogao_core.faces.landmarks.outline import resampled
-from kogao_core.warp.limits import MOST_LANDMARKS, OutOfBounds, check_faces
 
 SUFFIXES: Final = (".json", ".csv", ".pts")
 MOST_BYTES: Final = 8 * 2**20

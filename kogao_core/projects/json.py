@@ -8,14 +8,14 @@ from typing import Any, Final, get_args
 
 import numpy as np
 
+from kogao_core.additions.brush import LEAST_FALLOFF, BrushKind, BrushStroke, Brushwork
+from kogao_core.additions.limits import MOST_CORNERS, MOST_LANDMARKS
 from kogao_core.base.geometry import Array, Line
 from kogao_core.base.json_reader import BadFile, Node
 from kogao_core.base.language import Text
 from kogao_core.faces.face import FOREHEAD_POINTS, Anchor, Face
+from kogao_core.field.protection import Protection, Stroke
 from kogao_core.recipe.recipe import Recipe
-from kogao_core.warp.brush import LEAST_FALLOFF, BrushKind, BrushStroke, Brushwork
-from kogao_core.warp.limits import MOST_CORNERS, MOST_LANDMARKS
-from kogao_core.warp.protection import Protection, Stroke
 
 MOST_FACES: Final = 1000
 _MOST_POINTS: Final = 10_000

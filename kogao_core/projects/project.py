@@ -10,15 +10,15 @@ from pathlib import Path
 from typing import Any, Final, Literal, get_args
 
 from kogao_core import __version__
+from kogao_core.additions.brush import UNTOUCHED, Brushwork
 from kogao_core.base.atomic import atomic_write
 from kogao_core.base.geometry import Affine, Line
 from kogao_core.base.json_reader import BadFile, Node, parse, read
 from kogao_core.base.language import Text
 from kogao_core.faces.face import Face
+from kogao_core.field.protection import NOTHING, Protection
 from kogao_core.projects import json as project_json
 from kogao_core.recipe.recipe import Recipe
-from kogao_core.warp.brush import UNTOUCHED, Brushwork
-from kogao_core.warp.protection import NOTHING, Protection
 
 VERSION: Final = 1
 Mode = Literal["automatic", "manual"]

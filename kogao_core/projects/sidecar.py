@@ -5,17 +5,17 @@ from __future__ import annotations
 from contextlib import suppress
 from dataclasses import dataclass, field
 
+from kogao_core.additions.brush import UNTOUCHED, Brushwork
+from kogao_core.additions.limits import OutOfBounds, check_brushwork, check_faces, check_protection
 from kogao_core.base.geometry import Box, Image, Line, check_image, check_type
 from kogao_core.base.json_reader import BadFile
 from kogao_core.base.language import Text
 from kogao_core.base.wording import printable
 from kogao_core.faces.face import Face
+from kogao_core.field.protection import Protection
 from kogao_core.photo.model import Photo
 from kogao_core.projects.project import Original, Project, Sheet
 from kogao_core.recipe.recipe import Recipe
-from kogao_core.warp.brush import UNTOUCHED, Brushwork
-from kogao_core.warp.limits import OutOfBounds, check_brushwork, check_faces, check_protection
-from kogao_core.warp.protection import Protection
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,11 +12,11 @@ import numpy as np
 from kogao_core.base.geometry import Affine, Array, Box, Image
 from kogao_core.base.language import Text
 from kogao_core.faces.face import Face
+from kogao_core.field.field import shown_at
 from kogao_core.pipeline import render
 from kogao_core.reading.displacement import Reading, read_faces, width_px
 from kogao_core.recipe.recipe import SETTINGS, SHAPE, Recipe
 from kogao_core.recipe.settings import ScopeName
-from kogao_core.warp.field import shown_at
 
 CONTROLS: Final = ("percent", *SHAPE)
 # Width of a face, and side of the blank square, px, in which settings are tried.

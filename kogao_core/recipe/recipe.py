@@ -10,6 +10,7 @@ from typing import Any, Final, TypeVar
 
 from kogao_core.base.language import Text
 from kogao_core.base.wording import shown
+from kogao_core.paper.choices import LOSSLESS_PX as LOSSLESS_PX
 from kogao_core.recipe.settings import (
     CENTERS,
     DOMAINS,
@@ -29,8 +30,6 @@ from kogao_core.recipe.settings import (
 
 Value = TypeVar("Value")
 VERSION: Final = 4
-# cv2.remap rounds coordinates to 1/32 px, so a move of less than half of that changes no byte.
-LOSSLESS_PX: Final = 1.0 / 64.0
 
 _SIGNED: Final = (-15.0, 15.0)  # below 0 smaller, above it larger
 

@@ -12,9 +12,10 @@ from typing import Any, Final, Generic, Literal, TypeVar
 
 from kogao_core.base.language import Text
 from kogao_core.base.wording import shown
+from kogao_core.paper.choices import FRACTIONS
+from kogao_core.paper.choices import DomainName as DomainName
 
 Fit = Literal["approximation", "exact", "multilevel"]
-DomainName = Literal["image", "control-points", "threshold"]
 Interpolation = Literal["bilinear", "cubic", "lanczos4"]
 LatticeUnit = Literal["spacing", "warp"]
 LensName = Literal["off", "auto"]
@@ -298,6 +299,6 @@ LENSES: Final[tuple[Alternative[LensName], ...]] = (
 )
 # Figure 7a gives distance to the eyes : distance to the mouth as 10:0, 8:2, 6:4 and 4.7:5.3. The
 # last one is the tip of the nose.
-PAPER_CENTERS: Final = tuple(Center(share, Text("figure 7a")) for share in (1.0, 0.8, 0.6, 0.47))
+PAPER_CENTERS: Final = tuple(Center(share, Text("figure 7a")) for share in FRACTIONS)
 # The available centres. Experiments use the paper's centres, even if more are added here.
 CENTERS: Final = PAPER_CENTERS

@@ -18,16 +18,16 @@ from typing import Final
 import cv2
 import numpy as np
 
+from kogao_core.additions.fit import fit
 from kogao_core.base.atomic import atomic_write
 from kogao_core.base.geometry import Array, Box, Image
 from kogao_core.faces.face import Anchor
 from kogao_core.faces.landmarks.aam.points import similarity
-from kogao_core.faces.targets import Pairs
+from kogao_core.faces.targets import FacePairs
+from kogao_core.field.field import Field
+from kogao_core.paper.domain import reduce
 from kogao_core.recipe.recipe import Recipe
-from kogao_core.warp.canvas import Canvas
-from kogao_core.warp.domain import reduce
-from kogao_core.warp.field import Field
-from kogao_core.warp.fit import fit
+from kogao_core.resample.canvas import Canvas
 
 COARSE_SPACING_PX: Final = 128.0
 JPEG_QUALITY: Final = 93
@@ -81,11 +81,11 @@ def lay_on(portrait: Portrait, shape: Array) -> Image:
         flags=cv2.INTER_CUBIC,
         borderMode=cv2.BORDER_REPLICATE,
     )
-    pairs = Pairs(onto(portrait.points), shape, shape.mean(axis=0))
+    pairs = FacePairs(onto(portrait.points), shape, shape.mean(axis=0))
     anchor = Anchor((float(pairs.center_px[0]), float(pairs.center_px[1])), COARSE_SPACING_PX)
     field = Field(fit([pairs], [anchor], [Recipe(fit="multilevel")]))
     canvas = Canvas(aligned)
-    canvas.warp(field, reduce(field, Box.of(aligned), "control-points"), "cubic")
+    canvas.warp(field, reduce(field.lattices, Box.of(aligned), "control-points"), "cubic")
     return canvas.pixels
 
 

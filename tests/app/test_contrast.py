@@ -57,13 +57,13 @@ LINES = {
     "centre line": partial(_line, colour=glyphs.CENTRE),
     "way to a target": partial(_line, colour=glyphs.WAY),
     "straight line": partial(_line, colour=glyphs.STRAIGHT),
-    "bent line": partial(_line, colour=glyphs.BENT),
+    "turned line": partial(_line, colour=glyphs.TURNED),
     "divider": partial(_line, colour=glyphs.HALO),
 }
 # Boxes; these are as flat as a line.
 EDGES = {
     name: partial(_edge, colour=colour)
-    for name, colour in (("folded cell", glyphs.BENT), *glyphs.DOMAIN_EDGES.items())
+    for name, colour in (("folded cell", glyphs.TURNED), *glyphs.DOMAIN_EDGES.items())
 }
 # What is laid over regions.
 HATCHES = {

@@ -10,14 +10,14 @@ from PIL import Image
 from PIL.ExifTags import Base as Tag
 from scenes import oval_face, textured_photo
 
+from kogao_core.additions.brush import BrushStroke, Brushwork
 from kogao_core.cli.commands import run
+from kogao_core.field.protection import Protection, Stroke
 from kogao_core.photo import read
 from kogao_core.photo.optics import UNKNOWN
 from kogao_core.projects.edits import sidecar_of
 from kogao_core.projects.project import Sheet
 from kogao_core.recipe.recipe import SETTINGS, Recipe
-from kogao_core.warp.brush import BrushStroke, Brushwork
-from kogao_core.warp.protection import Protection, Stroke
 
 FOCAL_MM = 26
 # Values that make a visible difference without folding the picture; every other field of a recipe

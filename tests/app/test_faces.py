@@ -7,8 +7,8 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtTest import QTest
 
+from kogao_core.additions import fit
 from kogao_core.recipe.recipe import Recipe
-from kogao_core.warp import fit
 
 pytestmark = pytest.mark.usefixtures("one_window")
 

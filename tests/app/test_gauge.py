@@ -8,7 +8,7 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
-from kogao_core.warp.guard import Limit
+from kogao_core.additions.guard import Limit
 
 pytestmark = pytest.mark.usefixtures("one_window")
 

@@ -12,8 +12,8 @@ from PySide6.QtCore import QPoint, QPointF, Qt, QTimer
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QStyle
 
+from kogao_core.additions.limits import check_faces
 from kogao_core.recipe.recipe import Recipe
-from kogao_core.warp.limits import check_faces
 
 pytestmark = pytest.mark.usefixtures("one_window")
 LEFT, CHIN = Handle("outline", 0, 3), Handle("outline", 0, 10)

@@ -19,7 +19,7 @@ from timeouts import LONGEST_S
 
 from kogao_core.base.geometry import Box
 from kogao_core.recipe.recipe import Recipe
-from kogao_core.warp import resample
+from kogao_core.resample import blocks as resample
 
 pytestmark = pytest.mark.usefixtures("one_window")
 

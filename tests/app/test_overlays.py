@@ -25,13 +25,13 @@ from PySide6.QtWidgets import QFileDialog
 from scenes import oval_face
 from test_view import picture
 
-from kogao_core.background.lines import SEEN_PX
+from kogao_core.background.lines import SEEN_DEGREES
 
 pytestmark = pytest.mark.usefixtures("one_window")
 
 ROOT = Path(__file__).parents[2]
 KEYS, SHIFT = Qt.Key, Qt.KeyboardModifier.ShiftModifier
-SKY, BENT = (86, 180, 233), glyphs.BENT.getRgb()[:3]
+SKY, TURNED = (86, 180, 233), glyphs.TURNED.getRgb()[:3]
 
 
 def declared():
@@ -137,7 +137,7 @@ def test_a_map_stays_with_the_photo_when_it_is_panned(opened):
     assert np.quantile(shift, 0.99) <= 12
 
 
-def test_straight_lines_show_their_bend_until_they_are_protected(empty, door):
+def test_straight_lines_show_their_turn_until_they_are_protected(empty, door):
     path, x = door
     empty.open(path)
     hide_marks(empty)
@@ -151,9 +151,9 @@ def test_straight_lines_show_their_bend_until_they_are_protected(empty, door):
     empty.key(KEYS.Key_S)
     empty.settle()
     lines = empty.editor.view.lines
-    assert lines[0].bend_px > 1.0
+    assert lines[0].turn_degrees > SEEN_DEGREES
     drawn = pixels_of(empty)
-    new = looks_like(drawn, BENT) & (drawn != bare).any(axis=-1)
+    new = looks_like(drawn, TURNED) & (drawn != bare).any(axis=-1)
     columns = np.flatnonzero(new.any(axis=0))
     assert abs(np.median(columns) - at(empty, x, 0)[1]) < 12
     empty.key(KEYS.Key_B, Qt.KeyboardModifier.ShiftModifier)
@@ -162,7 +162,7 @@ def test_straight_lines_show_their_bend_until_they_are_protected(empty, door):
     down = empty.canvas.to_screen(np.array([x, 658.0])).toPoint() - top
     empty.drag(top, down)
     empty.settle()
-    assert empty.editor.view.lines[0].bend_px < SEEN_PX
+    assert empty.editor.view.lines[0].turn_degrees < SEEN_DEGREES
 
 
 def test_unsure_landmarks_are_hollow_and_say_how_sure_they_are(start, source, photo):

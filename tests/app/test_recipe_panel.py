@@ -12,12 +12,12 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QCheckBox
 from scenes import oval_face, textured_photo
 
+from kogao_core.additions.guard import Limit
 from kogao_core.base import language
 from kogao_core.faces.landmarks import CHOICES
 from kogao_core.pipeline import render
 from kogao_core.recipe.recipe import SETTINGS, Recipe
 from kogao_core.recipe.settings import CENTERS
-from kogao_core.warp.guard import Limit
 
 pytestmark = pytest.mark.usefixtures("one_window")
 

@@ -22,13 +22,13 @@ from scenes import oval_face, textured_photo
 from test_window import drop
 from timeouts import held_back
 
+from kogao_core.field.protection import Protection
 from kogao_core.photo import read, reading
 from kogao_core.pipeline import render
 from kogao_core.projects import edits, sidecar
 from kogao_core.projects.edits import own_place, sidecar_of
 from kogao_core.projects.project import load, save
 from kogao_core.recipe.recipe import Recipe
-from kogao_core.warp.protection import Protection
 
 KEYS, CONTROL, ALT = Qt.Key, Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.AltModifier
 

@@ -13,8 +13,8 @@ from test_mnemonics import doubled, letters_of
 from test_view import picture
 
 from kogao_core.base.geometry import Box
+from kogao_core.field.protection import Protection
 from kogao_core.recipe.recipe import SETTINGS, Recipe
-from kogao_core.warp.protection import Protection
 
 
 @pytest.fixture

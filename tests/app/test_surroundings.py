@@ -1,4 +1,4 @@
-"""The window's bend meter is the command line's."""
+"""The window's meter of lines is the command line's."""
 
 import dataclasses
 import json
@@ -62,8 +62,8 @@ def test_window_and_command_line_name_the_same_lines(empty, door, tmp_path):
     empty.open(path)
     empty.edit(6.0)
     shown = [dataclasses.asdict(line) for line in empty.editor.view.lines]
-    worst = max(shown, key=lambda line: line["unheld_px"])
-    assert worst["unheld_px"] > 1.0 > 2.0 * worst["bend_px"]
+    worst = max(shown, key=lambda line: line["unheld_turn_degrees"])
+    assert worst["unheld_turn_degrees"] > 2.0 * worst["turn_degrees"] > 0.0
     assert worst["holding"] == "held"
     assert all(max(line["start_px"][1], line["end_px"][1]) < SHOULDERS for line in shown)
     empty.settle()
@@ -107,7 +107,7 @@ def test_a_picture_is_taken_without_the_network(finder, source, door, tmp_path):
 
 
 def held_line(driver):
-    return max(driver.editor.view.lines, key=lambda line: line.unheld_px)
+    return max(driver.editor.view.lines, key=lambda line: line.unheld_turn_degrees)
 
 
 @pytest.mark.usefixtures("finder")
@@ -118,27 +118,29 @@ def test_lines_are_let_go_and_held_one_by_one_and_all_and_the_project_carries_it
     empty.key(KEYS.Key_S)
     empty.edit(6.0)
     line = held_line(empty)
-    assert (line.holding, line.bend_px < 0.5) == ("held", True)
+    assert (line.holding, line.turn_degrees < 1.5) == ("held", True)
     middle = np.mean([line.start_px, line.end_px], axis=0)
-    for holding, bends, text in (("let go", True, "Let a line go"), ("held", False, "Hold a line")):
+    for holding, turns, text in (("let go", True, "Let a line go"), ("held", False, "Hold a line")):
         empty.click(empty.canvas.to_screen(middle).toPoint())
         empty.settle()
         clicked = min(
             empty.editor.view.lines, key=lambda one: abs(one.start_px[0] - line.start_px[0])
         )
-        assert (clicked.holding, clicked.bend_px > 1.0) == (holding, bends)
+        assert (clicked.holding, clicked.turn_degrees > 1.5) == (holding, turns)
         assert empty.editor.document.undo.undoText() == text
     empty.window.actions_by_name["lines-go"].trigger()
     empty.settle()
     assert {line.holding for line in empty.editor.view.lines} == {"let go"}
-    assert held_line(empty).bend_px == held_line(empty).unheld_px > 1.0
+    free = held_line(empty)
+    assert free.turn_degrees == pytest.approx(free.unheld_turn_degrees, rel=0.01)
+    assert free.turn_degrees > 1.5
     empty.settle()
     loose = empty.state.loose
     assert np.array(load(sidecar_of(path)).loose) == pytest.approx(np.array(loose))
     empty.window.actions_by_name["lines-hold"].trigger()
     empty.settle()
     assert {line.holding for line in empty.editor.view.lines} == {"held"}
-    assert held_line(empty).bend_px < 0.5
+    assert held_line(empty).turn_degrees < 1.5
 
 
 def bend(along, across):

@@ -19,8 +19,8 @@ from PySide6.QtWidgets import (
 )
 from scenes import ALONE
 
+from kogao_core.paper.domain import pixel_counts
 from kogao_core.recipe.recipe import LOSSLESS_PX, PAPER
-from kogao_core.warp.domain import pixel_counts
 
 pytestmark = pytest.mark.usefixtures("one_window")
 
@@ -79,7 +79,7 @@ def test_a_threshold_that_is_not_used_is_told(opened):
     opened.settle()
     assert "threshold not used" in opened.panel("recipe").one_to_one.text()
     shown = opened.editor.view.frame.rendering
-    assert shown.pixel_counts == pixel_counts(shown.field, shown.domain.image, LOSSLESS_PX)
+    assert shown.pixel_counts == pixel_counts(shown.field.lattices, shown.domain.image, LOSSLESS_PX)
 
 
 def test_at_100_percent_the_screen_shows_the_results_own_pixels(opened):

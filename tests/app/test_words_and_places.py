@@ -14,8 +14,8 @@ from PySide6.QtGui import QColor
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QDialog
 
+from kogao_core.additions.guard import Limit
 from kogao_core.pipeline import render
-from kogao_core.warp.guard import Limit
 
 pytestmark = pytest.mark.usefixtures("one_window")
 

@@ -1,9 +1,9 @@
 """List the constants that can be halved or doubled without a failing test.
 
-``python tests/benchmarks/constants.py [ROOM ...]``, with rooms such as ``kogao_core/warp`` or
-modules such as ``kogao_core/warp/guard.py``. The core's tests run once, to record the functions
-that each test calls. Each module-level number is then changed in a process of its own. This process
-runs the tests that call a function with that number, until one fails.
+``python tests/benchmarks/constants.py [ROOM ...]``, with rooms such as ``kogao_core/field`` or
+modules such as ``kogao_core/additions/guard.py``. The core's tests run once, to record the
+functions that each test calls. Each module-level number is then changed in a process of its own.
+This process runs the tests that call a function with that number, until one fails.
 """
 
 from __future__ import annotations
@@ -27,37 +27,44 @@ import pytest
 # Of each test: processor time, s, and keys of the constants in the functions that it calls.
 Reach = dict[int, tuple[float, set[str]]]
 ROOT = Path(__file__).resolve().parents[2]
-ROOMS = ("kogao_core/warp", "kogao_core/background", "kogao_core/faces")
+ROOMS = (
+    "kogao_core/paper",
+    "kogao_core/field",
+    "kogao_core/additions",
+    "kogao_core/resample",
+    "kogao_core/background",
+    "kogao_core/faces",
+)
 SCENES = "test_pinned.py"  # most mutants change a stored scene
 MOST_S = 240  # processor time, s, after which a mutant counts as noticed
 # Constants that by nature change only time, memory or rounding, and why.
 NEUTRAL = {
-    "warp.brush._JOINED": "joined lattices have the same sum",
-    "warp.brush._MOST_KEPT": "results that are not kept are computed again",
+    "additions.brush._JOINED": "joined lattices have the same sum",
+    "additions.brush._MOST_KEPT": "results that are not kept are computed again",
     "warp.canvas.BLOCK_WIDTH_PX": "smaller blocks skip more pixels that don't move",
-    "warp.canvas._STRIP_ROWS": "rows are computed in more or fewer steps",
-    "warp.canvas._TILE_PX": "tiles are computed one by one",
-    "warp.domain._LARGEST_CELL_PX": "smaller cells skip more pixels that don't move",
-    "warp.domain._STRIP_PX": "rows are computed in more or fewer steps",
-    "warp.field._INVERSION_STEPS": "most points need fewer steps",
-    "warp.field._INVERTED_PX": "an error that nobody sees; smaller ones take longer",
-    "warp.field._MOST_AHEAD": "bounds steps near a fold; the solution is the same",
-    "warp.fit._BISECTIONS": "more steps are more exact than control points are",
-    "warp.fit._FINER_PROOF": "bounds the memory of a proof",
-    "warp.fit._LEAST_RIDGE": "is far below what moves a landmark",
-    "warp.guard._BISECTIONS": "more steps are more exact than anybody sees",
-    "warp.lens._LEAST_DEPTH": "avoids a division by zero far outside a head",
-    "warp.one_to_one._HALVINGS": "a tighter bound takes longer",
-    "warp.protection._LEAST_STEP_PX": "an eraser cuts to a quarter of a pixel",
+    "resample.canvas._STRIP_ROWS": "rows are computed in more or fewer steps",
+    "resample.canvas._TILE_PX": "tiles are computed one by one",
+    "paper.domain._LARGEST_CELL_PX": "smaller cells skip more pixels that don't move",
+    "paper.domain._STRIP_PX": "rows are computed in more or fewer steps",
+    "field.field._INVERSION_STEPS": "most points need fewer steps",
+    "field.field._INVERTED_PX": "an error that nobody sees; smaller ones take longer",
+    "field.field._MOST_AHEAD": "bounds steps near a fold; the solution is the same",
+    "additions.exact._BISECTIONS": "more steps are more exact than control points are",
+    "additions.fit._FINER_PROOF": "bounds the memory of a proof",
+    "additions.exact._LEAST_RIDGE": "is far below what moves a landmark",
+    "additions.guard._BISECTIONS": "more steps are more exact than anybody sees",
+    "additions.lens._LEAST_DEPTH": "avoids a division by zero far outside a head",
+    "field.one_to_one._HALVINGS": "a tighter bound takes longer",
+    "field.protection._LEAST_STEP_PX": "an eraser cuts to a quarter of a pixel",
     "warp.resample.ROWS_PX": "products of other sizes have the same result",
     "warp.resample.CALL_PX": "pixels are computed in more or fewer steps",
     "warp.resample.BLOCK_HEIGHT_PX": "smaller blocks skip more pixels that don't move",
     "warp.resample.SMALL_BLOCK_HEIGHT_PX": "smaller blocks skip more pixels that don't move",
-    "warp.resample._SMALL_IMAGE_PX": "selects one of two block heights",
-    "warp.resample._THREAD_PX": "the number of threads changes no byte",
-    "warp.resample._MARGIN_PX": "is doubled until no displacement is longer",
+    "resample.blocks._SMALL_IMAGE_PX": "selects one of two block heights",
+    "resample.blocks._THREAD_PX": "the number of threads changes no byte",
+    "resample.blocks._MARGIN_PX": "is doubled until no displacement is longer",
     "warp.resample.KERNEL_REACH_PX": "is twice the reach of Lanczos 4; more changes nothing",
-    "warp.surround._DIRECTIONS": "samples a box that is larger than what moves",
+    "additions.head._DIRECTIONS": "samples a box that is larger than what moves",
     "background.holding._SMALL": "matrices are split into more or fewer parts",
     "faces.landmarks.mesh._NO_PRESENCE": "ends early for boxes that `_trust` refuses",
     "faces.landmarks.pixels._ROWS": "rows are computed in more or fewer steps",

@@ -24,11 +24,11 @@ from scenes import oval_face, textured_photo
 
 from kogao_core.base.geometry import Image
 from kogao_core.faces.face import Face
+from kogao_core.field.field import Field
 from kogao_core.lab.reports.report import machine
 from kogao_core.pipeline import Rendering, render
 from kogao_core.recipe.recipe import Recipe
-from kogao_core.warp.canvas import Canvas
-from kogao_core.warp.field import Field
+from kogao_core.resample.canvas import Canvas
 
 SIZES = {"12 MP": (4000, 3000), "24 MP": (6000, 4000)}
 FACE_HEIGHT = 0.45

@@ -35,12 +35,12 @@ from kogao_core.base.geometry import Array, Box, Image
 from kogao_core.faces.face import Face
 from kogao_core.faces.head import HeadFrame
 from kogao_core.faces.landmarks.pixels import Pyramid
+from kogao_core.field.field import shown_at
+from kogao_core.field.one_to_one import least_det
+from kogao_core.field.protection import NOTHING
 from kogao_core.pipeline import Rendering
 from kogao_core.projects.sidecar import Applied
 from kogao_core.recipe.recipe import SETTINGS
-from kogao_core.warp.field import shown_at
-from kogao_core.warp.one_to_one import least_det
-from kogao_core.warp.protection import NOTHING
 
 COLUMNS = ("width", "chin", "skull", "strip", "det J", "sag", "outside", "missed", "changed")
 LOW_IS_WORSE = {"skull", "det J"}

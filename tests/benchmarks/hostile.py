@@ -36,6 +36,7 @@ from scenes import oval_face, textured_photo
 
 from kogao_core.batch.tasks import Outcome
 from kogao_core.faces.landmarks.sources import template_face
+from kogao_core.field.protection import NOTHING
 from kogao_core.lab.experiments.trials import now
 from kogao_core.lab.study import plan
 from kogao_core.lab.study.design import variants
@@ -45,7 +46,6 @@ from kogao_core.projects.json import face_dict
 from kogao_core.projects.project import Original, Project, Sheet, to_dict
 from kogao_core.projects.results import NAME, Results
 from kogao_core.recipe.recipe import PAPER, Recipe
-from kogao_core.warp.protection import NOTHING
 
 STRUCTURED = 0.6  # share of changes to photos that keep the file's parts in order
 SEARCHED = 0.05  # share of photos in which faces are looked for, which is slow

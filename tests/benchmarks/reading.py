@@ -19,10 +19,10 @@ from slimming import curves
 import kogao_core as kogao
 from kogao_core.base.geometry import Array, Image
 from kogao_core.faces.face import Face
+from kogao_core.field.field import shown_at
 from kogao_core.reading.displacement import read_faces, width_px
 from kogao_core.reading.flow import NotRead
 from kogao_core.recipe.recipe import SETTINGS, SHAPE, Recipe
-from kogao_core.warp.field import shown_at
 
 
 def exported(pixels: Image, smoothing: float, quality: int, scale: float = 1.0) -> Image:

@@ -18,21 +18,22 @@ from pathlib import Path
 from typing import Any
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "docs" / "pictures"))
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 import cv2
 import numpy as np
+from bent import bend_px
 from make import FACES
 
 import kogao_core as kogao
 from kogao_core.background.find import BackgroundFinder, held_of
-from kogao_core.background.lines import bends
 from kogao_core.base.geometry import Array, Box, Image
 from kogao_core.faces.face import Face
+from kogao_core.field.field import shown_at
+from kogao_core.field.protection import NOTHING
 from kogao_core.lab.methods import MOVING_LEAST_SQUARES, THIN_PLATE, Interpolated, WarpTask
 from kogao_core.projects.sidecar import Applied
 from kogao_core.recipe.recipe import PAPER, Recipe
-from kogao_core.warp.field import shown_at
-from kogao_core.warp.protection import NOTHING
 
 DOSE = 4.0  # % narrower, mean of the widths of rows 3 to 7 of the outline
 SHOWN_DOSE = 8.0
@@ -159,13 +160,13 @@ def measured(warp: Any, photo: Image, face: Face, lines: Array) -> list[float]:
     bar = shown_at(field, eye + np.outer(np.linspace(-0.5, 0.5, 60), length(ears) * across))
     chord = (bar[-1] - bar[0]) / length(bar)
     outside = max(-y[0].min(), y[-1].max(), -x[:, 0].min(), x[:, -1].max(), 0.0)
-    bent, narrower = bends(field, lines), narrowing(field, face)
+    narrower = narrowing(field, face)
     return [
         float(narrower.mean()), float(np.ptp(narrower)),
         float(np.mean(np.abs(strips))), max(shapes),
         100.0 * float(np.abs((bar - bar[0]) @ [-chord[1], chord[0]]).max()) / iod,
         100.0 * float(outside) / iod,
-        1000.0 / len(photo) * bent[0].bend_px if bent else np.nan,
+        1000.0 / len(photo) * bend_px(field, lines) if len(lines) else np.nan,
         float(((1.0 + xx) * (1.0 + yy) - xy * yx).min()),
         100.0 * float((pixels == photo).all(axis=2).mean()), 1000.0 * took,
     ]  # fmt: skip

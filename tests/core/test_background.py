@@ -1,4 +1,4 @@
-"""The bend meter goes by the background: lines of people are left out, others cut at them."""
+"""The meter of lines goes by the background: lines of people are left out, others cut at them."""
 
 import dataclasses
 import re
@@ -12,15 +12,15 @@ from threadpoolctl import threadpool_info, threadpool_limits
 from kogao_core.background import find as backgrounds
 from kogao_core.background.find import BackgroundFinder, held_of, measure
 from kogao_core.background.holding import NOTHING_HELD, Held
-from kogao_core.background.lines import bends, straight_lines
+from kogao_core.background.lines import straight_lines
 from kogao_core.background.people import PersonLook, PersonMask
 from kogao_core.base.assets import AssetMissing
 from kogao_core.base.geometry import Affine
 from kogao_core.faces.landmarks import ModelRefused
+from kogao_core.field.protection import NOTHING
 from kogao_core.pipeline import render
 from kogao_core.projects.sidecar import Applied
 from kogao_core.recipe.recipe import Recipe
-from kogao_core.warp.protection import NOTHING
 
 WIDTH, HEIGHT = 960, 720
 FACE = oval_face(WIDTH, HEIGHT, size=0.5)
@@ -100,24 +100,17 @@ def test_who_could_not_be_told_from_the_background_is_counted():
     assert "2 faces couldn't be told" in found.note
 
 
-def test_a_line_is_as_straight_as_its_edge_before_and_after():
-    y = np.arange(60, 660)
-    x = RIGHT + 30.0 + 4.0 * ((y - 360.0) / 300.0) ** 2
-    photo = np.full((HEIGHT, WIDTH), 90, np.uint8)
-    columns = np.arange(WIDTH)
-    photo[60:660] = 90 + 110 / (1.0 + np.exp(-(columns - x[:, None])))
-    chord = np.array([[[x[0] - 2.7, 60.0], [x[-1] - 2.7, 659.0]]])
-    rendering = render(photo, [FACE], RECIPE)
-    (line,) = bends(rendering.field, chord, photo)
-    (ruled,) = bends(rendering.field, chord)
-    assert line.bend_px == ruled.bend_px > 1.0
-    assert (ruled.before_px, ruled.after_px) == (None, None)
-    straight = np.polyval(np.polyfit(y, x, 1), y)
-    assert line.before_px == pytest.approx(np.abs(x - straight).max(), abs=0.4)
-    assert abs(line.after_px - line.before_px) > 0.5
-    still = render(photo, [FACE], Recipe(percent=0))
-    (line,) = bends(still.field, chord, photo)
-    assert line.after_px == pytest.approx(line.before_px, abs=1e-6)
+def test_halves_left_and_right_of_a_person_are_one_line():
+    photo = photo_with(((20, 660), (940, 660)))
+    done, finder = Applied([FACE], RECIPE, NOTHING), BackgroundFinder(Finder(BODY))
+    told = measure(photo, render(photo, [FACE], RECIPE), done, finder).lines
+    sides = {bool(line.start_px[0] < WIDTH / 2) for line in told}
+    assert sides == {True, False}
+    for y in (656, 664):  # both edges of the shelf
+        one = [line for line in told if abs(line.start_px[1] - y) < 2]
+        assert len(one) == 2
+        assert len({(line.number, line.rise_permille) for line in one}) == 1
+    assert all(line.clearness > 0.9 for line in told)
 
 
 def test_lines_of_people_and_where_nobody_looked_are_not_sought():
@@ -153,7 +146,7 @@ def test_lines_that_are_let_go_are_not_held_and_the_meter_says_so():
     seen = found_in(photo, Finder(BODY))
     upright = [tuple(map(tuple, line.tolist())) for line in seen.lines if line[0, 0] < 100]
     (every,), (some,) = seen.held().edges, seen.held(upright).edges
-    on_door = every.places_px[:, 1, 0] < 200
+    on_door = every.places_px[:, 0, 0] < 200
     assert every.weights[on_door].max() > 100.0 > 0.0 == some.weights[on_door].max()
     np.testing.assert_array_equal(every.weights[~on_door], some.weights[~on_door])
     wide = dataclasses.replace(RECIPE, lattice=4.0, percent=4.0)
@@ -166,15 +159,16 @@ def test_lines_that_are_let_go_are_not_held_and_the_meter_says_so():
 
 
 @pytest.mark.parametrize(
-    ("percent", "free", "bend_px", "word"),
-    [(4.0, False, 0.15, "held"), (1.0, True, 0.4, "held"), (2.0, True, 0.8, "gave way")],
+    ("percent", "free", "degrees", "word"),
+    [(8.0, False, 0.63, "held"), (3.0, True, 2.2, "held"), (8.0, True, 6.4, "gave way")],
 )
-def test_only_a_line_that_stays_straight_is_said_to_be_held(percent, free, bend_px, word):
+def test_only_a_line_that_hardly_turns_is_said_to_be_held(percent, free, degrees, word):
     photo, recipe = photo_with(((int(RIGHT) + 40, 60), (int(RIGHT) + 40, 400))), Recipe(percent)
     done, finder = Applied([FACE], recipe, NOTHING), BackgroundFinder(Finder(BODY))
     held = Held() if free else held_of(photo, done, finder)
     worst = measure(photo, render(photo, [FACE], recipe, held=held), done, finder).lines[0]
-    assert (worst.bend_px, worst.holding) == (pytest.approx(bend_px, abs=0.03), word)
+    assert worst.turn_degrees == pytest.approx(degrees, rel=0.5 if not free else 0.1)
+    assert worst.holding == word
 
 
 def test_a_line_found_a_little_elsewhere_is_still_the_one_let_go():
@@ -214,6 +208,9 @@ def test_a_figure_apart_and_a_face_left_alone_are_neighbours():
     (points,) = found_in(photo_with(), Finder(apart)).neighbours
     assert points[:, 0].min() > RIGHT + 50
     assert RIGHT + 240 < points[:, 0].max() < RIGHT + 258
+    small = points[:, 0] > RIGHT + 180
+    assert (points[~small, 2] == 0.0).all()
+    assert points[small, 2].min() > 3.0 * FACE.anchor.spacing_px
     touching = BODY.copy()
     touching[100:, int(LEFT) :] = 1.0
     assert len(found_in(photo_with(), Finder(touching)).neighbours[0]) == 0
@@ -236,3 +233,18 @@ def test_a_photo_is_looked_at_once_for_the_same_faces(monkeypatch):
     finder.find(photo, [FACE.with_outline_point(3, (300.0, 300.0))])
     finder.find(photo.copy(), [FACE])
     assert len(sought) == 3
+
+
+@pytest.mark.parametrize("side", [60, 160])
+def test_a_figure_that_grows_surer_comes_without_a_step(side):
+    """Neither the size nor the opacity of a figure beside decides by a threshold."""
+    moved = []
+    for opacity in np.linspace(0.45, 0.95, 26):
+        body = BODY.copy()
+        body[260 : 260 + side, int(RIGHT) + 60 : int(RIGHT) + 60 + side] = opacity
+        held = found_in(photo_with(), Finder(body)).held()
+        field = render(photo_with(), [FACE], RECIPE, held=held).field
+        moved.append(field.at(np.array([[RIGHT + 60.0, 300.0], [RIGHT + 90.0, 270.0]])))
+    steps = np.abs(np.diff(moved, axis=0)).max(axis=(1, 2))
+    assert np.abs(moved[-1] - moved[0]).max() > 1.0
+    assert steps.max() < 0.25 * np.abs(moved[-1] - moved[0]).max()

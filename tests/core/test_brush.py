@@ -7,16 +7,16 @@ import pytest
 from few_cases import few_of
 from scenes import oval_face, read_outside_px, textured_photo
 
+from kogao_core.additions.brush import UNTOUCHED, BrushStroke, Brushwork
+from kogao_core.additions.limits import OutOfBounds, check_brushwork
 from kogao_core.base.geometry import Affine, Box
 from kogao_core.base.json_reader import BadFile, Node
+from kogao_core.field.one_to_one import LEAST_MEASURED_DET
+from kogao_core.field.protection import Protection
 from kogao_core.pipeline import render
 from kogao_core.projects import json as project_json
 from kogao_core.recipe.recipe import LOSSLESS_PX, PAPER, Recipe
-from kogao_core.warp.brush import UNTOUCHED, BrushStroke, Brushwork
-from kogao_core.warp.canvas import Canvas
-from kogao_core.warp.limits import OutOfBounds, check_brushwork
-from kogao_core.warp.one_to_one import LEAST_MEASURED_DET
-from kogao_core.warp.protection import Protection
+from kogao_core.resample.canvas import Canvas
 
 WIDTH, HEIGHT = 640, 480
 PHOTO = textured_photo(WIDTH, HEIGHT)

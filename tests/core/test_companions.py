@@ -18,9 +18,9 @@ from test_fidelity import stored_for
 
 import kogao_core as kogao
 from kogao_core import photo
+from kogao_core.field.field import shown_at
 from kogao_core.photo import accompanied
 from kogao_core.photo.metadata import kinds
-from kogao_core.warp.field import shown_at
 
 SIZE, SCALE = (352, 256), 2  # of the upright picture; of its gain map
 OPLUS, XIAOMI = (f"http://ns.{name}.com/photos/1.0/camera/" for name in ("oplus", "xiaomi"))

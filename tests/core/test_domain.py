@@ -8,16 +8,12 @@ from scenes import field_of, oval_face, textured_photo
 
 from kogao_core.base.geometry import Box
 from kogao_core.faces.targets import aim
+from kogao_core.field.fade import domain_of, fade_of
+from kogao_core.field.field import Field
+from kogao_core.paper.domain import pixel_counts, threshold_mask
+from kogao_core.paper.lattice import groups
 from kogao_core.pipeline import render
 from kogao_core.recipe.recipe import LOSSLESS_PX, Recipe
-from kogao_core.warp.domain import (
-    fade_of,
-    pixel_counts,
-    reduce,
-    threshold_mask,
-)
-from kogao_core.warp.field import Field
-from kogao_core.warp.lattice import groups
 
 IMAGE = Box(0, 0, 480, 360)
 
@@ -29,7 +25,7 @@ def displacement_everywhere(field):
 
 def test_control_point_domain_holds_every_pixel_that_moves_at_all():
     field = field_of()
-    mask = reduce(field, IMAGE, "control-points").mask(IMAGE)
+    mask = domain_of(field, IMAGE, "control-points").mask(IMAGE)
     moved = displacement_everywhere(field) > 0.0
     assert moved[mask].mean() > 0.99
     assert not moved[~mask].any()
@@ -56,9 +52,9 @@ def test_three_by_three_neighbours_would_leave_a_seam():
 def test_threshold_domain_is_every_pixel_that_moves_further(threshold_px):
     field = field_of(Recipe(percent=8))
     expected = displacement_everywhere(field) > threshold_px
-    np.testing.assert_array_equal(threshold_mask(field, IMAGE, threshold_px), expected)
+    np.testing.assert_array_equal(threshold_mask(field.lattices, IMAGE, threshold_px), expected)
     faded = dataclasses.replace(field, fade_px=threshold_px)
-    cells = reduce(faded, IMAGE, "threshold").mask(IMAGE)
+    cells = domain_of(faded, IMAGE, "threshold").mask(IMAGE)
     assert cells[expected].all()
 
 
@@ -67,9 +63,9 @@ def test_counts_of_faces_side_by_side_are_those_of_the_masks(lattice):
     places = [(90.0, 120.0), (190.0, 150.0), (250.0, 90.0), (470.0, 340.0)]
     faces = [oval_face(center=place, size=0.35) for place in places]
     field = field_of(Recipe(percent=9, lattice=lattice), *faces)
-    reached = reduce(field, IMAGE, "control-points").mask(IMAGE)
+    reached = domain_of(field, IMAGE, "control-points").mask(IMAGE)
     for threshold_px in (LOSSLESS_PX, 0.7, 3.0):
-        counts = pixel_counts(field, IMAGE, threshold_px)
+        counts = pixel_counts(field.lattices, IMAGE, threshold_px)
         assert IMAGE.area == counts["image"] >= counts["control-points"] > counts["threshold"] > 0
         assert counts["control-points"] == reached.sum()
         assert counts["threshold"] == (displacement_everywhere(field) > threshold_px).sum()
@@ -79,14 +75,14 @@ def test_faces_share_the_threshold_with_those_they_reach_and_nobody_else():
     faces = [oval_face(center=place, size=0.25) for place in [(90, 90), (170, 90), (400, 280)]]
     field = field_of(Recipe(percent=9), *faces)
     assert sorted(groups(field.lattices)) == [[0, 1], [2]]
-    domain = reduce(field, IMAGE, "threshold")
+    domain = domain_of(field, IMAGE, "threshold")
     assert not (displacement_everywhere(field) > LOSSLESS_PX)[~domain.mask(IMAGE)].any()
-    alone = reduce(Field(field.lattices[2:]), IMAGE, "threshold")
+    alone = domain_of(Field(field.lattices[2:]), IMAGE, "threshold")
     np.testing.assert_array_equal(domain.cells[2].active, alone.cells[0].active)
 
 
 def test_bounds_hold_the_mask_tightly():
-    domain = reduce(field_of(), IMAGE, "threshold")
+    domain = domain_of(field_of(), IMAGE, "threshold")
     mask, box = domain.mask(IMAGE), domain.bounds
     rows, columns = np.flatnonzero(mask.any(1)), np.flatnonzero(mask.any(0))
     assert (box.left, box.top) == (columns[0], rows[0])
@@ -100,7 +96,10 @@ def test_only_a_threshold_above_lossless_fades():
 
 
 def test_no_seam_at_the_edge_of_a_large_threshold():
-    """Neighbouring pixels part by little more than in the field itself; a hard cut tears them."""
+    """Neighbouring pixels part by less than three times what the field itself has.
+
+    That is the steepest slope of a fade; a hard cut tears them.
+    """
     recipe = Recipe(percent=10, threshold_px=1.0)
     rendering = render(textured_photo(), [oval_face()], recipe)
     spline = Field(rendering.field.lattices)
@@ -112,5 +111,5 @@ def test_no_seam_at_the_edge_of_a_large_threshold():
 
     faded = rendering.field.on_grid(np.arange(480), np.arange(360))
     untouched = spline.on_grid(np.arange(480), np.arange(360))
-    assert tear(faded) < 2.0 * tear(untouched)
+    assert tear(faded) < 3.0 * tear(untouched)
     assert tear(hard) > 0.9

@@ -9,14 +9,14 @@ from scenes import oval_face, textured_photo
 from scipy.optimize import fsolve
 
 from kogao_core.faces.targets import aim
-from kogao_core.pipeline import render
-from kogao_core.recipe.recipe import PAPER, Recipe
-from kogao_core.warp.measures import (
+from kogao_core.field.measures import (
     achieved_percent,
     asked_percent,
     measures,
     toward_center_percent,
 )
+from kogao_core.pipeline import render
+from kogao_core.recipe.recipe import PAPER, Recipe
 
 PHOTO = textured_photo()
 

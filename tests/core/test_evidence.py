@@ -11,9 +11,9 @@ from scenes import oval_face, textured_photo
 
 import kogao_core as kogao
 from kogao_core.base.json_reader import BadFile
+from kogao_core.field.field import Field
+from kogao_core.paper.domain import mask_of
 from kogao_core.projects import evidence
-from kogao_core.warp.domain import mask_of
-from kogao_core.warp.field import Field
 
 PHOTO = textured_photo(240, 180)
 FACES = [oval_face(240, 180, size=0.3), kogao.template_face((200, 40), 40)]
@@ -40,7 +40,8 @@ def test_the_file_holds_what_the_engine_computed(rendering, file):
     np.testing.assert_allclose(found.det_j, field.det_jacobian(xs, ys), atol=1e-5)
     for name, mask in found.masks.items():
         image = rendering.domain.image
-        np.testing.assert_array_equal(mask, mask_of(field, image, name, rendering.threshold_px))
+        expected = mask_of(field.lattices, image, name, rendering.threshold_px)
+        np.testing.assert_array_equal(mask, expected)
     np.testing.assert_array_equal(found.points_px[found.face == 1], rendering.pairs[1].source_px)
     np.testing.assert_array_equal(found.targets_px[found.face == 0], rendering.pairs[0].target_px)
     np.testing.assert_array_equal(found.centers_px[1], rendering.pairs[1].center_px)

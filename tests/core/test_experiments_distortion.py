@@ -8,10 +8,10 @@ import pytest
 from scenes import oval_face, textured_photo
 from scipy.stats import spearmanr
 
-from kogao_core.faces.naturalness import UNNATURAL
 from kogao_core.lab.experiments import distortion
 from kogao_core.lab.reports.report import Made, page
 from kogao_core.lab.subjects import Subject
+from kogao_core.paper.table1 import UNNATURAL
 from kogao_core.pipeline import render
 from kogao_core.recipe.recipe import PAPER
 
@@ -41,7 +41,7 @@ def test_there_are_twenty_variants_and_four_lattices(result):
     json.dumps(distortion.report(result).document, allow_nan=False)
 
 
-@pytest.mark.parametrize("name", ["local_area", "bend", "photo_bend", "residual"])
+@pytest.mark.parametrize("name", ["local_area", "rise", "photo_turn", "residual"])
 def test_distortion_grows_with_the_distance(result, name):
     values = grid(result, name)
     assert (values > 0.0).all()
@@ -95,9 +95,9 @@ def test_smaller_lattices_come_closer_to_folding(result):
     np.testing.assert_allclose(spacings / lattices, oval_face().anchor.spacing_px)
 
 
-def test_a_photo_without_lines_has_no_bent_ones():
+def test_a_photo_without_lines_has_no_turned_ones():
     found = distortion.measure(PLAIN)
-    assert {one.photo_bend for one in found} == {None}
+    assert {one.photo_turn for one in found} == {None}
     tables = distortion.report(distortion.DistortionResult(tuple(found), PAPER)).tables
     (growth,) = [table for table in tables if "Growth of" in table.caption]
     (row,) = [row for row in growth.rows if "in the photo" in row[0]]

@@ -9,7 +9,7 @@ import pytest
 from scenes import oval_face, textured_photo
 
 from kogao_core.base.geometry import Affine, Box
-from kogao_core.faces.targets import Pairs
+from kogao_core.faces.targets import FacePairs
 from kogao_core.lab.experiments import methods as comparing
 from kogao_core.lab.experiments import methods_report
 from kogao_core.lab.methods import (
@@ -40,7 +40,7 @@ def task_of(map_):
     target = rng.uniform((0, 0), (WIDTH - 1, HEIGHT - 1), (15, 2))
     corners = [(0, 0), (WIDTH - 1, 0), (0, HEIGHT - 1), (WIDTH - 1, HEIGHT - 1)]
     target = np.vstack([target, corners])
-    pairs = Pairs(map_(target), target, target.mean(axis=0))
+    pairs = FacePairs(map_(target), target, target.mean(axis=0))
 
     class Free(WarpTask):
         def anchored(self, *, edges=True):  # noqa: ARG002

@@ -18,7 +18,7 @@ from kogao_core.photo.export import AS_IT_IS, Export
 from kogao_core.photo.model import Photo
 from kogao_core.pipeline import render
 from kogao_core.recipe.recipe import Recipe
-from kogao_core.warp.canvas import size_of
+from kogao_core.resample.canvas import size_of
 
 FACE = oval_face(center=(239.5, 190.0), size=0.5, forehead=True)
 STRONG = Recipe(percent=8)

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scenes import field_of, oval_face
 
+from kogao_core.additions.guard import limited
+from kogao_core.field.field import fade, shown_at
 from kogao_core.recipe.recipe import Recipe
-from kogao_core.warp.field import fade, shown_at
-from kogao_core.warp.guard import limited
 
 
 def test_displacements_of_several_faces_add_up():

@@ -6,12 +6,14 @@ import numpy as np
 import pytest
 from scenes import ALONE, oval_face
 
+from kogao_core.additions.fit import fit, spacing_px
 from kogao_core.faces.targets import aim
+from kogao_core.field.field import Field, residual
+from kogao_core.field.one_to_one import check_one_to_one
+from kogao_core.paper.basis import basis
+from kogao_core.paper.fit import Problem, approximate
+from kogao_core.paper.lattice import Grid, Lattice
 from kogao_core.recipe.recipe import Recipe
-from kogao_core.warp.field import Field, residual
-from kogao_core.warp.fit import Problem, approximate, fit, spacing_px
-from kogao_core.warp.lattice import Grid, Lattice, basis
-from kogao_core.warp.one_to_one import check_one_to_one
 
 
 def solve(face, recipe):
@@ -20,7 +22,7 @@ def solve(face, recipe):
 
 
 def test_approximation_of_one_landmark_is_the_equation_and_hits_it():
-    problem = Problem(Grid((0.0, 0.0), 10.0), np.array([[23.0, 37.0]]), np.array([[3.0, -2.0]]), 1)
+    problem = Problem(Grid((0.0, 0.0), 10.0), np.array([[23.0, 37.0]]), np.array([[3.0, -2.0]]))
     lattice = approximate(problem)
     np.testing.assert_allclose(lattice.at([[23.0, 37.0]]), [[3.0, -2.0]], atol=1e-12)
     w = basis(0.7)[:, None] * basis(0.3)[None, :]
@@ -33,12 +35,12 @@ def test_shared_control_points_minimise_equation_4():
     rng = np.random.default_rng(5)
     target, displacement = rng.uniform(20, 60, (6, 2)), rng.normal(0, 3, (6, 2))
     grid = Grid((0.0, 0.0), 12.0)
-    lattice = approximate(Problem(grid, target, displacement, 6))
+    lattice = approximate(Problem(grid, target, displacement))
 
     def error(phi, row, column):
         total = 0.0
         for c in range(len(target)):
-            one = approximate(Problem(grid, target[c : c + 1], displacement[c : c + 1], 1))
+            one = approximate(Problem(grid, target[c : c + 1], displacement[c : c + 1]))
             j, i = row + lattice.first[1] - one.first[1], column + lattice.first[0] - one.first[0]
             if 0 <= j < 4 and 0 <= i < 4:
                 u, v = target[c] / 12.0

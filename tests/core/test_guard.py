@@ -7,10 +7,10 @@ import pytest
 from few_cases import few_of
 from scenes import ALONE, field_of, oval_face, textured_photo
 
+from kogao_core.additions.guard import LEAST_DET, Limit, limited
+from kogao_core.paper.lattice import groups
 from kogao_core.pipeline import render
 from kogao_core.recipe.recipe import LOSSLESS_PX, SETTINGS, Recipe
-from kogao_core.warp.guard import LEAST_DET, Limit, limited
-from kogao_core.warp.lattice import groups
 
 # The field of a face that moves alone is the steepest.
 FOLDING = replace(ALONE, percent=12, lattice=0.25)

@@ -31,7 +31,9 @@ def test_a_new_index_has_what_files_hold_and_only_its_owner_reads_it(tmp_path):
         assert (tmp_path / NAME).stat().st_mode & 0o077 == 0
 
 
-@pytest.mark.parametrize("damage", [b"", b"no database" * 99, b"SQLite format 3\0" + b"\xff" * 9999])
+@pytest.mark.parametrize(
+    "damage", [b"", b"no database" * 99, b"SQLite format 3\0" + b"\xff" * 9999]
+)
 def test_a_damaged_index_is_set_aside_and_filled_from_files_again(tmp_path, damage):
     put(tmp_path, "new")
     (tmp_path / NAME).write_bytes(damage)

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 import SimpleITK
 
-from kogao_core.warp.field import Field
-from kogao_core.warp.lattice import Grid, Lattice, basis
+from kogao_core.field.field import Field
+from kogao_core.paper.basis import basis
+from kogao_core.paper.lattice import Grid, Lattice
 
 GRID = Grid((13.3, -4.7), 9.25)
 

@@ -7,22 +7,10 @@ import numpy as np
 import pytest
 from scenes import ALONE, oval_face, textured_photo
 
-from kogao_core.base.geometry import Box
-from kogao_core.faces.face import Anchor, Face
-from kogao_core.faces.targets import aim
-from kogao_core.pipeline import render
-from kogao_core.recipe.recipe import Recipe
-from kogao_core.warp.brush import Brushwork
-from kogao_core.warp.fit import (
-    Problem,
-    _Design,
-    _ridge_solution,
-    fit,
-    multilevel,
-    spacing_px,
-)
-from kogao_core.warp.lattice import Grid, Lattice, groups
-from kogao_core.warp.limits import (
+from kogao_core.additions.brush import Brushwork
+from kogao_core.additions.exact import _Design, _ridge_solution
+from kogao_core.additions.fit import fit, spacing_px
+from kogao_core.additions.limits import (
     MOST_CONTROL_POINTS,
     OutOfBounds,
     check_brushwork,
@@ -32,7 +20,14 @@ from kogao_core.warp.limits import (
     check_strokes,
     size_px,
 )
-from kogao_core.warp.protection import Protection
+from kogao_core.base.geometry import Box
+from kogao_core.faces.face import Anchor, Face
+from kogao_core.faces.targets import aim
+from kogao_core.field.protection import Protection
+from kogao_core.paper.fit import Problem, multilevel
+from kogao_core.paper.lattice import Grid, Lattice, groups
+from kogao_core.pipeline import render
+from kogao_core.recipe.recipe import Recipe
 
 IMAGE = Box(0, 0, 480, 360)
 
@@ -191,7 +186,7 @@ def test_a_warp_distance_of_nothing_keeps_the_lattice_coarse():
 
 
 def test_at_0_percent_nothing_is_fitted(monkeypatch):
-    monkeypatch.setattr("kogao_core.warp.fit._ridge_solution", None)
+    monkeypatch.setattr("kogao_core.additions.exact._ridge_solution", None)
     photo = textured_photo()
     result = render(photo, [oval_face(), oval_face(size=0.3)], Recipe(percent=0), threads=1)
     np.testing.assert_array_equal(result.pixels, photo)
@@ -200,7 +195,7 @@ def test_at_0_percent_nothing_is_fitted(monkeypatch):
 def test_a_multilevel_fit_stops_at_the_least_spacing():
     grid = Grid((0.0, 0.0), 8.0)
     target = np.array([[20.0, 20.0], [21.0, 20.0]])
-    apart = Problem(grid, target, np.array([[3.0, 0.0], [-3.0, 0.0]]), 2)
+    apart = Problem(grid, target, np.array([[3.0, 0.0], [-3.0, 0.0]]))
     assert multilevel(apart).grid.spacing_px == 1.0
     assert multilevel(dataclasses.replace(apart, least_px=3.0)).grid.spacing_px == 4.0
 

@@ -6,16 +6,9 @@ import numpy as np
 import pytest
 from scenes import oval_face
 
-from kogao_core.faces.naturalness import (
-    DISTANCES,
-    STUDENTS,
-    SUBJECTS,
-    UNNATURAL,
-    judge,
-    percent_of,
-    worst,
-)
+from kogao_core.faces.naturalness import judge, percent_of, worst
 from kogao_core.faces.targets import aim
+from kogao_core.paper.table1 import DISTANCES, STUDENTS, SUBJECTS, UNNATURAL
 from kogao_core.recipe.recipe import PAPER, Recipe
 
 

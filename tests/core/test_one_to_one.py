@@ -5,10 +5,8 @@ import pytest
 from few_cases import few_of
 from scenes import field_of, oval_face
 
-from kogao_core.recipe.recipe import Recipe
-from kogao_core.warp.field import Field
-from kogao_core.warp.lattice import Grid, Lattice
-from kogao_core.warp.one_to_one import (
+from kogao_core.field.field import Field
+from kogao_core.field.one_to_one import (
     INJECTIVE_BOUND,
     certify,
     check_one_to_one,
@@ -16,6 +14,8 @@ from kogao_core.warp.one_to_one import (
     least_det,
     lower_bound,
 )
+from kogao_core.paper.lattice import Grid, Lattice
+from kogao_core.recipe.recipe import Recipe
 
 
 def dense_det(lattice, step=0.02):

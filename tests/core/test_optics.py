@@ -11,12 +11,12 @@ from PIL.ExifTags import Base as Tag
 from scenes import textured_photo
 
 import kogao_core as kogao
+from kogao_core.additions.lens import distance_m, stretch_percent
 from kogao_core.base.geometry import Box
 from kogao_core.cli import reading
 from kogao_core.cli.commands import program
 from kogao_core.photo.optics import optics_of
 from kogao_core.recipe.recipe import Recipe
-from kogao_core.warp.lens import distance_m, stretch_percent
 
 WHOLE = {Tag.FocalLength: 4.2, Tag.FocalLengthIn35mmFilm: 26}
 SENSOR = {  # a sensor of 22.3 x 14.9 mm

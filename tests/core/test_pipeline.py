@@ -11,7 +11,7 @@ from scenes import oval_face, textured_photo
 from kogao_core.base.geometry import Affine, Box
 from kogao_core.pipeline import render
 from kogao_core.recipe.recipe import SETTINGS, Recipe
-from kogao_core.warp.canvas import Canvas
+from kogao_core.resample.canvas import Canvas
 
 WIDTH, HEIGHT = 480, 360
 

@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 from scenes import oval_face
 
+from kogao_core.additions.brush import BrushStroke, Brushwork
 from kogao_core.base.geometry import Affine
 from kogao_core.base.json_reader import BadFile, Node, parse
+from kogao_core.field.protection import Protection
 from kogao_core.projects import json as project_json
 from kogao_core.projects.project import (
     Original,
@@ -23,8 +25,6 @@ from kogao_core.projects.project import (
     unit_px,
 )
 from kogao_core.recipe.recipe import Recipe
-from kogao_core.warp.brush import BrushStroke, Brushwork
-from kogao_core.warp.protection import Protection
 
 WIDTH, HEIGHT = 480, 360
 

@@ -6,22 +6,23 @@ import itertools
 import cv2
 import numpy as np
 import pytest
+from bent import bend_px
 from edges_along import held_along
 from few_cases import few_of
 from scenes import oval_face, textured_photo
 
-from kogao_core.background.lines import bends, straight_lines
+from kogao_core.additions.brush import Brushwork
+from kogao_core.additions.head import near_fixed
+from kogao_core.background.lines import straight_lines
 from kogao_core.base.geometry import Affine
 from kogao_core.faces.targets import aim
+from kogao_core.field.field import Field, shown_at
+from kogao_core.field.measures import reduced
+from kogao_core.field.one_to_one import protected_slopes
+from kogao_core.field.protection import Protection, Stroke, axes, sampled, share
+from kogao_core.paper.lattice import Grid, Lattice
 from kogao_core.pipeline import render
 from kogao_core.recipe.recipe import SETTINGS, Recipe
-from kogao_core.warp.brush import Brushwork
-from kogao_core.warp.field import Field, shown_at
-from kogao_core.warp.lattice import Grid, Lattice
-from kogao_core.warp.measures import reduced
-from kogao_core.warp.one_to_one import protected_slopes
-from kogao_core.warp.protection import Protection, Stroke, axes, sampled, share
-from kogao_core.warp.surround import near_protected
 
 WIDTH, HEIGHT = 960, 720
 RECIPE = Recipe(percent=8)
@@ -47,9 +48,9 @@ def test_a_protected_door_frame_stays_and_the_face_beside_it_is_undamaged(fit):
     photo = photo_of(line)
     free = render(photo, [face], recipe)
     held = render(photo, [face], recipe, protection=Protection((Stroke(line, radius_px=4.0),)))
-    (before,), (after,) = bends(free.field, line[None]), bends(held.field, line[None])
-    assert before.bend_px > 1.5, "the frame doesn't bend without protection: nothing to show"
-    assert after.bend_px < 1e-9
+    before, after = bend_px(free.field, line[None]), bend_px(held.field, line[None])
+    assert before > 1.5, "the frame doesn't bend without protection: nothing to show"
+    assert after < 1e-9
     assert held.shares == (1.0,)
     assert held.one_to_one.certified
     columns, rows = round(line[0, 0]) + np.arange(-3, 4), np.arange(70, 650)
@@ -105,7 +106,7 @@ def test_strokes_beside_held_lines_keep_their_pixels_and_squeeze_nothing():
         made = render(photo, [face], RECIPE, protection=protection, held=held)
         assert made.shares == (1.0,)
         assert made.one_to_one.certified
-        assert made.one_to_one.min_det > 0.55
+        assert made.one_to_one.min_det > 0.45
         assert made.field.lattices != made.unheld.lattices
         places = np.concatenate([_dense(s.points_px) for s in protection.strokes])
         x, y = np.rint(places[((places > 0) & (places < (WIDTH - 1, HEIGHT - 1))).all(axis=1)]).T
@@ -135,7 +136,7 @@ def test_a_stroke_that_approaches_a_face_moves_its_targets_gradually():
     pairs, step = aim(face, RECIPE), 3.0
     x = np.arange(5.0, face.outline[:, 0].max(), step)
     strokes = [(Stroke([(at, 300.0), (at, 500.0)], 4.0),) for at in x]
-    targets = np.array([near_protected([pairs], [face], one)[0].target_px for one in strokes])
+    targets = np.array([near_fixed([pairs], [face], one)[0].target_px for one in strokes])
     np.testing.assert_array_equal(targets[0], pairs.target_px)
     shifts = np.hypot(*np.diff(targets[:, 0], axis=0).T)
     assert 0.0 < shifts.max() < 0.3 * step
@@ -156,13 +157,13 @@ def test_targets_placed_by_hand_and_faces_that_move_alone_ignore_protected_place
     targets[3] = face.outline[3] + (2.0, 5.0)
     by_hand = dataclasses.replace(face, targets=targets)
     before = aim(by_hand, RECIPE)
-    (after,) = near_protected([before], [by_hand], near)
+    (after,) = near_fixed([before], [by_hand], near)
     moved = np.hypot(*(after.target_px - before.target_px).T)
     assert moved[3] == 0.0
     np.testing.assert_allclose(np.delete(moved, 3), moved[0])
     assert moved[0] > 1.0
     alone = aim(face, Recipe(percent=8, scope="face"))
-    (unchanged,) = near_protected([alone], [face], near)
+    (unchanged,) = near_fixed([alone], [face], near)
     np.testing.assert_array_equal(unchanged.target_px, alone.target_px)
     np.testing.assert_array_equal(unchanged.center_px, alone.center_px)
 
@@ -229,7 +230,7 @@ def test_the_faded_displacement_has_the_slopes_it_says_and_keeps_its_bound():
     assert norms[kept < 1.0].max() <= max(slope.max() for _, slope in protected_slopes(field))
 
 
-def test_the_bend_meter_finds_the_frame_and_measures_it_as_seen():
+def test_the_frame_is_found_and_bends_as_seen():
     face = oval_face(WIDTH, HEIGHT, size=0.5)
     line = door_frame(face)
     photo = photo_of(line)
@@ -237,12 +238,13 @@ def test_the_bend_meter_finds_the_frame_and_measures_it_as_seen():
     found = straight_lines(photo)
     upright = [ends for ends in found if abs(ends[0, 0] - ends[1, 0]) < 3]
     assert any(abs(ends[:, 0].mean() - line[0, 0]) < 6 for ends in upright)
-    (measured,) = bends(rendering.field, line[None])
     rows = np.arange(80, 640)
     bright = np.where(rendering.pixels[rows, :, 0] > 220, 1.0, 0.0)
     seen = (bright * np.arange(WIDTH)).sum(axis=1) / np.maximum(1.0, bright.sum(axis=1))
     straight = np.polyval(np.polyfit(rows, seen, 1), rows)
-    assert measured.bend_px == pytest.approx(np.abs(seen - straight).max(), abs=0.8)
+    assert bend_px(rendering.field, line[None]) == pytest.approx(
+        np.abs(seen - straight).max(), abs=0.8
+    )
 
 
 def test_no_lines_in_a_plain_picture():

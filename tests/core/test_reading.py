@@ -11,12 +11,12 @@ from scenes import oval_face
 from kogao_core.base.geometry import Box
 from kogao_core.faces.landmarks import MeshSource
 from kogao_core.faces.landmarks.pixels import Pyramid
+from kogao_core.field.field import shown_at
 from kogao_core.pipeline import render
 from kogao_core.reading.controls import CONTROLS, NOTHING_PERCENT, fit_controls, style
 from kogao_core.reading.displacement import read_faces, width_px
 from kogao_core.reading.flow import NotRead, aligned
 from kogao_core.recipe.recipe import SETTINGS, Recipe
-from kogao_core.warp.field import shown_at
 
 
 @pytest.fixture(scope="module")

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scenes import oval_face, textured_photo
 
+from kogao_core.additions.head import forehead_pairs
 from kogao_core.faces.targets import aim, shape_center
 from kogao_core.pipeline import render
 from kogao_core.recipe.recipe import SHAPE, Recipe
-from kogao_core.warp.surround import forehead_pairs
 
 STILL = Recipe(percent=0)
 ALONE = Recipe(percent=0, scope="face")

@@ -11,14 +11,14 @@ import pytest
 from few_cases import few_of
 from scenes import oval_face, textured_photo
 
+from kogao_core.additions.brush import Brushwork
 from kogao_core.base.json_reader import BadFile
+from kogao_core.field.protection import Protection
 from kogao_core.photo.model import Photo
 from kogao_core.pipeline import render
 from kogao_core.projects import edits, sidecar
 from kogao_core.projects.project import Original, Project, Sheet, load, save
 from kogao_core.recipe.recipe import Recipe
-from kogao_core.warp.brush import Brushwork
-from kogao_core.warp.protection import Protection
 
 WIDTH, HEIGHT = 900, 680
 HASH = "a" * 64

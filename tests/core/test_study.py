@@ -22,7 +22,6 @@ from scenes import oval_face, textured_photo
 
 from kogao_core import __version__
 from kogao_core.base.json_reader import BadFile
-from kogao_core.faces.naturalness import DISTANCES, UNNATURAL
 from kogao_core.lab.reports import report as html_page
 from kogao_core.lab.reports.report import Made
 from kogao_core.lab.study import (
@@ -39,6 +38,7 @@ from kogao_core.lab.study.plan import Study
 from kogao_core.lab.study.results import Record, Session
 from kogao_core.lab.study.tally import Grades, Share, tally
 from kogao_core.lab.subjects import Subject
+from kogao_core.paper.table1 import DISTANCES, UNNATURAL
 from kogao_core.photo import Photo
 from kogao_core.pipeline import render
 from kogao_core.recipe.recipe import PAPER

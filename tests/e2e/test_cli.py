@@ -120,7 +120,7 @@ def test_warp_reports_in_json(works, tmp_path):
 
 
 @pytest.mark.usefixtures("portrait")
-def test_warp_protects_a_line_and_says_what_bends(cli, fails, works, tmp_path):
+def test_warp_protects_a_line_and_says_what_turns(cli, fails, works, tmp_path):
     still = tmp_path / "still.png"
     _, said, _ = cli("warp", "--sample", "-o", tmp_path / "free.png", "--json", "-")
     face = json.loads(said)["faces"][0]
@@ -134,8 +134,7 @@ def test_warp_protects_a_line_and_says_what_bends(cli, fails, works, tmp_path):
     assert report["one_to_one"]["edges_proven"]
     assert min(report["protected_shares"][0]) < 0.9
     assert max(report["protected_shares"][0]) == 1.0
-    assert all(line["bend_px"] >= 0 for line in report["lines"])
-    assert all(line["before_px"] >= 0 and line["after_px"] >= 0 for line in report["lines"])
+    assert all(line["turn_degrees"] >= 0 <= line["rise_permille"] for line in report["lines"])
     assert report["notes"] == []
     cli("warp", "--sample", "-o", tmp_path / "copy.png", "--amount", "0")
     sample, kept = (np.asarray(Image.open(path)) for path in (tmp_path / "copy.png", still))

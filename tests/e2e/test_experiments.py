@@ -15,11 +15,11 @@ from scenes import oval_face
 import kogao_core as kogao
 from kogao_core.base import atomic
 from kogao_core.cli import common
+from kogao_core.field.field import Field
 from kogao_core.lab import experiments
 from kogao_core.lab.experiments import EXPERIMENTS
 from kogao_core.lab.experiments.trials import Trial, append, now
 from kogao_core.lab.methods import METHODS
-from kogao_core.warp.field import Field
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "experiments.md"
 # Each number of rounds at its least.

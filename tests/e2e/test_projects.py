@@ -15,6 +15,7 @@ import pytest
 from PIL import Image
 
 from kogao_core import batch, photo
+from kogao_core.additions.brush import Brushwork
 from kogao_core.background.find import BackgroundFinder, held_of
 from kogao_core.batch import tasks
 from kogao_core.cli.commands import run
@@ -23,7 +24,6 @@ from kogao_core.projects.edits import Edits, sidecar_of
 from kogao_core.projects.project import load, save
 from kogao_core.projects.sidecar import apply
 from kogao_core.retouch import RetouchJob
-from kogao_core.warp.brush import Brushwork
 
 needs_links = pytest.mark.skipif(sys.platform == "win32", reason="needs links and any names")
 pytestmark = pytest.mark.usefixtures("in_process")

@@ -13,9 +13,9 @@ from PySide6.QtGui import QBrush, QImage, QPainter, QPainterPath, QPen
 from kogao_core.base.display import Rgb8
 from kogao_core.base.geometry import Affine, Array, Box
 from kogao_core.base.language import Text
-from kogao_core.warp import domain
-from kogao_core.warp.field import Field
-from kogao_core.warp.lattice import Grid, Lattice
+from kogao_core.field.field import Field
+from kogao_core.paper import domain
+from kogao_core.paper.lattice import Grid, Lattice
 
 from ...i18n import tr
 from ...render.pictures import qt_image
@@ -169,7 +169,7 @@ class Folds(FrameOverlay):
             ends = frame.to_photo([(left, top), (left + width, top + height)])
             cell = place.rect(*ends.ravel().tolist())
             painter.fillRect(cell, glyphs.translucent(glyphs.FOLD, 130))
-            glyphs.outlined(painter, glyphs.framed(painter, cell), glyphs.BENT)
+            glyphs.outlined(painter, glyphs.framed(painter, cell), glyphs.TURNED)
             glyphs.warning(painter, cell.center(), min(14.0, 0.8 * cell.width()))
 
 
@@ -182,8 +182,8 @@ def _masks(
     to_sample = shrink.after(place.to_screen)
     field = _carried(frame.rendering.field, to_sample.after(frame.to_photo))
     box = Box(0, 0, int(screen.width()) // _SAMPLE_PX + 1, int(screen.height()) // _SAMPLE_PX + 1)
-    cells = domain.reduce(field, box, "control-points").mask(box)
-    moved = domain.threshold_mask(field, box, threshold_px * to_sample.scale)
+    cells = domain.reduce(field.lattices, box, "control-points").mask(box)
+    moved = domain.threshold_mask(field.lattices, box, threshold_px * to_sample.scale)
     return {"control-points": cells, "threshold": moved}, shrink.inverse
 
 

@@ -66,7 +66,7 @@ WAY: Final = QColor("#eab082")
 DISPLACEMENT: Final = QColor("#ebb336")
 LATTICE: Final = QColor("#e0afca")
 STRAIGHT: Final = OUTLINE
-BENT: Final = WAY
+TURNED: Final = WAY
 READ: Final = QColor("#78ccb5")
 DOMAIN_EDGES: Final = {
     "image": QColor("#bcbcbc"),

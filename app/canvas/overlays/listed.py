@@ -15,7 +15,7 @@ from kogao_core.recipe.settings import DOMAINS
 from ...i18n import tr, translated
 from ...view_state import Kind
 from . import glyphs
-from .background import BentLines
+from .background import TurnedLines
 from .field import Displacement, DomainRegions, Folds, HeatMap, JacobianMap, LatticeLines
 from .marks import Centre, Landmarks, Protected, ReadOutline, Targets
 from .overlay import Overlay, Place
@@ -90,7 +90,7 @@ LISTED: Final[tuple[type[Overlay], ...]] = (
     *(Landmarks, Targets, ReadOutline, Centre),
     *(Displacement, LatticeLines, DomainRegions, Folds),
     *(HeatMap, JacobianMap),
-    *(BentLines, Protected, Legend),
+    *(TurnedLines, Protected, Legend),
 )
 
 

@@ -10,13 +10,13 @@ import numpy as np
 from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
 from PySide6.QtGui import QPainter, QPainterPath, QPainterPathStroker, QPen, QTransform
 
+from kogao_core.additions.head import forehead_pairs
 from kogao_core.base.geometry import Affine, Array
 from kogao_core.base.language import Text
 from kogao_core.faces.doubt import SEEN
 from kogao_core.faces.face import Face
 from kogao_core.faces.targets import center_candidates
-from kogao_core.warp.protection import Stroke
-from kogao_core.warp.surround import forehead_pairs
+from kogao_core.field.protection import Stroke
 
 from ...view_state import RenderedFrame, ViewState
 from ..handles import apart

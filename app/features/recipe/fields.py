@@ -19,11 +19,11 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from kogao_core.additions.lens import STRETCH_SEEN_PERCENT, stretch_percent
 from kogao_core.base.language import Text
 from kogao_core.base.wording import columns
 from kogao_core.recipe.recipe import SETTINGS, SHAPE
 from kogao_core.recipe.settings import CENTERS, Alternative, cited
-from kogao_core.warp.lens import STRETCH_SEEN_PERCENT, stretch_percent
 
 from ...document import DEFAULT, State
 from ...i18n import lettered, sentence, tr, translated

@@ -10,7 +10,8 @@ from typing import Final
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QWidget
 
-from kogao_core.faces.naturalness import DISTANCES, STUDENTS, SUBJECTS, Naturalness, worst
+from kogao_core.faces.naturalness import Naturalness, worst
+from kogao_core.paper.table1 import DISTANCES, STUDENTS, SUBJECTS
 
 from ...document import State
 from ...i18n import tr

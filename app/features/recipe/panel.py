@@ -9,10 +9,10 @@ from typing import Any, Final
 from PySide6.QtCore import QSignalBlocker, Qt
 from PySide6.QtWidgets import QCheckBox, QLabel, QSizePolicy, QVBoxLayout, QWidget
 
+from kogao_core.additions import fit
 from kogao_core.pipeline import Rendering
 from kogao_core.recipe.recipe import SETTINGS, SHAPE, Recipe
 from kogao_core.recipe.settings import Setting
-from kogao_core.warp import fit
 
 from ...document import DEFAULT, State
 from ...i18n import tr, translated

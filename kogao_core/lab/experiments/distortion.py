@@ -1,4 +1,4 @@
-"""Measure the warp for the variants of table 1 and figure 11: area, folds, bent lines, misses.
+"""Measure the warp for the variants of table 1 and figure 11: area, folds, lines, misses.
 
 The paper asked people which pictures look unnatural. This experiment measures the warp itself, for
 the same centres and distances, and for four lattice sizes.
@@ -14,20 +14,20 @@ from typing import Final
 import cv2
 import numpy as np
 
-from kogao_core.background.lines import bends, off_faces, straight_lines
+from kogao_core.background.lines import long_enough, off_faces, straight_lines, turns
 from kogao_core.base.geometry import Array, Box
 from kogao_core.base.language import Text
-from kogao_core.faces.naturalness import DISTANCES, STUDENTS, SUBJECTS, UNNATURAL
-from kogao_core.faces.targets import Pairs
+from kogao_core.faces.targets import FacePairs
+from kogao_core.field.field import Field, shown_at
+from kogao_core.field.one_to_one import largest_det
 from kogao_core.lab.experiments.experiment import Experiment, Work
 from kogao_core.lab.reports.charts import Chart, Series
 from kogao_core.lab.reports.report import NONE, Heading, Part, Report, Row, Table
 from kogao_core.lab.study.design import Variant, variants
 from kogao_core.lab.subjects import Progress, Subject, no_progress
+from kogao_core.paper.table1 import DISTANCES, STUDENTS, SUBJECTS, UNNATURAL
 from kogao_core.pipeline import Rendering, render
 from kogao_core.recipe.recipe import PAPER, SETTINGS, Recipe
-from kogao_core.warp.field import Field, shown_at
-from kogao_core.warp.one_to_one import largest_det
 
 RULES: Final = 16  # ruled lines in each direction
 _ROUND: Final = 0.25  # margin around the faces for the ruled lines, relative to the faces' box
@@ -44,7 +44,7 @@ class Distortion:
     spacing_px: float
     warp_px: float
     # Achieved distance towards the centre, mean over the faces, % of D
-    # (`kogao_core.warp.measures`). The variant has the requested distance.
+    # (`kogao_core.field.measures`). The variant has the requested distance.
     achieved: float
     # Area inside the outline after the warp over the area before it, minus 1, in %.
     face_area: float
@@ -55,14 +55,15 @@ class Distortion:
     min_det: float
     max_det: float
     folds: bool  # whether it folds
-    # Largest deviation of a straight line of a grid over and around the faces, % of the distance
-    # between the outer eye corners.
-    bend: float
-    # The same for straight lines found in the photo outside of the faces, such as hair and collars.
-    # None without such a line.
-    photo_bend: float | None
-    # In % of the same distance: mean error of the displacement at the targets; largest error of the
-    # outline between targets; mean distance of the moved landmarks from the targets.
+    # Largest less least movement across a straight line of a grid over and around the faces, % of
+    # the distance between the outer eye corners.
+    rise: float
+    # Largest turn of straight lines found in the photo outside of the faces, such as hair and
+    # collars, degrees. None without such a line.
+    photo_turn: float | None
+    # In % of the distance between the outer eye corners: mean error of the displacement at the
+    # targets; largest error of the outline between targets; mean distance of the moved landmarks
+    # from the targets.
     residual: float
     contour: float
     landing: float
@@ -102,8 +103,10 @@ def _distortion(
     outlines = [face.outline for face in subject.faces]
     before = sum(map(_area, outlines))
     after = sum(_area(shown_at(field, outline)) for outline in outlines)
-    drawn = bends(field, lines.ruled)
-    own = bends(field, lines.near(rendering.domain.bounds))
+    near = lines.near(rendering.domain.bounds)
+    drawn, own = (
+        turns(field, some, subject.pixels, subject.interocular_px) for some in (lines.ruled, near)
+    )
     return Distortion(
         photo=subject.name,
         variant=variant,
@@ -115,15 +118,15 @@ def _distortion(
         min_det=sound.min_det,
         max_det=largest_det(field),
         folds=sound.folds,
-        bend=eyes * drawn[0].bend_px,
-        photo_bend=eyes * own[0].bend_px if own else None,
+        rise=max(line.rise_permille for line in drawn) / 10.0,
+        photo_turn=own[0].turn_degrees if own else None,
         residual=eyes * miss.mean_px,
         contour=eyes * miss.contour_max_px,
         landing=eyes * float(np.mean([_landing_px(field, pairs) for pairs in rendering.pairs])),
     )
 
 
-def _landing_px(field: Field, pairs: Pairs) -> float:
+def _landing_px(field: Field, pairs: FacePairs) -> float:
     landed = shown_at(field, pairs.source_px, pairs.target_px)
     return float(np.linalg.norm(landed - pairs.target_px, axis=1).mean())
 
@@ -133,7 +136,7 @@ class _LinesOf:
 
     def __init__(self, subject: Subject) -> None:
         self.ruled = _grid(np.vstack([face.points for face in subject.faces]))
-        found = straight_lines(subject.pixels)
+        found = long_enough(straight_lines(subject.pixels), subject.pixels)
         self._own = off_faces(found, [face.points for face in subject.faces])
 
     def near(self, box: Box) -> Array:
@@ -206,10 +209,8 @@ MEASURES: Final = (
         "max_det", Text("largest det J, sampled: compression"), 2,
         lambda det: det - 1.0, Text("largest det J - 1"),
     ),
-    Measure("bend", Text("bend of the worst ruled line, % of the eyes' distance"), 2),
-    Measure(
-        "photo_bend", Text("bend of the worst line in the photo, % of the eyes' distance"), 2
-    ),
+    Measure("rise", Text("rise of the worst ruled line, % of the eyes' distance"), 2),
+    Measure("photo_turn", Text("turn of the worst line in the photo, degrees"), 2),
     Measure(
         "residual", Text("displacement off at the targets, mean, % of the eyes' distance"), 3
     ),
@@ -218,7 +219,7 @@ MEASURES: Final = (
     ),
     Measure("contour", Text("outline off its curve, largest, % of the eyes' distance"), 3),
 )  # fmt: skip
-_CHARTED: Final = ("local_area", "min_det", "max_det", "bend")
+_CHARTED: Final = ("local_area", "min_det", "max_det", "rise")
 
 
 def report(result: DistortionResult) -> Report:
@@ -226,10 +227,10 @@ def report(result: DistortionResult) -> Report:
     photos = len({one.photo for one in result.distortions})
     how = Text.counted(
         photos,
-        "{fit} fit, {n} photo. All numbers describe the displacement and the bending of "
+        "{fit} fit, {n} photo. All numbers describe the displacement and the movement of "
         "straight lines.",
         "{fit} fit, {n} photos, medians. All numbers describe the displacement and the "
-        "bending of straight lines.",
+        "movement of straight lines.",
         fit=SETTINGS["fit"].alternative(result.recipe.fit).title,
     )
     records = [_record(one) for one in result.distortions]

@@ -15,6 +15,7 @@ import numpy as np
 from kogao_core.base.display import reduced, rgb8
 from kogao_core.base.geometry import Array, Box, Image
 from kogao_core.base.language import Text
+from kogao_core.field.field import Field
 from kogao_core.lab.experiments.experiment import Experiment, ExperimentOption, Work
 from kogao_core.lab.reports.charts import Chart, Series
 from kogao_core.lab.reports.report import (
@@ -29,11 +30,10 @@ from kogao_core.lab.reports.report import (
 )
 from kogao_core.lab.reports.spread import Spread, in_turns
 from kogao_core.lab.subjects import Progress, Subject, no_progress
+from kogao_core.paper.domain import Mask, mask_of
 from kogao_core.pipeline import Rendering, render
 from kogao_core.recipe.recipe import LOSSLESS_PX, Recipe
 from kogao_core.recipe.settings import DOMAINS, DomainName
-from kogao_core.warp.domain import Mask, mask_of
-from kogao_core.warp.field import Field
 
 THRESHOLDS: Final = (0.0, LOSSLESS_PX, 0.0625, 0.125, 0.25, 0.5, 1.0, 2.0)  # px
 _LEVELS: Final = 255.0
@@ -90,7 +90,7 @@ def measure(
     """Count and time the domains of one photo, and measure the errors of thresholds."""
     whole = _render(subject, recipe, "control-points")
     image = whole.domain.image
-    masks = {one.name: mask_of(whole.field, image, one.name) for one in DOMAINS}
+    masks = {one.name: mask_of(whole.field.lattices, image, one.name) for one in DOMAINS}
     compared = _Compared(subject, whole, masks["control-points"])
     steps = []
     for done, threshold_px in enumerate(thresholds, start=1):

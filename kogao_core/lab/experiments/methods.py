@@ -15,11 +15,11 @@ from kogao_core.base.display import reduced, rgb8
 from kogao_core.base.geometry import Array, Box, Image
 from kogao_core.base.language import Text
 from kogao_core.base.threads import one_blas_thread
+from kogao_core.field.field import shown_at
 from kogao_core.lab.methods import METHODS, Method, Warp, WarpTask
 from kogao_core.lab.reports.spread import Spread, in_turns
 from kogao_core.lab.subjects import Progress, Subject, no_progress
 from kogao_core.recipe.recipe import LOSSLESS_PX, Recipe
-from kogao_core.warp.field import shown_at
 
 SAMPLES_PX: Final = 2_000_000  # limit of pixels per photo sampled for folds, domain and heat map
 DIFFERENCE_GAIN: Final = 4

@@ -14,14 +14,15 @@ from kogao_core.base.geometry import Box
 from kogao_core.base.language import Text
 from kogao_core.faces.face import Face, LandmarkSource
 from kogao_core.faces.targets import matching
+from kogao_core.field.fade import threshold_of
+from kogao_core.field.field import Field
 from kogao_core.lab.experiments.trials import Trial
 from kogao_core.lab.reports.spread import Spread, in_turns
 from kogao_core.lab.subjects import Progress, Subject, at_paper_size, no_progress, set_by_hand
+from kogao_core.paper.domain import pixel_counts
 from kogao_core.pipeline import render
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.recipe.settings import DomainName
-from kogao_core.warp.domain import pixel_counts, threshold_of
-from kogao_core.warp.field import Field
 
 Size = Literal["960x720", "own"]
 SIZES: Final[tuple[Size, ...]] = ("960x720", "own")
@@ -185,7 +186,7 @@ class _Timer:
         setting_ms, laps, processor_ms = zip(*self.runs[procedure.name], strict=True)
         image = Box.of(self.subject.pixels)
         recipe = dataclasses.replace(self.recipe, domain=procedure.domain)
-        counts = pixel_counts(field, image, threshold_of(recipe, field))
+        counts = pixel_counts(field.lattices, image, threshold_of(recipe, field))
         return Timing(
             self.subject.name, size, *self.subject.size, len(field.lattices), procedure.name,
             counts[procedure.domain] / counts["image"],

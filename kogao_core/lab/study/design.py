@@ -9,7 +9,7 @@ from typing import Any, Final, Literal, get_args
 
 from kogao_core.base.json_reader import Node
 from kogao_core.base.language import Text
-from kogao_core.faces.naturalness import DISTANCES
+from kogao_core.paper.table1 import DISTANCES
 from kogao_core.recipe.recipe import PAPER, Recipe
 from kogao_core.recipe.settings import PAPER_CENTERS, Fit
 

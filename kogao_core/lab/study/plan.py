@@ -100,7 +100,7 @@ class PhotoRecord:
 class PictureFigures:
     """Achieved distance and lattice size of a picture."""
 
-    # Achieved distance towards the centre, % of D (`kogao_core.warp.measures`).
+    # Achieved distance towards the centre, % of D (`kogao_core.field.measures`).
     achieved: float
     # Lattice spacing in mean warp distances, the paper's R in figures 10 and 11.
     lattice_in_warps: float | None

@@ -8,11 +8,11 @@ from statistics import fmean
 from typing import Final
 
 from kogao_core.base.language import Text
-from kogao_core.faces.naturalness import DISTANCES, STUDENTS, SUBJECTS, UNNATURAL
 from kogao_core.lab.reports.charts import Chart, Series
 from kogao_core.lab.reports.report import NONE, Table
 from kogao_core.lab.study.design import Group, Kind, Variant
 from kogao_core.lab.study.tally import Share, Tally
+from kogao_core.paper.table1 import DISTANCES, STUDENTS, SUBJECTS, UNNATURAL
 from kogao_core.recipe.recipe import SETTINGS
 
 PUBLISHED_SATISFACTION: Final = 92

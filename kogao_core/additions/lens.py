@@ -23,14 +23,14 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from kogao_core.additions.edge import edges_px
 from kogao_core.base.geometry import Array, Box, ramp
 from kogao_core.base.language import Text
 from kogao_core.faces.face import Face
 from kogao_core.faces.reshape import across
+from kogao_core.field.field import inverted
 from kogao_core.photo.optics import FILM_MM
 from kogao_core.recipe.recipe import Recipe
-from kogao_core.warp.field import inverted
-from kogao_core.warp.frame import edges_px
 
 # A circle approximates a head with hair. The centre is this far above the middle of eyes and mouth,
 # in landmark spacings.
@@ -250,8 +250,8 @@ class LensCorrection:
     def part_at(self, which: int, points: Array, others_px: Array = NOBODY) -> Array:
         """Return the displacement of one head at points of shape (N, 2), same shape, px.
 
-        Full on the head; fades to zero outside the head and towards `others_px` (M, 2), points of
-        other people that must not move.
+        Full on the head; fades to zero outside the head and towards `others_px` (M, 2 or 3), points
+        of other people that must not move.
         """
         head = self.heads[which]
         rho = head.rho(points)
@@ -344,11 +344,12 @@ def _nearness(heads: Sequence[Head]) -> Array:
 
 
 def away_px(points: Array, others_px: Array) -> Array:
-    """Return the distance of points (N, 2) from the nearest of others (M, 2), (N,), px."""
+    """Return the distance of points (N, 2) from the nearest of others (M, 2 or 3), (N,), px."""
     start = points[:1].sum(axis=0)
-    points, others_px = points - start, others_px - start
+    heights = (others_px[:, 2:] ** 2).sum(axis=1)
+    points, others_px = points - start, others_px[:, :2] - start
     # One product of matrices takes a third of the time of differences.
-    apart = (others_px**2).sum(axis=1)[:, None] - 2.0 * others_px @ points.T
+    apart = ((others_px**2).sum(axis=1) + heights)[:, None] - 2.0 * others_px @ points.T
     nearest = apart.min(axis=0, initial=np.inf) + (points**2).sum(axis=1)
     return np.asarray(np.sqrt(np.maximum(nearest, 0.0)))
 

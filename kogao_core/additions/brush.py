@@ -18,14 +18,13 @@ from typing import Final, Literal, get_args
 import numpy as np
 import numpy.typing as npt
 
+from kogao_core.additions.edge import zero_on_edges
+from kogao_core.additions.guard import limited_stroke
 from kogao_core.base.geometry import Affine, Array, Box, frozen, smoothstep
 from kogao_core.base.language import Text
-from kogao_core.warp.field import Field
-from kogao_core.warp.fit import MIN_SPACING_PX
-from kogao_core.warp.frame import zero_on_edges
-from kogao_core.warp.guard import limited_stroke
-from kogao_core.warp.lattice import Grid, Lattice, meet
-from kogao_core.warp.one_to_one import fade_is_safe
+from kogao_core.field.field import Field
+from kogao_core.field.one_to_one import fade_is_safe
+from kogao_core.paper.lattice import MIN_SPACING_PX, Grid, Lattice, meet
 
 BrushKind = Literal["push", "restore"]
 _SPACINGS: Final = 4.0  # lattice spacings in a brush's radius; larger: finer strokes, slower

@@ -18,10 +18,10 @@ import numpy.typing as npt
 
 from kogao_core.base.geometry import Array, Box, Image, check_image
 from kogao_core.base.threads import default_threads, parallel_for
+from kogao_core.field.field import Field
+from kogao_core.paper.domain import Cells, Domain, Mask
 from kogao_core.recipe.settings import Interpolation
-from kogao_core.warp.domain import Cells, Domain, Mask
-from kogao_core.warp.field import Field
-from kogao_core.warp.resample import (
+from kogao_core.resample.blocks import (
     CALL_PX,
     Job,
     block_height_px,

@@ -11,9 +11,9 @@ from kogao_core.base.geometry import Array, Box
 from kogao_core.base.language import Text
 
 if TYPE_CHECKING:
+    from kogao_core.additions.brush import Brushwork
     from kogao_core.faces.face import Face
-    from kogao_core.warp.brush import Brushwork
-    from kogao_core.warp.protection import Protection
+    from kogao_core.field.protection import Protection
 
 # Control points of all faces together, on the finest lattice.
 MOST_CONTROL_POINTS: Final = 2**20

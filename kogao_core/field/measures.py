@@ -17,10 +17,10 @@ import numpy as np
 from kogao_core.base.geometry import Array, check_type
 from kogao_core.faces.face import Face
 from kogao_core.faces.reshape import across
-from kogao_core.faces.targets import Pairs
+from kogao_core.faces.targets import FacePairs
+from kogao_core.field.field import Field, shown_at
+from kogao_core.field.protection import NOTHING
 from kogao_core.recipe.recipe import LOSSLESS_PX
-from kogao_core.warp.field import Field, shown_at
-from kogao_core.warp.protection import NOTHING
 
 # A landmark that makes less than this share of its move counts as reduced by protection.
 NEARLY_WHOLE: Final = 0.95
@@ -103,7 +103,7 @@ def _width_at(x: Array, y: Array, level: float) -> float:
     return float(abs(at[1] - at[0]))
 
 
-def moved(face: Face, field: Field, pairs: Pairs) -> Face:
+def moved(face: Face, field: Field, pairs: FacePairs) -> Face:
     """Return the face with every point at its position in the result."""
     return Face(
         shown_at(field, face.outline, pairs.target_px),
@@ -114,18 +114,18 @@ def moved(face: Face, field: Field, pairs: Pairs) -> Face:
     )
 
 
-def asked_percent(pairs: Pairs) -> float:
+def asked_percent(pairs: FacePairs) -> float:
     """Return the requested warp distance of the targets, % of D. Dragged targets change it."""
     return toward_center_percent(pairs, pairs.target_px)
 
 
-def achieved_percent(field: Field, pairs: Sequence[Pairs]) -> tuple[float, ...]:
+def achieved_percent(field: Field, pairs: Sequence[FacePairs]) -> tuple[float, ...]:
     """Return the achieved warp distance of each face, % of D."""
     shown = (shown_at(field, pair.source_px, pair.target_px) for pair in pairs)
     return tuple(toward_center_percent(*each) for each in zip(pairs, shown, strict=True))
 
 
-def protected_shares(field: Field, pairs: Sequence[Pairs]) -> tuple[tuple[float, ...], ...]:
+def protected_shares(field: Field, pairs: Sequence[FacePairs]) -> tuple[tuple[float, ...], ...]:
     """Return the share of its move that protection leaves each landmark of each face, 0 to 1."""
     unprotected, found = dataclasses.replace(field, protection=NOTHING), []
     for pair in pairs if field.protection.strokes else ():
@@ -143,7 +143,7 @@ def reduced(shares: Sequence[Sequence[float]]) -> list[float]:
     return [share for each in shares for share in each if share < NEARLY_WHOLE]
 
 
-def toward_center_percent(pairs: Pairs, moved_px: Array) -> float:
+def toward_center_percent(pairs: FacePairs, moved_px: Array) -> float:
     """Return the mean move of landmarks towards the centre, % of D.
 
     For a landmark p with centre c, ``D = |c - p|`` and new position p', the move is
@@ -153,4 +153,7 @@ def toward_center_percent(pairs: Pairs, moved_px: Array) -> float:
     along = ((moved_px - pairs.start_px) * toward).sum(axis=1)
     # A landmark on the centre can't come closer.
     squared = np.maximum((toward**2).sum(axis=1), 1e-18)
+    if pairs.head_share:
+        # The pivot may lie beside a landmark, where the quotient says nothing.
+        return 100.0 * float(along.sum() / squared.sum())
     return 100.0 * float((along / squared).mean())

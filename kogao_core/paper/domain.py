@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import astuple, dataclass
 from typing import Final, assert_never
 
@@ -9,10 +10,9 @@ import numpy as np
 import numpy.typing as npt
 
 from kogao_core.base.geometry import Box
-from kogao_core.recipe.recipe import LOSSLESS_PX, Recipe
-from kogao_core.recipe.settings import DomainName
-from kogao_core.warp.field import Field
-from kogao_core.warp.lattice import Lattice, groups, meet
+from kogao_core.paper.choices import LOSSLESS_PX as LOSSLESS_PX
+from kogao_core.paper.choices import DomainName as DomainName
+from kogao_core.paper.lattice import Lattice, Spline, groups, meet
 
 Mask = npt.NDArray[np.bool_]
 _LARGEST_CELL_PX: Final = 96  # refine larger cells: the bounds of smaller cells are tighter
@@ -87,21 +87,9 @@ class Domain:
         return Box(*low[:2].tolist(), *high[2:].tolist()).clipped(self.image)
 
 
-def fade_of(recipe: Recipe) -> float:
-    """Return the displacement below which the field fades to zero, px; 0 for no fade.
-
-    A threshold up to `LOSSLESS_PX` needs no fade: it leaves no visible seam.
-    """
-    lossless = recipe.domain != "threshold" or recipe.threshold_px <= LOSSLESS_PX
-    return 0.0 if lossless else recipe.threshold_px
-
-
-def threshold_of(recipe: Recipe, field: Field) -> float:
-    """Return the threshold T in use, px: `LOSSLESS_PX` if the guard refused the recipe's fade."""
-    return LOSSLESS_PX if fade_of(recipe) > field.fade_px else recipe.threshold_px
-
-
-def reduce(field: Field, image: Box, name: DomainName) -> Domain:
+def reduce(
+    lattices: Sequence[Lattice], image: Box, name: DomainName, threshold_px: float = LOSSLESS_PX
+) -> Domain:
     """Select the cells to resample. No pixel outside the selected cells changes.
 
     ``control-points`` keeps the 4 x 4 cells that each non-zero control point reaches; the 3 x 3
@@ -110,14 +98,14 @@ def reduce(field: Field, image: Box, name: DomainName) -> Domain:
     """
     match name:
         case "image" | "control-points":
-            cells = tuple(Cells(lattice, lattice.reached) for lattice in field.lattices)
+            cells = tuple(Cells(lattice, lattice.reached) for lattice in lattices)
         case "threshold":
             # Displacements of overlapping faces add up, so each face gets an equal part of the
             # threshold. The factor leaves room for rounding in single precision.
-            least_px = 0.99 * max(LOSSLESS_PX, field.fade_px)
+            least_px = 0.99 * threshold_px
             cells = tuple(
-                cells_beyond(a, image, least_px / sum(meet(a, b) for b in field.lattices))
-                for a in field.lattices
+                cells_beyond(a, image, least_px / sum(meet(a, b) for b in lattices))
+                for a in lattices
             )
         case unknown:
             assert_never(unknown)
@@ -132,9 +120,11 @@ def cells_beyond(lattice: Lattice, image: Box, least_px: float) -> Cells:
     return Cells(lattice, lattice.bound_px > least_px)
 
 
-def threshold_mask(field: Field, box: Box, threshold_px: float = LOSSLESS_PX) -> Mask:
+def threshold_mask(
+    lattices: Sequence[Lattice], box: Box, threshold_px: float = LOSSLESS_PX
+) -> Mask:
     """Return the pixels of `box` that move by more than T (figure 13). Result: bool (H, W)."""
-    spline = Field(field.lattices)
+    spline = Spline(tuple(lattices))
     xs = np.arange(box.left, box.right)
     mask = np.zeros((box.height, box.width), bool)
     for top in range(box.top, box.bottom, _STRIP_PX):
@@ -145,22 +135,26 @@ def threshold_mask(field: Field, box: Box, threshold_px: float = LOSSLESS_PX) ->
     return mask
 
 
-def mask_of(field: Field, box: Box, name: DomainName, threshold_px: float = LOSSLESS_PX) -> Mask:
+def mask_of(
+    lattices: Sequence[Lattice], box: Box, name: DomainName, threshold_px: float = LOSSLESS_PX
+) -> Mask:
     """Return the pixels of `box` in a domain of section 4. Result: bool (H, W)."""
     match name:
         case "image" | "control-points":
-            return reduce(field, box, name).mask(box)
+            return reduce(lattices, box, name).mask(box)
         case "threshold":
-            return threshold_mask(field, box, threshold_px)
+            return threshold_mask(lattices, box, threshold_px)
         case unknown:
             assert_never(unknown)
 
 
-def pixel_counts(field: Field, image: Box, threshold_px: float) -> dict[DomainName, int]:
+def pixel_counts(
+    lattices: Sequence[Lattice], image: Box, threshold_px: float
+) -> dict[DomainName, int]:
     """Count the pixels of the three domains (figures 14 and 15). Result: count per domain name."""
     reached = moving = 0
-    for group in groups(field.lattices):
-        part = Field(tuple(field.lattices[k] for k in group))
+    for group in groups(lattices):
+        part = [lattices[k] for k in group]
         domain = reduce(part, image, "control-points")
         reached += int(domain.mask(domain.bounds).sum())
         moving += int(threshold_mask(part, domain.bounds, threshold_px).sum())

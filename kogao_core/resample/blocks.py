@@ -16,9 +16,10 @@ import numpy.typing as npt
 
 from kogao_core.base.geometry import Array, Box, Image
 from kogao_core.base.threads import parallel_for
-from kogao_core.warp.field import Field, fade
-from kogao_core.warp.lattice import ORDER, Grid, Lattice, basis
-from kogao_core.warp.protection import axes, share
+from kogao_core.field.field import Field, fade
+from kogao_core.field.protection import axes, share
+from kogao_core.paper.basis import ORDER, basis
+from kogao_core.paper.lattice import Grid, Lattice
 
 Float32 = npt.NDArray[np.float32]
 Integers = npt.NDArray[np.int64]

@@ -9,12 +9,10 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
+from kogao_core.additions.edge import zero_on_edges
 from kogao_core.base.geometry import Array, Box, smoothstep
-from kogao_core.warp.field import Field
-from kogao_core.warp.fit import quantised
-from kogao_core.warp.frame import zero_on_edges
-from kogao_core.warp.lattice import Lattice, groups, meet
-from kogao_core.warp.one_to_one import (
+from kogao_core.field.field import Field
+from kogao_core.field.one_to_one import (
     LEAST_MEASURED_DET,
     certify,
     edges_are_safe,
@@ -22,7 +20,8 @@ from kogao_core.warp.one_to_one import (
     least_dets,
     protected_slopes,
 )
-from kogao_core.warp.protection import NOTHING
+from kogao_core.field.protection import NOTHING
+from kogao_core.paper.lattice import Lattice, groups, meet, quantised
 
 # The limited field keeps det J at least this large: below, the result looks squeezed or smeared.
 LEAST_DET: Final = 0.4

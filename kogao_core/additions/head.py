@@ -18,32 +18,33 @@ import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import repeat
 from typing import Final
 
-import cv2
 import numpy as np
 import numpy.typing as npt
 
+from kogao_core.additions.contact import OtherHead, ahead, beyond, face_corners, head_corners
+from kogao_core.additions.edge import edges_px
+from kogao_core.additions.lens import NO_LENS, NOBODY, LensCorrection, away_px
 from kogao_core.base.geometry import Array, Box, ramp, smoothstep
 from kogao_core.faces.face import FOREHEAD_POINTS, Face
 from kogao_core.faces.head import EDGE_SLOPE, HeadFrame, limited
 from kogao_core.faces.reshape import across
-from kogao_core.faces.targets import Pairs, aim, shape_center
+from kogao_core.faces.targets import FacePairs, shape_center
 from kogao_core.faces.zones import Shape, directions
+from kogao_core.field.field import inverted
+from kogao_core.field.protection import Stroke, Strokes, sampled
 from kogao_core.recipe.recipe import Recipe
-from kogao_core.warp.field import inverted
-from kogao_core.warp.frame import edges_px
-from kogao_core.warp.lens import NO_LENS, NOBODY, LensCorrection, away_px
-from kogao_core.warp.protection import Strokes, sampled
 
 # The head moves whole up to this rho: straight up, which reaches past the crown, and straight
 # down. Straight to the sides it is 1. Larger values move more hair, more neck.
 _KEEP_UP: Final = 1.65
 _KEEP_DOWN: Final = 1.05
+_NARROW: Final = 6.0  # exponent of the cosine that bounds "down": larger, less of the shoulders
 # A fade is this many times as wide as the displacement where it begins. Larger values squeeze the
 # background less and move more of it.
 _FADE: Final = 6.2
+_FADE_DOWN: Final = 8.5  # the same straight down, where collar and shoulders follow a part
 # A fade is at least this wide, in eyes-to-chin distances: straight up and down, and more straight
 # to the sides, where straight lines of the background cross it.
 _LEAST_FADE: Final = 0.25
@@ -52,10 +53,20 @@ _SIDE_FADE: Final = 0.9
 _SOFT: Final = 0.75
 _WIDE: Final = 0.08
 _INNER: Final = 0.6  # up to this rho the shape leaves widths unchanged; larger: a steeper cheek
+# The hairline's move takes the hair along up to `_KEEP_UP` in all directions in which the forehead
+# rises to this share of its height: the crown keeps its shape. Larger: only the middle of the hair.
+_HAIR: Final = 0.45
+_BROWS: Final = 0.25  # it begins this far up from the eye line to the top of the forehead
 _CROWN: Final = 1.25  # top of a forehead that nobody marked, in radii of the outline's ends
 # Within this distance of other faces and people beside, in landmark spacings, nothing moves.
 _APART: Final = 1.0
 _ALL: Final = 3.0  # this much farther away, in landmark spacings, everything moves
+# Beside a person who stays, the displacement fades this far from the own face, in the same unit.
+_TOUCHED: Final = 1.5
+# From the outline of a head in front the displacement rises over the first length, in the same
+# unit, and the second times the share of the shrinking. Larger: more of the head behind gives way.
+_LEAST_RISE: Final = 0.6
+_RISE: Final = 16.0
 # A ring of points round each feature, in half its width along and across it.
 _EYE: Final = np.array(
     [(-1.15, 0), (-0.5, 0.55), (0.5, 0.55), (1.15, 0), (0.5, -0.55), (-0.5, -0.55)]
@@ -87,14 +98,14 @@ class HeadDisplacement:
     """The displacement that one head asks of its control points, lens correction included."""
 
     face: Face  # after lens correction
-    pairs: Pairs  # the landmarks, their targets and the pivot
+    pairs: FacePairs  # the landmarks, their targets and the pivot
     middle_px: Array  # (2,): about which the face is shaped, before the warp
     photo: Box  # nothing moves across its edge
     shape: Shape | None  # what is requested of the face beside its warp distance
-    neighbours_px: Array  # (M, 2): points of people beside, who don't go along
+    neighbours_px: Array  # (M, 3): points of people beside, who don't go along (`PersonMask`)
     lens: LensCorrection = NO_LENS
     which: int = 0  # index of the face in `lens`
-    hulls: tuple[Array, ...] = ()  # (K, 2): of other faces, corners in order, px
+    others: tuple[OtherHead, ...] = ()  # other heads, near
 
     @cached_property
     def around_px(self) -> Array:
@@ -108,7 +119,8 @@ class HeadDisplacement:
     def _around_head_px(self) -> Array:
         """The same for the head without lens correction."""
         angles = np.linspace(-np.pi, np.pi, _DIRECTIONS)
-        far = sum(self._keep_and_fade(angles)) * self._rim.radius_px(angles)
+        far = np.maximum(sum(self._keep_and_fade(angles)), sum(self._hair_keep_and_fade(angles)))
+        far = far * self._rim.radius_px(angles)
         edge = self._rim.center_px + far[:, None] * _ways(angles, across(self.face))
         return np.array([edge.min(axis=0), edge.max(axis=0)])
 
@@ -135,7 +147,7 @@ class HeadDisplacement:
         low, high = edges_px(self.photo) + np.array([[-0.5], [0.5]])
         inside = np.where(points < low, 2.0 * low - points, points)
         inside = np.where(inside > high, 2.0 * high - inside, inside)
-        moved = self._moved(inside) * self._free(inside)[:, None]
+        moved = self._moved(inside) * self.free(inside)[:, None]
         room = np.maximum(0.0, np.minimum(inside - low, high - inside))
         moved = limited(moved, EDGE_SLOPE * self.strength * room)
         return np.where((points < low) | (points > high), -moved, moved)
@@ -195,14 +207,27 @@ class HeadDisplacement:
 
     def _keep_and_fade(self, angles: Array) -> tuple[Array, Array]:
         """Return in directions of shape (N,) the rho where a fade begins, and its width in rho."""
-        rim, size = self._rim, HeadFrame.of(self.face).height_px
+        rim = self._rim
         up = smoothstep(np.interp(angles, rim.angles, rim.upwards))
-        down = np.clip(np.cos(angles), 0.0, 1.0) ** 2
-        keep = 1.0 + (_KEEP_UP - 1.0) * up + (_KEEP_DOWN - 1.0) * down
+        down = np.clip(np.cos(angles), 0.0, 1.0) ** _NARROW
+        return self._faded(angles, 1.0 + (_KEEP_UP - 1.0) * up + (_KEEP_DOWN - 1.0) * down)
+
+    def _hair_keep_and_fade(self, angles: Array) -> tuple[Array, Array]:
+        """Return the same for the move of the hairline."""
+        rim = self._rim
+        if not rim.hairline_px.any():
+            return np.ones_like(angles), np.zeros_like(angles)
+        up = np.interp(angles, rim.angles, rim.upwards) / _HAIR
+        return self._faded(angles, 1.0 + (_KEEP_UP - 1.0) * smoothstep(up))
+
+    def _faded(self, angles: Array, keep: Array) -> tuple[Array, Array]:
+        rim, size = self._rim, HeadFrame.of(self.face).height_px
+        down = np.clip(np.cos(angles), 0.0, 1.0) ** _NARROW
         radius = rim.radius_px(angles)
         ends = rim.center_px + (keep * radius)[:, None] * _ways(angles, rim.across)
         moves = rim.moved_px(angles, rim.moves_px + rim.hairline_px)
-        wide = _FADE * np.hypot(*(_similarity(self.pairs, ends) + keep[:, None] * moves).T)
+        wide = np.hypot(*(_similarity(self.pairs, ends) + keep[:, None] * moves).T)
+        wide *= _FADE + (_FADE_DOWN - _FADE) * down
         least = (_LEAST_FADE + _SIDE_FADE * np.abs(np.sin(angles)) ** 3) * size
         least *= _SOFT + (1.0 - _SOFT) * self.strength / _WIDE
         return keep, (wide**4 + least**4) ** 0.25 / radius
@@ -223,21 +248,43 @@ class HeadDisplacement:
         shape = rim.moved_px(angles, rim.moves_px) * rho[:, None]
         moved = moved + np.outer((shape @ right) * inner, right)
         moved = moved + np.outer((shape @ below) * np.where(rho < 1.0, 1.0, outside), below)
-        return np.asarray(moved + rim.moved_px(angles, rim.hairline_px) * (rho * inner)[:, None])
+        if not rim.hairline_px.any():
+            return np.asarray(moved)
+        assert self.shape is not None
+        keep, fade = self._hair_keep_and_fade(angles)
+        # The hairline's move is that of places before the warp.
+        hair = _hairline(self.face, self.middle_px, self.shape, points)
+        hair = _hairline(self.face, self.middle_px, self.shape, points + hair)
+        return np.asarray(moved + hair * (1.0 - ramp((rho - keep) / fade))[:, None])
 
-    def _free(self, points: Array) -> Array:
-        """Return 0 near what must not move, 1 far from it."""
-        away = away_px(points, self.neighbours_px)
-        for hull in self.hulls:
-            away = np.minimum(away, _beyond(points, hull))
-        return smoothstep((away / self.face.anchor.spacing_px - _APART) / _ALL)
+    def free(self, points: Array) -> Array:
+        """Return 0 near what must not move, 1 far from it, at points of shape (N, 2).
+
+        Within its own head nothing gives way, except to heads in front: nothing moves within
+        these.
+        """
+        unit = self.face.anchor.spacing_px
+        outside = beyond(points, head_corners(self.face)) / unit
+        face = smoothstep(beyond(points, face_corners(self.face)) / (_TOUCHED * unit))
+        beside = smoothstep((away_px(points, self.neighbours_px) / unit - _APART) / _ALL)
+        front = max((one.ahead for one in self.others if one.still), default=0.0)
+        free = 1.0 - (1.0 - beside) * _mixed(smoothstep(outside / _TOUCHED), 1.0, front)
+        rise = (_LEAST_RISE + _RISE * self.strength) * unit
+        for one in self.others:
+            clear = smoothstep((beyond(points, one.face_px) / unit - _APART) / _ALL)
+            # A face that stays shows up to this head's own face, others up to its hair.
+            own = face if one.still else smoothstep(outside / _ALL)
+            free *= 1.0 - (1.0 - clear) * _mixed(own, 1.0, one.ahead)
+            if one.ahead:
+                free *= _mixed(1.0, smoothstep(beyond(points, one.head_px) / rise), one.ahead)
+        return np.asarray(free)
 
 
 class OutlineDisplacement(HeadDisplacement):
     """Room beside the outline of a face that moves alone, for the steep part of its moves."""
 
     @classmethod
-    def steep(cls, pairs: Pairs, spacing_px: float) -> Pairs:
+    def steep(cls, pairs: FacePairs, spacing_px: float) -> FacePairs:
         """Return pairs with the part of each move that needs room."""
         length = np.hypot(*pairs.displacement_px.T) / spacing_px
         share = smoothstep((length - _STEEP[0]) / (_STEEP[1] - _STEEP[0]))
@@ -279,7 +326,7 @@ class _FaceBoundary:
     upwards: Array
 
     @classmethod
-    def of(cls, face: Face, pairs: Pairs, middle: Array, shape: Shape | None) -> _FaceBoundary:
+    def of(cls, face: Face, pairs: FacePairs, middle: Array, shape: Shape | None) -> _FaceBoundary:
         right, share = across(face), pairs.head_share
         center = middle + share * (pairs.center_px - middle)
         rest = pairs.displacement_px - _similarity(pairs, pairs.target_px)
@@ -293,8 +340,7 @@ class _FaceBoundary:
             first, last = shape.zones[[0, -1]]
             aside = first + (last - first) * smoothstep(along)
             moves = shape.scaled(away, aside=aside)
-            below = shape.axes[1]
-            hairline = np.outer(shape.hairline * smoothstep(height) * (away @ below), below)
+            hairline = _hairline(face, middle, shape, forehead)
         body = share * (pairs.center_px - forehead)
         rim = np.vstack([pairs.target_px, forehead + body - moves - hairline])
         angles, radii = _seen_from(rim, center, right)
@@ -321,30 +367,41 @@ class _FaceBoundary:
         return np.stack([np.interp(angles, self.angles, move) for move in moves_px.T], axis=-1)
 
 
-def aimed(
-    faces: Sequence[Face], recipe: Recipe, seen: Sequence[Face], photo: Box, strokes: Strokes
-) -> tuple[Pairs, ...]:
-    """Return the pairs of all faces (`aim`), with pivots near protected places.
+def giving_way(
+    pairs: Sequence[FacePairs], surrounds: Sequence[HeadDisplacement | None]
+) -> tuple[FacePairs, ...]:
+    """Return pairs that follow heads in front where these hide a landmark or touch it."""
+    found = []
+    for k, (pair, head) in enumerate(zip(pairs, surrounds, strict=True)):
+        if head is None or not any(one.ahead for one in head.others):
+            found.append(pair)
+            continue
+        points = pair.target_px
+        rest = (one for j, one in enumerate(surrounds) if j != k and one is not None)
+        moved = sum((one.at(points) for one in rest), np.zeros_like(points))
+        moves = _mixed(moved, pair.displacement_px, head.free(points)[:, None])
+        found.append(dataclasses.replace(pair, target_px=pair.source_px - moves))
+    return tuple(found)
 
-    `seen`: the faces after lens correction. `strokes`: the protected ones.
-    """
-    pairs = tuple(map(aim, faces, repeat(recipe), seen, repeat(photo)))
-    return near_protected(pairs, seen, strokes)
 
-
-def near_protected(
-    pairs: Sequence[Pairs], faces: Sequence[Face], strokes: Strokes
-) -> tuple[Pairs, ...]:
-    """Move the pivot of each head towards protected places nearby, and all targets alike.
+def near_fixed(
+    pairs: Sequence[FacePairs], faces: Sequence[Face], strokes: Strokes, still: Sequence[Face] = ()
+) -> tuple[FacePairs, ...]:
+    """Move pivots towards protected places and heads in front nearby, and all targets alike.
 
     A head that shrinks about such a place moves little there and keeps its shape. Targets placed by
     hand stay.
     """
-    if not (strokes and pairs):
+    if not pairs or not (strokes or still or len(pairs) > 1):
         return tuple(pairs)
-    sizes = [HeadFrame.of(face).height_px for face in faces]
-    every, found = sampled(strokes, min(sizes) / _SAMPLES), []
+    sizes, found = [HeadFrame.of(face).height_px for face in faces], []
+    step_px, heads = min(sizes) / _SAMPLES, (*faces, *still)
+    protected = [sampled(strokes, step_px)] if strokes else []
+    rings = [Stroke(np.vstack([ring := head_corners(one), ring[:1]])) for one in heads]
+    edges = [(one, sampled([ring], step_px)) for one, ring in zip(heads, rings, strict=True)]
     for pair, face, size in zip(pairs, faces, sizes, strict=True):
+        front = [edge * (1.0, 1.0, ahead(one, face), 1.0) for one, edge in edges]
+        every = np.vstack([*protected, *front])
         reach = every[:, 3:] + _ATTRACTED * size
         low, high = face.points.min(axis=0) - reach, face.points.max(axis=0) + reach
         near = every[((every[:, :2] > low) & (every[:, :2] < high)).all(axis=1)]
@@ -362,19 +419,20 @@ def near_protected(
 
 def surrounds_of(
     faces: Sequence[Face],
-    pairs: Sequence[Pairs],
+    pairs: Sequence[FacePairs],
     recipes: Sequence[Recipe],
     photo: Box,
     neighbours_px: Sequence[Array] = (),
     lens: LensCorrection = NO_LENS,
+    still: Sequence[Face] = (),
 ) -> tuple[HeadDisplacement | None, ...]:
     """Return the displacement of each head; None where landmarks alone move, or nothing does.
 
     `faces` and `pairs` are those after the correction by `lens`. `neighbours_px` are points of
-    people beside each face, who don't go along (`Held.neighbours`).
+    people beside each face, who don't go along (`Held.neighbours`); `still` are their faces.
     """
-    hulls = [_hull(face) for face in faces] if len(faces) > 1 else []
     found: list[HeadDisplacement | None] = []
+    everyone = [(one, face_corners(one)) for one in (*faces, *still)]
     for k, (face, pair, recipe) in enumerate(zip(faces, pairs, recipes, strict=True)):
         beside = neighbours_px[k] if neighbours_px else NOBODY
         kind, shape, middle = HeadDisplacement, Shape.of(face, recipe), shape_center(face, recipe)
@@ -384,14 +442,17 @@ def surrounds_of(
             pair = room if recipe.guard else dataclasses.replace(pair, source_px=pair.target_px)
         head = kind(face, pair, middle, photo, shape, beside, lens, k)
         if head.strength:
-            others = (hull for other, hull in enumerate(hulls) if other != k)
-            near = tuple(hull for hull in others if head.is_near(hull))
-            head = dataclasses.replace(head, hulls=near)
+            others = tuple(
+                OtherHead(ring, head_corners(one), ahead(one, face), j >= len(faces))
+                for j, (one, ring) in enumerate(everyone)
+                if j != k and head.is_near(ring)
+            )
+            head = dataclasses.replace(head, others=others)
         found.append(head if head.strength or lens.heads else None)
     return tuple(found)
 
 
-def forehead_pairs(face: Face, recipe: Recipe, pairs: Pairs) -> tuple[Array, Array]:
+def forehead_pairs(face: Face, recipe: Recipe, pairs: FacePairs) -> tuple[Array, Array]:
     """Return the rim of the forehead and where it goes if nothing is in its way, (13, 2), px.
 
     Of shape (0, 2) where the face alone moves, or nobody marked the forehead.
@@ -403,7 +464,7 @@ def forehead_pairs(face: Face, recipe: Recipe, pairs: Pairs) -> tuple[Array, Arr
     return face.forehead, head._shown(face.forehead)
 
 
-def _similarity(pairs: Pairs, points: Array) -> Array:
+def _similarity(pairs: FacePairs, points: Array) -> Array:
     """Return the backward displacement at points (N, 2) of a head that shrinks as one, px."""
     share = pairs.head_share
     return np.asarray(share / (1.0 - share) * (points - pairs.center_px))
@@ -424,6 +485,25 @@ def _forehead(face: Face, center: Array) -> Array:
     return np.asarray(center + far[:, None] * _ways(turn, right))
 
 
+def _hairline(face: Face, middle: Array, shape: Shape, points: Array) -> Array:
+    """Return the displacement of the top of the head at points of shape (N, 2), px.
+
+    It grows with the height above the brows, alike over the whole width of the hair.
+    """
+    below, forehead = shape.axes[1], _forehead(face, middle)
+    heights = (middle - points) @ below
+    low = float(((middle - face.outline[[0, -1]]) @ below).mean())
+    top = float((middle - forehead[len(forehead) // 2]) @ below)
+    share = (heights - low) / max(1e-9, top - low)
+    rise = smoothstep((share - _BROWS) / (1.0 - _BROWS))
+    return np.outer(-shape.hairline * heights * rise, below)
+
+
+def _mixed(one: Array | float, other: Array | float, share: Array | float) -> Array:
+    """Return `one` at a share of 0, `other` at 1, and values between."""
+    return np.asarray(one + share * (other - one))
+
+
 def _ways(angles: Array, right: Array) -> Array:
     """Return unit vectors, (N, 2), in directions from straight down, radians."""
     below = np.array([-right[1], right[0]])
@@ -441,19 +521,3 @@ def _seen_from(points: Array, center: Array, right: Array) -> tuple[Array, Array
     """Return directions from straight down, radians, and distances, px, of points (N, 2)."""
     degrees, far = directions(points, center, right)
     return np.radians(degrees), far
-
-
-def _hull(face: Face) -> Array:
-    ring = face.points if face.forehead is None else np.vstack([face.points, face.forehead])
-    corners: Array = cv2.convexHull(ring.astype(np.float32))[:, 0].astype(np.float64)
-    return corners
-
-
-def _beyond(points: Array, hull: Array) -> Array:
-    """Return about how far points are outside a hull, px; 0 or less within."""
-    along = np.roll(hull, -1, axis=0) - hull
-    outward = np.column_stack([along[:, 1], -along[:, 0]])
-    outward /= np.maximum(np.hypot(along[:, 0], along[:, 1]), 1e-12)[:, None]
-    if (outward * (hull - hull.mean(axis=0))).sum() < 0.0:
-        outward = -outward
-    return np.asarray((points @ outward.T - (hull * outward).sum(axis=1)).max(axis=1))

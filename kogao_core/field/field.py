@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Final, Protocol
 
@@ -11,9 +11,9 @@ import numpy as np
 import numpy.typing as npt
 
 from kogao_core.base.geometry import Array, points_of, smoothstep
-from kogao_core.faces.targets import Pairs
-from kogao_core.warp.lattice import Lattice, basis_slope
-from kogao_core.warp.protection import NOTHING, Protection, axes, share, slopes_on_grid
+from kogao_core.faces.targets import FacePairs
+from kogao_core.field.protection import NOTHING, Protection, axes, share, slopes_on_grid
+from kogao_core.paper.lattice import Lattice, Spline
 
 _INVERSION_STEPS: Final = 64  # most iterations of `shown_at`
 _INVERTED_PX: Final = 1e-4  # largest error of a converged point, px
@@ -54,6 +54,11 @@ class Field:
     protection: Protection = NOTHING
 
     @property
+    def _spline(self) -> Spline:
+        """The sum of the lattices, without fade and protection."""
+        return Spline(self.lattices)
+
+    @property
     def is_plain(self) -> bool:
         """True without a fade and without protection."""
         return self.fade_px <= 0.0 and not self.protection.strokes
@@ -80,11 +85,7 @@ class Field:
         (True, array([[0., 0.]]))
         """
         points = points_of(points_px)
-        displacement: Array = np.zeros_like(points)
-        for lattice in self.lattices:
-            at = np.flatnonzero(lattice.reaches(points))
-            if len(at):
-                displacement[at] += lattice.at(points[at])
+        displacement = self._spline.at(points)
         if self.is_plain:
             return displacement
         displacement = displacement * fade(np.hypot(*displacement.T), self.fade_px)[:, None]
@@ -112,7 +113,7 @@ class Field:
         >>> field.on_grid(range(900), range(300, 310)).shape
         (2, 10, 900)
         """
-        displacement = self._spline(xs_px, ys_px)
+        displacement = self._spline.on_grid(xs_px, ys_px)
         if self.is_plain:
             return displacement
         displacement = displacement * fade(np.hypot(*displacement), self.fade_px)
@@ -190,9 +191,9 @@ class Field:
         >>> along_x.shape
         (2, 900, 900)
         """
-        along_x, along_y = self._spline_slopes(xs_px, ys_px)
+        along_x, along_y = self._spline.slopes(xs_px, ys_px)
         if not self.is_plain:
-            displacement = self._spline(xs_px, ys_px)
+            displacement = self._spline.on_grid(xs_px, ys_px)
             if self.fade_px > 0.0:
                 along_x, along_y = self._faded_slopes(displacement, along_x, along_y)
                 displacement = displacement * fade(np.hypot(*displacement), self.fade_px)
@@ -202,35 +203,6 @@ class Field:
                     self.protection.strokes, *around, along_x, along_y
                 )
         return along_x, along_y
-
-    def _spline(self, xs_px: npt.ArrayLike, ys_px: npt.ArrayLike) -> Array:
-        total: Array = np.zeros((2, np.size(ys_px), np.size(xs_px)))
-        for lattice, part, xs, ys in self._reaching(xs_px, ys_px):
-            total[:, *part] += lattice.on_grid(xs, ys)
-        return total
-
-    def _spline_slopes(self, xs_px: npt.ArrayLike, ys_px: npt.ArrayLike) -> tuple[Array, Array]:
-        along_x, along_y = np.zeros((2, 2, np.size(ys_px), np.size(xs_px)))
-        for lattice, part, xs, ys in self._reaching(xs_px, ys_px):
-            (bx, by), h = lattice.weights_at(xs, ys), lattice.grid.spacing_px
-            slope_x, slope_y = lattice.weights_at(xs, ys, basis_slope)
-            along_x[:, *part] += lattice.mixed(slope_x / h, by)
-            along_y[:, *part] += lattice.mixed(bx, slope_y / h)
-        return along_x, along_y
-
-    def _reaching(
-        self, xs_px: npt.ArrayLike, ys_px: npt.ArrayLike
-    ) -> Iterator[tuple[Lattice, tuple[slice, slice], Array, Array]]:
-        """Yield each lattice that reaches a grid, with rows, columns and coordinates within it."""
-        xs, ys = np.asarray(xs_px, np.float64), np.asarray(ys_px, np.float64)
-        if any((axis[1:] < axis[:-1]).any() for axis in (xs, ys)):
-            raise ValueError("the coordinates of a grid must ascend; ask for places by Field.at")
-        for lattice in self.lattices:
-            left, top, right, bottom = lattice.reach_px
-            rows = slice(*np.searchsorted(ys, [top, bottom]))
-            columns = slice(*np.searchsorted(xs, [left, right]))
-            if rows.start < rows.stop and columns.start < columns.stop:
-                yield lattice, (rows, columns), xs[columns], ys[rows]
 
     def _faded_slopes(
         self, displacement: Array, along_x: Array, along_y: Array
@@ -351,7 +323,7 @@ class Residual:
     contour_max_px: float
 
 
-def residual(field: Field, pairs: Sequence[Pairs]) -> Residual:
+def residual(field: Field, pairs: Sequence[FacePairs]) -> Residual:
     """Compare the field with the displacement requested by landmarks and the curve through them.
 
     Result: all zeros without a face.

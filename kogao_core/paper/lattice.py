@@ -1,43 +1,24 @@
-"""Sections 2.1, 2.2 and 3.3: the control lattice of a uniform cubic B-spline."""
+"""Eq. (1): the control lattice of a uniform cubic B-spline; sums of lattices."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Final
 
 import numpy as np
 import numpy.typing as npt
 
 from kogao_core.base.geometry import Array, Box
+from kogao_core.paper import bounds
+from kogao_core.paper.basis import ORDER, basis, basis_slope
 
-ORDER = 4  # control points per axis that reach a point: cubic
-
-
-def basis(s: npt.ArrayLike) -> Array:
-    """Return B_0..B_3 of eq. (2) at `s` in [0, 1), shape (..., 4). Result: they sum to 1."""
-    s = np.asarray(s, np.float64)
-    r = 1.0 - s
-    weights: Array = np.empty((*s.shape, ORDER))
-    weights[..., 0] = r * r * r
-    weights[..., 1] = (3 * s - 6) * s * s + 4
-    weights[..., 2] = (3 * r - 6) * r * r + 4
-    weights[..., 3] = s * s * s
-    weights /= 6.0
-    return weights
-
-
-def basis_slope(s: npt.ArrayLike) -> Array:
-    """Return dB_0/ds..dB_3/ds of eq. (2), shape (..., 4). Result: they sum to 0."""
-    s = np.asarray(s, np.float64)
-    slopes: Array = np.empty((*s.shape, ORDER))
-    slopes[..., 0] = -((1.0 - s) ** 2)
-    slopes[..., 1] = 3 * s**2 - 4 * s
-    slopes[..., 2] = -3 * s**2 + 2 * s + 1
-    slopes[..., 3] = s**2
-    slopes /= 2.0
-    return slopes
+MIN_SPACING_PX: Final = 1.0  # least lattice spacing, px
+# Control points are multiples of 1/4096 px, so that a drag of one landmark leaves distant control
+# points exactly unchanged.
+QUANTUM_PX: Final = 2.0**-12
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,7 +63,11 @@ class Lattice:
         return self.phi.shape[0], self.phi.shape[1]
 
     def at(self, points_px: npt.ArrayLike) -> Array:
-        """Evaluate eq. (1) at points of shape (N, 2). Return displacements (N, 2), px."""
+        """Evaluate eq. (1) at points of shape (N, 2). Return displacements (N, 2), px.
+
+        ``sum over k, l of B_k(s) B_l(t) phi[j + l, i + k]`` as two products of matrices; `by` and
+        `bx` hold B_l(t) and B_k(s) in the columns of their nodes.
+        """
         points = np.asarray(points_px, np.float64)
         bx, by = self.weights_at(points[:, 0], points[:, 1])
         rows = by @ self.phi.reshape(len(self.phi), -1)
@@ -195,47 +180,32 @@ class Lattice:
         Shape (J + 3, I + 3, 2, 4, 4): cell row, cell column, component, points along y and x.
         Entry [0, 0] belongs to `first_cell`.
         """
-        # Points are the outer axes in memory: bounds over all cells are then four times as fast.
-        points = bezier_along(bezier_along(self.phi).transpose(2, 0, 1, 3)).transpose(2, 0, 4, 3, 1)
-        return np.ascontiguousarray(points).transpose(3, 4, 2, 0, 1)
+        return bounds.bezier(self.phi)
 
     @cached_property
     def bound_px(self) -> Array:
         """Upper bound of each cell's displacement, (J + 3, I + 3), px (convex hull property)."""
-        x, y = self.bezier[:, :, 0], self.bezier[:, :, 1]
-        return np.asarray(np.sqrt((x * x + y * y).max(axis=(2, 3))))
+        return bounds.longest(self.bezier)
 
     @cached_property
     def least_px(self) -> Array:
         """Lower bound of each cell's displacement, (J + 3, I + 3), px; 0 if directions differ."""
-        # Project the Bezier points on their mean direction. The least projection bounds every
-        # convex combination, and so every displacement in the cell.
-        x, y = np.moveaxis(self.bezier.reshape(*self.reached.shape, 2, ORDER**2), 2, 0)
-        toward_x, toward_y = x.mean(axis=2), y.mean(axis=2)
-        length = np.maximum(np.hypot(toward_x, toward_y), 1e-12)
-        toward_x, toward_y = (toward_x / length)[..., None], (toward_y / length)[..., None]
-        return np.asarray(np.maximum(0.0, (x * toward_x + y * toward_y).min(axis=2)))
+        return bounds.shortest(self.bezier)
 
     @property
     def slopes(self) -> tuple[Array, Array]:
         """Bezier points of the derivatives along x and y in each cell, px per px."""
-        per_px = (ORDER - 1) / self.grid.spacing_px
-        return per_px * np.diff(self.bezier, axis=4), per_px * np.diff(self.bezier, axis=3)
+        return bounds.slopes(self.bezier, self.grid.spacing_px)
 
     @cached_property
     def steepest(self) -> Array:
         """Upper bound of the slope of each cell's displacement, (J + 3, I + 3), px per px."""
-        along_x, along_y = (np.abs(slope).max(axis=(3, 4)) for slope in self.slopes)
-        return np.asarray(np.sqrt((along_x**2 + along_y**2).sum(axis=2)))
+        return bounds.steepest(*self.slopes)
 
     @cached_property
     def reached(self) -> npt.NDArray[np.bool_]:
         """The cells that a non-zero control point reaches, shape (J + 3, I + 3)."""
-        rows, columns = self.shape
-        stored = np.zeros((rows + 2 * ORDER - 2, columns + 2 * ORDER - 2), bool)
-        stored[ORDER - 1 : 1 - ORDER, ORDER - 1 : 1 - ORDER] = self.phi.any(axis=2)
-        along = stored[:-3] | stored[1:-2] | stored[2:-1] | stored[3:]
-        return np.asarray(along[:, :-3] | along[:, 1:-2] | along[:, 2:-1] | along[:, 3:])
+        return bounds.reached(self.phi)
 
     @property
     def first_cell(self) -> tuple[int, int]:
@@ -294,6 +264,59 @@ class Lattice:
         return Lattice(Grid(self.grid.origin_px, self.grid.spacing_px / 2.0), first, phi)
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Spline:
+    """The sum of the fields of several lattices, one for each face."""
+
+    lattices: tuple[Lattice, ...]
+
+    def at(self, points: Array) -> Array:
+        """Return the displacement at points of shape (N, 2), same shape, px."""
+        displacement: Array = np.zeros_like(points)
+        for lattice in self.lattices:
+            near = np.flatnonzero(lattice.reaches(points))
+            if len(near):
+                displacement[near] += lattice.at(points[near])
+        return displacement
+
+    def on_grid(self, xs_px: npt.ArrayLike, ys_px: npt.ArrayLike) -> Array:
+        """Return the displacement on an ascending grid, (2, M, N), px."""
+        total: Array = np.zeros((2, np.size(ys_px), np.size(xs_px)))
+        for lattice, part, xs, ys in self._reaching(xs_px, ys_px):
+            total[:, *part] += lattice.on_grid(xs, ys)
+        return total
+
+    def slopes(self, xs_px: npt.ArrayLike, ys_px: npt.ArrayLike) -> tuple[Array, Array]:
+        """Return the derivatives along x and along y on a grid, each (2, M, N)."""
+        along_x, along_y = np.zeros((2, 2, np.size(ys_px), np.size(xs_px)))
+        for lattice, part, xs, ys in self._reaching(xs_px, ys_px):
+            (bx, by), h = lattice.weights_at(xs, ys), lattice.grid.spacing_px
+            slope_x, slope_y = lattice.weights_at(xs, ys, basis_slope)
+            along_x[:, *part] += lattice.mixed(slope_x / h, by)
+            along_y[:, *part] += lattice.mixed(bx, slope_y / h)
+        return along_x, along_y
+
+    def _reaching(
+        self, xs_px: npt.ArrayLike, ys_px: npt.ArrayLike
+    ) -> Iterator[tuple[Lattice, tuple[slice, slice], Array, Array]]:
+        """Yield each lattice that reaches a grid, with rows, columns and coordinates within it."""
+        xs, ys = np.asarray(xs_px, np.float64), np.asarray(ys_px, np.float64)
+        if any((axis[1:] < axis[:-1]).any() for axis in (xs, ys)):
+            raise ValueError("the coordinates of a grid must ascend; ask for places by Field.at")
+        for lattice in self.lattices:
+            left, top, right, bottom = lattice.reach_px
+            rows = slice(*np.searchsorted(ys, [top, bottom]))
+            columns = slice(*np.searchsorted(xs, [left, right]))
+            if rows.start < rows.stop and columns.start < columns.stop:
+                yield lattice, (rows, columns), xs[columns], ys[rows]
+
+
+def quantised(lattice: Lattice) -> Lattice:
+    """Return the lattice with control points rounded to the nearest multiples of `QUANTUM_PX`."""
+    phi = np.round(lattice.phi / QUANTUM_PX) * QUANTUM_PX
+    return Lattice(lattice.grid, lattice.first, phi)
+
+
 def groups(lattices: Sequence[Lattice]) -> list[list[int]]:
     """Group lattices that overlap, directly or through others. Return indices per group."""
     found: list[list[int]] = []
@@ -308,22 +331,6 @@ def meet(a: Lattice, b: Lattice) -> bool:
     """Return whether the supports of two lattices overlap."""
     (left, top, right, bottom), (l2, t2, r2, b2) = a.reach_px, b.reach_px
     return left < r2 and l2 < right and top < b2 and t2 < bottom
-
-
-def bezier_along(phi: Array) -> Array:
-    """Convert B-spline control points along the first axis to Bezier points, for tight bounds.
-
-    `phi` (n, ...). Result (4, n + 3, ...): the four points of each cell.
-    """
-    p = np.zeros((len(phi) + 6, *phi.shape[1:]))
-    p[3:-3] = phi
-    twice = 2.0 * p
-    thirds = (twice[:-1] + p[1:]) / 3.0, (p[:-1] + twice[1:]) / 3.0
-    joints = (thirds[1][:-1] + thirds[0][1:]) / 2.0
-    points = np.empty((4, len(phi) + 3, *phi.shape[1:]))
-    points[0], points[1] = joints[:-1], thirds[0][1:-1]
-    points[2], points[3] = thirds[1][1:-1], joints[1:]
-    return points
 
 
 def _refined_axis(phi: Array, axis: int) -> Array:

@@ -10,8 +10,9 @@ import numpy as np
 
 from kogao_core.base.geometry import Array, Box, ramp
 from kogao_core.base.language import Text
-from kogao_core.faces.targets import Pairs
-from kogao_core.warp.lattice import ORDER, Lattice, basis
+from kogao_core.faces.targets import FacePairs
+from kogao_core.paper.basis import ORDER, basis
+from kogao_core.paper.lattice import Lattice
 
 # A landmark farther from the photo's edge than this many times its move moves fully. Nearer, the
 # component across the edge is reduced. Smaller values stretch the strip along the edge more: 4
@@ -19,6 +20,7 @@ from kogao_core.warp.lattice import ORDER, Lattice, basis
 _ROOM: Final = 4.0
 # The same for a head that moves as a whole: the pivot already keeps more distance from the edge.
 _ROOM_OF_HEAD: Final = 3.0
+_PEAK: Final = 0.7616  # where `ramp` is steepest seen from its start: ramp(x) / x is largest
 # The note mentions a face that loses more than this share of its move or of its Amount.
 _MISSED: Final = 0.05
 
@@ -30,13 +32,15 @@ def edges_px(photo: Box) -> Array:
     )
 
 
-def attenuated_near_edge(pairs: Pairs, photo: Box) -> Pairs:
+def attenuated_near_edge(pairs: FacePairs, photo: Box) -> FacePairs:
     """Reduce the moves of landmarks across the photo's edge; keep the component along the edge."""
     moves = pairs.displacement_px
     low, high = edges_px(photo)
     room = np.where(moves < 0.0, pairs.source_px - low, high - pairs.source_px)
     times = _ROOM_OF_HEAD if pairs.head_share else _ROOM
-    share = ramp(room / np.maximum(times * np.abs(moves), 1e-9))
+    room = room / np.maximum(times * np.abs(moves), 1e-9)
+    # With less room than at the peak, a longer move goes as far as the peak's: never less.
+    share = ramp(np.maximum(room, _PEAK)) * np.clip(room / _PEAK, 0.0, 1.0)
     if (share == 1.0).all():
         return pairs
     return dataclasses.replace(pairs, target_px=pairs.source_px - share * moves)
@@ -74,10 +78,16 @@ def _orthogonal(lattice: Lattice, edge_px: float, axis: int) -> Lattice:
     return Lattice(lattice.grid, (first[0], first[1]), phi)
 
 
-def cut_note(pairs: Sequence[Pairs], requested: Sequence[Pairs], percents: Sequence[float]) -> str:
+def cut_note(
+    pairs: Sequence[FacePairs],
+    requested: Sequence[FacePairs],
+    percents: Sequence[float],
+    rendered: Sequence[FacePairs] = (),
+) -> str:
     """Return a sentence on faces with too little space in the photo; empty if there are none.
 
-    `pairs` are the rendered pairs; `requested` and `percents` are the requested pairs and Amounts.
+    `pairs` are those the photo's edge allows; `requested` and `percents` are the requested pairs
+    and Amounts; `rendered` follow heads in front.
     """
     cut = sum(
         bool((np.abs(a.target_px - b.target_px) > _MISSED * b.warp_distance_px).any())
@@ -88,7 +98,19 @@ def cut_note(pairs: Sequence[Pairs], requested: Sequence[Pairs], percents: Seque
         for pair, percent in zip(pairs, percents, strict=True)
         if pair.head_share and abs(100.0 * pair.head_share) < (1.0 - _MISSED) * abs(percent)
     ]
+    behind = sum(
+        float(np.hypot(*(a.target_px - b.target_px).T).mean()) > _MISSED * b.warp_distance_px
+        for a, b in zip(rendered, pairs, strict=False)
+    )
     notes = []
+    if behind:
+        notes.append(
+            Text.counted(
+                behind,
+                "{n} face is partly behind another person: it gets less small there",
+                "{n} faces are partly behind other people: they get less small there",
+            )
+        )
     if cut:
         notes.append(
             Text.counted(

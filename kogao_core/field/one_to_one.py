@@ -18,9 +18,9 @@ import numpy as np
 import numpy.typing as npt
 
 from kogao_core.base.geometry import Array
-from kogao_core.warp.field import Field
-from kogao_core.warp.lattice import Lattice, groups, meet
-from kogao_core.warp.protection import slope_bound
+from kogao_core.field.field import Field
+from kogao_core.field.protection import slope_bound
+from kogao_core.paper.lattice import Lattice, groups, meet
 
 SAMPLES_PER_CELL: Final = 8  # samples of det J per cell and axis; larger: surer, slower
 _PLACES: Final = (np.arange(SAMPLES_PER_CELL) + 0.5) / SAMPLES_PER_CELL

@@ -1,0 +1,1 @@
+"""What is not in the paper: lens, head, photo edge, exact fit, guard, strokes, limits."""

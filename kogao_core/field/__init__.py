@@ -1,0 +1,1 @@
+"""The displacement field of all faces: spline, fade, protection, proofs against folds."""

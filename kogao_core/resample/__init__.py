@@ -1,0 +1,1 @@
+"""Section 4: pixels from a field, in fixed blocks."""
