@@ -93,7 +93,7 @@ def carry_out(
     order: Order,
     storage: Storage,
     stop: Callable[[], bool],
-    planned: Callable[[int], None],
+    planned: Callable[[int, int], None],
     went: Callable[[Outcome], None],
 ) -> None:
     """Export the photos in worker processes until all are done or `stop` returns True.
@@ -111,7 +111,7 @@ def carry_out(
     )
     if not report.exists():  # never replace files that Kogao has not exported
         batch.check_free(tasks)
-    planned(len(tasks))
+    planned(len(tasks), batch.outdated(tasks))
     try:
         outcomes = batch.run(tasks, Workers.processes(_JOBS), stop)
         batch.record(outcomes, report, storage.results, went)
@@ -127,7 +127,7 @@ def carry_out(
 class Batch(Feature):
     """Exports several photos, one order at a time."""
 
-    _planned = Signal(int)
+    _planned = Signal(int, int)
     _finished = Signal(object)
 
     def __init__(
@@ -194,8 +194,10 @@ class Batch(Feature):
         planned, finished = self._planned.emit, self._finished.emit
         self._running.submit(lambda: carry_out(order, storage, stopping, planned, finished))
 
-    def _begin(self, total: int) -> None:
+    def _begin(self, total: int, outdated: int = 0) -> None:
         self._progress = BatchProgress(total)
+        if outdated:
+            self.say(tr("Edits of an older version that may look different now: {n}", n=outdated))
         self._advance()
 
     def _take(self, outcome: Outcome) -> None:

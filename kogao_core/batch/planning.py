@@ -6,6 +6,7 @@ import itertools
 import os
 import unicodedata
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 
 from kogao_core.base.atomic import is_temporary
@@ -104,6 +105,15 @@ def _named(wanted: Sequence[tuple[Path, Path, Path, Path | None]]) -> dict[Path,
 def _folded(path: Path) -> str:
     """Return a path as drives without case compare it."""
     return unicodedata.normalize("NFC", str(path)).casefold()
+
+
+def outdated(tasks: Sequence[Task]) -> int:
+    """Return the number of edits of an older version that may look different now."""
+    count = 0
+    for task in tasks:
+        with suppress(BadFile):  # the task reports the error later
+            count += bool(task.project) and load(task.project).looks_different
+    return count
 
 
 def check_free(tasks: Sequence[Task]) -> None:

@@ -51,6 +51,11 @@ def run(args: SimpleNamespace) -> int:
                 ) from None
     reading.check_networks()
     reading.mention_fallback(args.landmarks)
+    if count := batch.outdated(tasks):
+        ending.print_message(
+            Text.counted(count, "warning: {n} edit of an older version may look different now",
+                         "warning: {n} edits of an older version may look different now")
+        )  # fmt: skip
     progress = _Progress(len(tasks))
     with ending.refusing(
         lambda reason: Text(

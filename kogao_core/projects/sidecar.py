@@ -106,7 +106,13 @@ def match(project: Project, pixels: Image, sha256: str | None = None) -> tuple[P
         check_brushwork(at_hand.brushwork, image)
     except OutOfBounds as error:
         raise BadFile(str(error)) from None
-    return at_hand, _note(project, sha256, width)
+    note = _note(project, sha256, width)
+    if project.looks_different:
+        old = Text(
+            "made with {version}: the result may look different now", version=project.program
+        )
+        note = Text.joined("; ", filter(None, (note, old)))
+    return at_hand, note
 
 
 def sheet_of(project: Project) -> Sheet:

@@ -98,7 +98,8 @@ def test_a_star_from_another_program_is_carried_along_without_a_word(opened, pho
     assert load(sidecar_of(photo)).automatic.recipe.percent == 7.0
 
 
-def test_a_photo_that_is_away_is_told_and_the_strip_stays(opened, photo, other, storage):
+@pytest.mark.usefixtures("other")
+def test_a_photo_that_is_away_is_told_and_the_strip_stays(opened, photo, storage):
     opened.editor.strip.show_places([photo.parent])
     opened.settle()
     opened.edit(6.0)
@@ -143,9 +144,7 @@ def test_two_versions_of_the_edits_are_told_and_either_can_be_had(opened, start,
     assert {shown, other.state.recipe.percent} == {6.0, 7.0}
 
 
-def test_settings_of_the_picture_before_are_offered_faces_and_strokes_are_not(
-    opened, start, photo
-):
+def test_settings_of_the_picture_before_are_offered_faces_and_strokes_are_not(opened, start, photo):
     opened.edit(9.0)
     replace(photo)
     other = start(photo)
