@@ -6,7 +6,7 @@ import ctypes
 import os
 import socket
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import chain
 from math import isfinite
 from pathlib import Path
@@ -142,14 +142,8 @@ def _check(options: SimpleNamespace) -> None:
         raise click.UsageError(Text("--edit needs photos and can't be combined with --screenshot"))
 
 
-def _command() -> words.Command:
-    """Return the command with all options."""
-    kogao = words.command(
-        "kogao",
-        context_settings={"help_option_names": ["-h", "--help"]},
-        examples=("kogao portrait.jpg", "kogao photos/", "kogao --sample --screenshot window.png"),
-    )
-    picture = words.section(
+def _picture_options() -> Callable[[Any], Any]:
+    return words.section(
         Text("Picture of the window"),
         words.option(
             "--screenshot", type=_PATH, metavar="OUT.png",
@@ -169,7 +163,10 @@ def _command() -> words.Command:
             help="Protected line in the picture, px of the photo",
         ),
     )  # fmt: skip
-    host = words.section(
+
+
+def _host_options() -> Callable[[Any], Any]:
+    return words.section(
         Text("For other programs"),
         words.option(
             "--edit", is_flag=True,
@@ -180,6 +177,15 @@ def _command() -> words.Command:
             help="With --edit: PHOTO is a temporary copy of another program; store no original",
         ),
     )  # fmt: skip
+
+
+def _command() -> words.Command:
+    """Return the command with all options."""
+    kogao = words.command(
+        "kogao",
+        context_settings={"help_option_names": ["-h", "--help"]},
+        examples=("kogao portrait.jpg", "kogao photos/", "kogao --sample --screenshot window.png"),
+    )
     options = words.together(
         click.argument("photos", nargs=-1, type=_PATH, metavar="[PHOTO]..."),
         words.option("--sample", is_flag=True, help="Open the built-in portrait"),
@@ -198,8 +204,8 @@ def _command() -> words.Command:
             help="Language of all texts [preferences, else language of the system]",
         ),
         words.shows_version,
-        picture,
-        host,
+        _picture_options(),
+        _host_options(),
     )  # fmt: skip
 
     def run(**given: Any) -> SimpleNamespace:

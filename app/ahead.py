@@ -12,9 +12,10 @@ from pathlib import Path
 from kogao_core.base.threads import stoppable
 from kogao_core.faces.face import Face, LandmarkSource
 from kogao_core.photo import Photo, read
+from kogao_core.photo.profiles import for_search
 
+from .pyramid import PicturePyramid
 from .render.colour import pyramid_of
-from .render.pictures import PicturePyramid
 
 
 class Ahead:
@@ -63,7 +64,7 @@ class FaceSearch:
                 _warm.add(self._source)
                 start = time.perf_counter()
                 with stoppable(self._unwanted.is_set):
-                    self._faces = self._source.find(photo.pixels, self._add)
+                    self._faces = self._source.find(for_search(photo), self._add)
                 self.took_s = time.perf_counter() - start
             return self._faces
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 from PySide6.QtCore import QObject, QSignalBlocker, Signal
@@ -26,8 +26,8 @@ from kogao_core.projects.sidecar import Applied
 from kogao_core.recipe.recipe import FACE_FIELDS, Recipe
 from kogao_core.steps import WarpDraft, lens, pivots, targets
 
-if TYPE_CHECKING:
-    from .render.pictures import PicturePyramid
+from .pyramid import PicturePyramid
+from .watching import Watched
 
 # A landmark marked by hand and where it goes, px of the photo.
 Mark = tuple[tuple[float, float], tuple[float, float]]
@@ -137,8 +137,9 @@ class State(Sheet):
         """The mode that isn't current."""
         return "automatic" if self.mode == "manual" else "manual"
 
+    @cached_property
     def in_other_mode(self) -> State:
-        """Return the state in the other mode."""
+        """The state in the other mode; one object, since a state caches pairs."""
         return self.in_mode(self.other_mode)
 
     def with_found(self, faces: Sequence[Face], image: Box) -> State:
@@ -203,12 +204,19 @@ class Saving:
     work: dict[Mode, object]
 
 
-class Document(QObject):
-    """One open photo; a gesture previews many states and commits one."""
+class Document(QObject, Watched):
+    """One open photo; a gesture previews many states and commits one.
 
+    A part to watch is a field of `State`, ``"photo"`` or ``"in_gesture"``.
+    """
+
+    # (): another photo is open; its faces are not known yet.
     opened = Signal()
+    # (): `pyramid` has the colours of another screen.
     recoloured = Signal()
+    # (): a save has begun or ended.
     marked = Signal()
+    # (): the gesture is cancelled; emitted before the committed state returns.
     aborted = Signal()
 
     def __init__(self, parent: QObject | None = None) -> None:
@@ -229,36 +237,18 @@ class Document(QObject):
         self._saved = self.base.work
         self._savings: list[Saving] = []
         self._text = self._change = ""
-        self._listeners: list[tuple[frozenset[str], Callable[[], object]]] = []
+        self._watchers = []
         self._told: dict[str, object] = {}
 
-    def watch(
-        self,
-        show: Callable[[], object],
-        *names: str,
-        value: Callable[[], object] | None = None,
-    ) -> None:
-        """Call `show` now, and after each change of a named part; without names, of any part.
-
-        A part is a field of `State`, ``"photo"`` or ``"in_gesture"``. With `value`, call `show`
-        only if the value differs, too. Listeners are called in the order of registration.
-        """
-        if value is not None:
-            show = _if_changed(value, show)
-        self._listeners.append((frozenset(names), show))
-        show()
-
     def _tell(self) -> None:
-        """Call the listeners of the parts that have changed since the last call."""
+        """Call the watchers of the parts that have changed since the last call."""
         if self.signalsBlocked():
             return
         parts = {name: getattr(self.state, name) for name in _FIELDS}
         parts |= {"photo": self.photo, "in_gesture": self.in_gesture}
         changed = {name for name, part in parts.items() if part is not self._told.get(name)}
         self._told = parts
-        for names, show in self._listeners:
-            if not names or names & changed:
-                show()
+        self._call_watchers(changed)
 
     @property
     def in_gesture(self) -> bool:
@@ -413,19 +403,6 @@ class Document(QObject):
         """Set the committed state; undo and redo call this."""
         self.state = self.committed = state
         self._tell()
-
-
-def _if_changed(value: Callable[[], object], show: Callable[[], object]) -> Callable[[], None]:
-    """Return a function that calls `show` if `value` differs from the last call."""
-    last: list[object] = [object()]
-
-    def follow() -> None:
-        now = value()
-        if now != last[0]:
-            last[0] = now
-            show()
-
-    return follow
 
 
 class ReplaceState(QUndoCommand):

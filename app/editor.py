@@ -78,9 +78,9 @@ class Editor(QObject):
         rendering.setMaxThreadCount(3)
         self._pools = (rendering, pool)
         self.document = Document(self)
-        self.view = ViewState(self.document)
+        self.view = ViewState(document=self.document)
         self.window = window = Window(self.view)
-        self.live = Live(window.canvas, rendering, self)
+        self.live = Live(self.view, window.canvas.visible_part, rendering, self)
         self.live.failed.connect(self._say_not_drawn)
         context = Context(
             self.document, self.view, self.live, window, pool, storage, storage.settings()
@@ -100,7 +100,7 @@ class Editor(QObject):
 
     def _build(self, context: Context, source: LandmarkSource) -> None:
         self.points = Points(context)
-        self.soft = SoftSelection(context, self.points)
+        self.soft = SoftSelection(context)
         self.recipe = RecipeEditing(context, self.points)
         self.overlays = Overlays(context)
         self.protect = Protect(context)
@@ -125,14 +125,14 @@ class Editor(QObject):
         self.recent = Recent(context, self.files, self.strip)
         self.presets = Presets(context, self.recipe)
         self.match = MatchRetouch(context, self.strip, self.presets)
-        self.manual = Manual(context, self.points, self.protect)
+        self.manual = Manual(context, self.points)
         self.batch = Batch(context, self.landmarks, self.save_options, self.strip, self.saver)
         self.exporting = Exporting(context, self.files, self.strip, self.batch, self.save_options)
         methods = self._add_experiments(context) if has_laboratory() else None
         self.both = BothModes(context, self.faces, self.manual, methods)
         self.readings = Readings(context)
         self.figure = Figure(context, self.readings)
-        self.hints = Hints(context, self.recipe, self.protect, self.manual)
+        self.hints = Hints(context)
         self.screen = Screen(context)
         self.screen.screen_changed.connect(self.strip.draw_again)
         self.workspaces = Workspaces(context)
@@ -164,8 +164,8 @@ class Editor(QObject):
             *(self.faces, self.readings, self.both, self.history, self.strip),
         )
         self.document.watch(window.bar.refresh)
-        for changed in (self.recipe.chosen, self.live.drawn, window.arranged):
-            changed.connect(window.bar.refresh)
+        self.view.watch(window.bar.refresh, "face", "also", "frame")
+        window.arranged.connect(window.bar.refresh)
         self.faces.found.connect(lambda _: window.stage.place_bar())
         window.lay_out({it.name: (it.panel, it.dock) for it in shown if it.panel is not None})
         self.speech.listen()

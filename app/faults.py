@@ -27,6 +27,7 @@ _LARGEST_LOG: Final = 2**20  # bytes; one older file is kept, too
 class Faults(QObject):
     """Receives every uncaught exception of any thread."""
 
+    # (why: str): an unexpected exception, which the log has in full.
     caught = Signal(str)
 
     def __init__(self, log: Path) -> None:

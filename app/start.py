@@ -200,7 +200,8 @@ class Screenshot(QObject):
             self._editor.document.restore(state)
         if state.faces:
             # The loupe needs a cursor: use the jaw, where the displacement is largest.
-            self._editor.view.cursor = state.faces[0].outline[_JAW]
+            x, y = state.faces[0].outline[_JAW].tolist()
+            self._editor.view.set(cursor=(x, y))
 
     def _take(self) -> None:
         if self._found:

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import os
 import re
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 
 from PySide6.QtCore import QSettings, QStandardPaths
 
+from kogao_core.base.installed import data_folder
 from kogao_core.projects import edits
 from kogao_core.projects.edits import Edits
 from kogao_core.projects.results import Results
 
-_NAME = "kogao"
 _ESCAPE = re.compile(r"\\(?:x([0-9a-fA-F]+)|([0-7]+)|([abfnrtv\"?'\\])|\r?\n|.)|\"")
 # Markers of serialised Qt objects. A Python object among the settings would run code on load.
 # The editor stores only texts, lists of texts, flags and bytes.
@@ -30,10 +31,11 @@ class Storage:
     @staticmethod
     def of_user() -> Storage:
         """Return the standard folders for this user and program."""
-        kinds = QStandardPaths.StandardLocation
-        places = (kinds.GenericConfigLocation, kinds.GenericDataLocation)
-        config, data = (Path(QStandardPaths.writableLocation(place)) for place in places)
-        return Storage(config / _NAME, data / _NAME)
+        data = data_folder()
+        if sys.platform == "win32":  # settings stay with the data, on this computer
+            return Storage.in_folder(data)
+        place = QStandardPaths.StandardLocation.GenericConfigLocation
+        return Storage(Path(QStandardPaths.writableLocation(place), data.name), data)
 
     @staticmethod
     def in_folder(folder: Path) -> Storage:

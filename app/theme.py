@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import asdict, dataclass
 from string import Template
 from typing import Final, Literal
@@ -11,6 +12,7 @@ from PySide6.QtGui import QColor, QFont, QPalette
 from PySide6.QtWidgets import QApplication
 
 from kogao_core.base import assets
+from kogao_core.base.language import language
 
 Choice = Literal["system", "light", "dark"]
 GRID_PX: Final = 4
@@ -26,7 +28,7 @@ OKABE_ITO: Final = {
 }
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Theme:
     """Colours of a theme, also the names in `resources/look/kogao.qss`."""
 
@@ -60,6 +62,9 @@ def apply(app: QApplication, choice: Choice = "system") -> Theme:
         # Digits of equal width keep numbers still while a slider moves.
         font = app.font()
         font.setFeature(QFont.Tag("tnum"), 1)
+        if sys.platform == "win32" and language() == "ja":
+            # Other fonts may lend Chinese forms of the characters.
+            font.setFamilies([*font.families(), "Yu Gothic UI", "Meiryo"])
         app.setFont(font)
         app.setPalette(_palette(theme))
         app.setStyleSheet(sheet)

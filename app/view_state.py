@@ -1,10 +1,11 @@
-"""State of the display: features write the fields, the canvas and overlays read the fields."""
+"""State of the display: features set the fields; canvas, overlays and panels watch the fields."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import dataclasses
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final, Literal
+from typing import Any, Final, Literal
 
 from kogao_core.background.lines import BackgroundLine
 from kogao_core.base.display import Rgb8
@@ -14,9 +15,8 @@ from kogao_core.projects.sidecar import Applied
 from kogao_core.recipe.settings import DomainName
 
 from .document import Document, State
-
-if TYPE_CHECKING:
-    from .render.pictures import PicturePyramid
+from .pyramid import PicturePyramid
+from .watching import Watched
 
 Kind = Literal["outline", "eye", "mouth", "target", "centre", "corner", "body", "mark"]
 ToolName = Literal["points", "push", "restore", "brush", "line", "eraser"]
@@ -117,13 +117,16 @@ class Following:
     symmetric: bool = False  # whether the landmark across the midline makes the mirrored move
 
 
-@dataclass
-class ViewState:
-    """Display settings and the newest frame."""
+@dataclass(frozen=True, eq=False, kw_only=True)
+class ViewState(Watched):
+    """Display settings and the newest frame. `set` replaces fields, `watch` tells of a change."""
 
     document: Document  # the document with photo and state
     frame: RenderedFrame | None = None  # the newest frame; may be one state behind
-    switched: set[str] = field(default_factory=set)  # names of enabled overlays
+    full: RenderedFrame | None = None  # the newest frame of the full photo
+    # True while no frame follows a change of the document: only marks are drawn.
+    marks_only: bool = False
+    switched: frozenset[str] = frozenset()  # names of enabled overlays
     # Faces with visible marks; None for all faces.
     pointed: frozenset[int] | None = None
     # Extra overlays for new users, unless all overlays are hidden.
@@ -135,8 +138,6 @@ class ViewState:
     placing: int | None = None  # the face being placed
     face: int | None = None  # the selected face; None: settings apply to the photo
     also: frozenset[int] = frozenset()  # further selected faces
-    # Number of pixels in each domain of the newest full result; empty if unknown.
-    counts: Mapping[DomainName, int] = field(default_factory=dict)
     marking: bool = False  # True while a press on the photo adds a landmark
     # Straight lines of the background and the turn of each, most turned first.
     lines: tuple[BackgroundLine, ...] = ()
@@ -148,18 +149,28 @@ class ViewState:
     # Points that follow a dragged landmark or target.
     following: Following = field(default_factory=Following)
     other_mode: bool = False  # whether this view shows the inactive mode
-    # (2,): cursor position, px of the photo; None outside the photo.
-    cursor: Array | None = None
-    _turned: tuple[State, State] | None = None
+    # Cursor position (x, y), px of the photo; None outside the canvas.
+    cursor: tuple[float, float] | None = None
+    _watchers: list[tuple[frozenset[str], Callable[[], object]]] = field(
+        default_factory=list, init=False, repr=False
+    )
+
+    def set(self, **changes: Any) -> None:
+        """Replace fields, then call the watchers of the fields whose values differ."""
+        changed = {name for name, value in changes.items() if value != getattr(self, name)}
+        for name in changed:
+            object.__setattr__(self, name, changes[name])
+        if changed:
+            self._call_watchers(changed)
 
     @property
-    def visible(self) -> set[str]:
+    def visible(self) -> frozenset[str]:
         """Names of the overlays to draw.
 
         A brush hides the points of faces, and so does the divider in Retouch.
         Otherwise Retouch shows points only for the face at the cursor.
         """
-        shown = self.switched | self.explained if self.switched else set[str]()
+        shown = self.switched | self.explained if self.switched else self.switched
         quiet = self.pointed is not None and (not self.pointed or self.compare == "wipe")
         return shown - MARKS if quiet or self.brush.paints else shown
 
@@ -171,12 +182,13 @@ class ViewState:
     def state(self) -> State:
         """The document's state, including a gesture's preview, in this view's mode."""
         state = self.document.state
-        if not self.other_mode:
-            return state
-        if self._turned is None or self._turned[0] is not state:
-            # Reuse one object until the document changes: the state caches pairs.
-            self._turned = state, state.in_other_mode()
-        return self._turned[1]
+        return state.in_other_mode if self.other_mode else state
+
+    @property
+    def counts(self) -> Mapping[DomainName, int]:
+        """Number of pixels in each domain of the newest full result; empty if unknown."""
+        rendering = None if self.full is None else self.full.rendering
+        return rendering.pixel_counts if rendering is not None and rendering.pairs else {}
 
     @property
     def image(self) -> Box:
@@ -201,3 +213,7 @@ class ViewState:
         selection, a click selects a face and never a point.
         """
         return handle.face == self.face_in_hand or (self.marking and handle.movable)
+
+
+# Fields that change the picture of every tool; the cursor changes the picture of some tools only.
+DRAWN: Final = frozenset(each.name for each in dataclasses.fields(ViewState)) - {"cursor"}

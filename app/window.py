@@ -55,10 +55,15 @@ _MARGIN_PX: Final = 3 * GRID_PX
 class Window(QMainWindow):
     """The editor's window."""
 
+    # (files: list of Path): files and folders dropped on the window.
     dropped = Signal(object)
+    # (wanted: bool): the key or button for the original is pressed or released.
     original_wanted = Signal(bool)
+    # (active: bool): the window becomes active or inactive.
     activated = Signal(bool)
+    # (): the user closes the window, which stays open until `really_close`.
     asked_to_close = Signal()
+    # (workspace: Workspace): another workspace is shown.
     arranged = Signal(object)
 
     def __init__(self, view: ViewState) -> None:

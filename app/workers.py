@@ -20,7 +20,9 @@ class Lane(QObject):
     last result but one.
     """
 
+    # (result: object): a job has ended; not after `drop`.
     done = Signal(object)
+    # (generation: int, result: object, error: Exception or None): from a worker.
     _returned = Signal(int, object, object)
 
     def __init__(

@@ -8,7 +8,7 @@ from typing import Final
 from kogao_core.base.language import Text
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Workspace:
     """A workspace; menu, shortcuts, ``--workspace`` and settings use this definition."""
 

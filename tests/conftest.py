@@ -6,6 +6,7 @@ import gettext
 import importlib.util
 import os
 import shutil
+import sys
 
 # Workers of pytest-xdist share the processors out; NumPy and OpenCV look when they are loaded.
 os.environ.setdefault(
@@ -49,7 +50,8 @@ def own_data(
 ) -> None:
     """What the programs list and keep is a test's own, and nothing of the user's."""
     folder = tmp_path_factory.getbasetemp() / "data" / str(abs(hash(request.node.nodeid)))
-    monkeypatch.setenv("XDG_DATA_HOME", str(folder))
+    for name in ("XDG_DATA_HOME", "LOCALAPPDATA", *(["HOME"] if sys.platform == "darwin" else [])):
+        monkeypatch.setenv(name, str(folder))
 
 
 @pytest.fixture(scope="session")

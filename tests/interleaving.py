@@ -374,23 +374,25 @@ class Interleaving:
         self._known.add(sign_of(self._editor.document.state))
 
     def _drag(self) -> None:
-        editing, state = self._editor.points, self._editor.document.state
+        canvas, state = self._editor.window.canvas, self._editor.document.state
         if state.faces:
-            x, y = state.faces[0].outline[POINT]
-            editing.grab(Handle("outline", 0, POINT), x, y)
+            point_px = state.faces[0].outline[POINT]
+            canvas.begin("points", Handle("outline", 0, POINT), point_px)
             self._follow()
-            editing.drag(x + 1.0, y + self._rng.uniform(-1.0, 1.0))
-            editing.release()
+            to_px = point_px + np.array([1.0, self._rng.uniform(-1.0, 1.0)])
+            canvas.move(to_px)
+            canvas.end(to_px)
             self._push()
 
     def _protect(self) -> None:
-        protecting = self._editor.protect
+        protecting, canvas = self._editor.protect, self._editor.window.canvas
         self._editor.document.commit()
         self._push()
         protecting.take("brush")
-        protecting.begin(*self._rng.uniform(10.0, 170.0, 2))
-        protecting.extend(*self._rng.uniform(10.0, 170.0, 2), False)
-        protecting.end()
+        canvas.begin("brush", None, self._rng.uniform(10.0, 170.0, 2))
+        to_px = self._rng.uniform(10.0, 170.0, 2)
+        canvas.move(to_px)
+        canvas.end(to_px)
         protecting.take("points")
         self._push()
 

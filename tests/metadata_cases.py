@@ -334,7 +334,7 @@ CASES = [
     Case("ImageMagick's text", ".png", png((b"tEXt", b"Raw profile type xmp\0" + MARK)),
          kinds.TEXTS),
     Case("gamma", ".png", png((b"gAMA", struct.pack(">I", 100000))), kinds.COLOURS, (b"gAMA",)),
-    Case("wide colours", ".png", png((b"cICP", bytes([9, 16, 0, 1]))), kinds.COLOURS, (b"cICP",)),
+    Case("rare colours", ".png", png((b"cICP", bytes([10, 9, 0, 1]))), kinds.COLOURS, (b"cICP",)),
     *(Case(name.decode(), ".png", png((name, body)), kinds.CHUNKS, (name + body,),
            f"PNG chunks {name.decode()}")
       for name, body in (

@@ -24,6 +24,7 @@ class RandomUser:
 
     def __init__(self, editor: Editor, by_hand: Face, seed: int) -> None:
         self._editor, self._by_hand = editor, by_hand
+        self._canvas = editor.window.canvas
         self._rng = np.random.default_rng(seed)
         self.counts: Counter[str] = Counter()
 
@@ -42,8 +43,8 @@ class RandomUser:
     def _state(self):
         return self._editor.document.state
 
-    def _near(self, place: object, reach_px: float) -> list[float]:
-        return (place + self._rng.uniform(-reach_px, reach_px, 2)).tolist()
+    def _near(self, place: np.ndarray, reach_px: float) -> np.ndarray:
+        return place + self._rng.uniform(-reach_px, reach_px, 2)
 
     def _slide(self) -> None:
         field, low, high = (("percent", 0.0, 9.0), ("lattice", 0.4, 3.0))[self._rng.integers(2)]
@@ -63,23 +64,24 @@ class RandomUser:
         kind = ("outline", "target", "eye")[self._rng.integers(3)]
         most = 4 if kind == "eye" else len(self._state.faces[0].outline)
         handle = Handle(kind, 0, int(self._rng.integers(most)))
-        self._editor.points.grab(handle, *position(self._state, handle))
+        self._canvas.begin("points", handle, position(self._state, handle))
         return handle
 
     def _drag(self) -> None:
-        editing, handle = self._editor.points, self._grab()
+        handle = self._grab()
         if handle is None:
             return
         place = position(self._state, handle)
         for _ in range(4):
-            editing.drag(*self._near(place, 0.004 * self._editor.document.image.width))
-        editing.release()
+            self._canvas.move(self._near(place, 0.004 * self._editor.document.image.width))
+        self._canvas.end(place)
         if handle.kind == "target" and self._rng.random() < 0.5:
-            editing.make_automatic()
+            self._editor.points.make_automatic()
 
     def _nudge(self) -> None:
-        if self._grab() is not None:
-            self._editor.points.release()
+        handle = self._grab()
+        if handle is not None:
+            self._canvas.end(position(self._state, handle))
             self._editor.points.nudge(*self._rng.integers(-3, 4, 2).tolist())
             self._editor.document.commit()
 
@@ -101,11 +103,11 @@ class RandomUser:
         protecting.take(tool)
         image = self._editor.document.image
         place = self._rng.uniform((0, 0), (image.width, image.height))
-        straight = () if painter is pushing else (bool(self._rng.random() < 0.3),)
-        painter.begin(*place.tolist())
+        straight = painter is protecting and bool(self._rng.random() < 0.3)
+        self._canvas.begin(tool, None, place)
         for _ in range(4):
-            painter.extend(*self._near(place, 0.05 * image.width), *straight)
-        painter.end()
+            self._canvas.move(self._near(place, 0.05 * image.width), straight=straight)
+        self._canvas.end(place)
         protecting.take("points")
 
     def _switch_mode(self) -> None:

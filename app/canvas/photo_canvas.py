@@ -1,4 +1,4 @@
-"""Mouse, pen and key events on the canvas, emitted as signals for handles, strokes and clicks."""
+"""Mouse, pen and key events on the canvas: gestures of tools, and signals for clicks and keys."""
 
 from __future__ import annotations
 
@@ -21,6 +21,7 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QApplication
 
 from kogao_core.background.lines import BackgroundLine
+from kogao_core.base.geometry import Array
 
 from ..i18n import tr
 from ..view_state import Handle, ViewState
@@ -29,8 +30,9 @@ from .overlays import glyphs
 from .overlays.listed import kinds
 from .overlays.overlay import Place, affine
 from .overlays.unlisted import badges
-from .spoken import Parts
-from .viewport import Viewport, notches
+from .spoken import SpokenView
+from .tools.gesture import Gesture, PointerEvent, Tool
+from .viewport import notches
 
 GRAB_RADIUS_PX: Final = 12.0
 # Maximum distance from a landmark for Ctrl+click, in landmark spacings.
@@ -49,30 +51,22 @@ _POINTER_STEP_PX: Final = 4
 _SAME_ZOOM: Final = 0.01
 
 
-class PhotoCanvas(Viewport):
+class PhotoCanvas(SpokenView):
     """The canvas of the editor."""
 
-    picked = Signal(int)
+    # (line: BackgroundLine): a click on a line of the background.
     line_clicked = Signal(object)
+    # (face: int, at: QPoint): the menu of a face is wanted, at a position of the screen.
     menu_wanted = Signal(int, QPoint)
-    grabbed = Signal(object, float, float)
-    dragged = Signal(float, float)
-    released = Signal()
-    fetched = Signal(object, float, float)
+    # (notches: float): the wheel turns during a drag that neighbours follow.
     widened = Signal(float)
-    hovered = Signal(object, float, float)
-    stroke_begun = Signal(float, float)
-    stroked = Signal(float, float, bool)
-    stroke_ended = Signal()
-    wiped = Signal(float)
+    # (dx: int, dy: int): an arrow key moves the selected point, px of the photo.
     nudged = Signal(int, int)
+    # (): the arrow key is released.
     nudge_ended = Signal()
-    taken = Signal(object)
-    entered = Signal()
 
     def __init__(self, view: ViewState) -> None:
         super().__init__(view)
-        self.parts: Parts = Parts(self)
         self.setAccessibleName(tr("Photo"))
         self.setAccessibleDescription(
             tr(
@@ -84,24 +78,67 @@ class PhotoCanvas(Viewport):
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setMouseTracking(True)
         self._space = self._ringed = False
+        # What begins at a press: by name of the selected tool, "mark" while marking, "fetch" with
+        # Ctrl. Features add these.
+        self.tools: dict[str, Tool] = {}
+        self._gesture: Gesture | None = None
         self._dragged: Handle | None = None
-        self._painting = self._wiping = False
+        self._moved: PointerEvent | None = None  # the last move of the gesture
+        self._wiping = False
         # Position of a press beside all handles: a click, until dragged beyond the drag distance.
         self._clicked: QPointF | None = None
         self._doubled = False
         self._pointer: QPointF | None = None
-        self.pressure = 1.0  # pen pressure, 0 to 1
+        self._pressure = 1.0  # pen pressure, 0 to 1
+        view.watch(self._take_tool, "brush")
+        view.watch(self._repeat, "following")
+        view.document.aborted.connect(self._let_go)
+        view.document.opened.connect(self._let_go)
 
-    def let_go(self) -> None:
-        """Cancel the current drag, stroke or click. The button may still be down."""
-        self._dragged, self._painting, self._clicked = None, False, None
+    @property
+    def in_hand(self) -> bool:
+        """True during a gesture of a tool."""
+        return self._gesture is not None
+
+    def begin(self, name: str, handle: Handle | None, point_px: Array) -> None:
+        """Begin a gesture of a tool at (x, y), px of the photo."""
+        self._dragged, self._moved = handle, None
+        self._gesture = self.tools[name](handle, PointerEvent(point_px, pressure=self._pressure))
+        self._go_on(None)
+
+    def move(self, point_px: Array, *, straight: bool = False) -> None:
+        """Go on to (x, y), px of the photo; `straight` makes a line horizontal or vertical."""
+        self._moved = PointerEvent(point_px, straight, self._pressure)
+        self._go_on(self._moved)
+
+    def end(self, point_px: Array) -> None:
+        """End the gesture of a tool at (x, y), px of the photo."""
+        self._go_on(PointerEvent(point_px, released=True))
+        self._let_go()
+
+    def _go_on(self, event: PointerEvent | None) -> None:
+        """Tell the gesture of an event; None starts the gesture."""
+        if self._gesture is not None:
+            try:
+                self._gesture.send(event)  # type: ignore[arg-type]
+            except StopIteration:
+                self._gesture = None
+
+    def _repeat(self) -> None:
+        """Follow a changed range during a drag."""
+        if self._moved is not None:
+            self._go_on(self._moved)
+
+    def _let_go(self) -> None:
+        """Cancel the current gesture or click. The button may still be down."""
+        self._gesture = self._dragged = self._moved = self._clicked = None
 
     def set_space_down(self, down: bool) -> None:
         """Pan with the left button while Space is held."""
         self._space = down
         self._point_at(None)
 
-    def take_tool(self) -> None:
+    def _take_tool(self) -> None:
         """Show the cursor of the selected tool. Keyboard pointing starts at the centre."""
         self._pointer = None
         self._point_at(None)
@@ -202,8 +239,7 @@ class PhotoCanvas(Viewport):
         if takes and self.on_divider(at):
             self._wiping = True
         elif takes and control and not self.shown.busy_hands:
-            self._dragged = self.outline_near(at)
-            self.fetched.emit(self._dragged, *self.to_photo(at).tolist())
+            self.begin("fetch", self.outline_near(at), self.to_photo(at))
         elif takes and not self._set_down(at):
             self._clicked = at
         elif not takes and (left or event.button() == Qt.MouseButton.MiddleButton):
@@ -213,7 +249,7 @@ class PhotoCanvas(Viewport):
     def tabletEvent(self, event: QTabletEvent) -> None:
         """Store the pen pressure. Qt also sends the pen event as a mouse event."""
         lifted = event.type() == QEvent.Type.TabletRelease
-        self.pressure = 1.0 if lifted else min(max(event.pressure(), 0.0), 1.0)
+        self._pressure = 1.0 if lifted else min(max(event.pressure(), 0.0), 1.0)
         event.ignore()
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
@@ -224,20 +260,17 @@ class PhotoCanvas(Viewport):
     def _set_down(self, at: QPointF) -> bool:
         """Start a stroke or grab a handle; return whether a drag or a stroke is active."""
         handle = self.handle_at(at)
-        if self.shown.brush.paints:
-            self._painting = True
-            self.stroke_begun.emit(*self.to_photo(at).tolist())
-        elif handle is not None:
-            self._dragged = handle
-            self.grabbed.emit(handle, *self.to_photo(at).tolist())
-        return self._in_hand
+        if handle is not None or self.shown.brush.paints:
+            marks = handle is not None and handle.kind == "mark"
+            self.begin("mark" if marks else self.shown.brush.tool, handle, self.to_photo(at))
+        return self.in_hand
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         """Continue the current drag, stroke or pan, or update the hovered handle."""
         self._pointer = at = event.position()
         if self._wiping:
-            self.wiped.emit(at.x() / self.viewport().width())
-        elif self._in_hand:
+            self.shown.set(wipe=min(max(at.x() / self.viewport().width(), 0.0), 1.0))
+        elif self.in_hand:
             shift = event.modifiers() & Qt.KeyboardModifier.ShiftModifier
             self._move_to(at, straight=bool(shift))
         elif self._clicked is not None:
@@ -255,7 +288,12 @@ class PhotoCanvas(Viewport):
             self.viewport().setCursor(Qt.CursorShape.SplitHCursor)
         elif handle is None and self._answers_a_click(at):
             self.viewport().setCursor(Qt.CursorShape.PointingHandCursor)
-        self.hovered.emit(handle, *self.to_photo(at).tolist())
+        self._show_pointer(at, handle)
+
+    def _show_pointer(self, at: QPointF, hovered: Handle | None) -> None:
+        x, y = self.to_photo(at).tolist()
+        is_point = hovered is not None and hovered.kind != "mark"
+        self.shown.set(cursor=(x, y), hovered=hovered if is_point else None)
 
     def _answers_a_click(self, at: QPointF) -> bool:
         return self.line_at(at) is not None or self.face_at(at) not in (None, self.shown.face)
@@ -266,16 +304,9 @@ class PhotoCanvas(Viewport):
             self.start_pan(start)
             self.pan_to(at)
 
-    @property
-    def _in_hand(self) -> bool:
-        return self._painting or self._dragged is not None
-
     def _move_to(self, at: QPointF, *, straight: bool) -> None:
-        x, y = self.to_photo(at).tolist()
-        if self._painting:
-            self.stroked.emit(x, y, straight)
-        else:
-            self.dragged.emit(x, y)
+        self._show_pointer(at, self.shown.hovered)
+        self.move(self.to_photo(at), straight=straight)
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         """End the drag, or handle a click on a line or face."""
@@ -291,7 +322,7 @@ class PhotoCanvas(Viewport):
             elif (face := self.face_at(self._clicked)) is not None:
                 self.picked.emit(face)
         self._doubled = False
-        self._lift()
+        self.end(self.to_photo(event.position()))
         self.end_pan()
         self.set_space_down(self._space)
         event.accept()
@@ -300,23 +331,15 @@ class PhotoCanvas(Viewport):
         """Request the menu of the face under the cursor, or by keyboard of the selected face."""
         by_key = event.reason() == QContextMenuEvent.Reason.Keyboard
         face = self.shown.face if by_key else self.face_at(event.pos().toPointF())
-        if face is not None and not self._in_hand and not self.panning:
+        if face is not None and not self.in_hand and not self.panning:
             middle = self.to_screen(self.shown.state.faces[face].eye_center).toPoint()
             at = self.viewport().mapToGlobal(middle) if by_key else event.globalPos()
             self.menu_wanted.emit(face, at)
         event.accept()
 
-    def _lift(self) -> None:
-        dragging, painting = self._dragged is not None, self._painting
-        self.let_go()
-        if dragging:
-            self.released.emit()
-        if painting:
-            self.stroke_ended.emit()
-
     def wheelEvent(self, event: QWheelEvent) -> None:
         """Zoom; during an outline drag with soft following, change the follow range."""
-        follows = self.shown.following.soft
+        follows = self.shown.following.soft and self.in_hand
         if follows and self._dragged is not None and self._dragged.kind in ON_OUTLINE:
             self.widened.emit(notches(event))
             event.accept()
@@ -326,7 +349,7 @@ class PhotoCanvas(Viewport):
     def leaveEvent(self, event: QEvent) -> None:
         """Clear the hovered handle."""
         super().leaveEvent(event)
-        self.hovered.emit(None, -1.0, -1.0)
+        self.shown.set(cursor=None, hovered=None)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Nudge the selected point with the arrow keys, or move the tool by keyboard."""
@@ -351,27 +374,26 @@ class PhotoCanvas(Viewport):
                 min(max(at.y(), area.top()), area.bottom()),
             )
         self._pointer = at
-        self.hovered.emit(None, *self.to_photo(at).tolist())
-        if step is not None and self._in_hand:
+        self._show_pointer(at, None)
+        if step is not None and self.in_hand:
             self._move_to(at, straight=False)
-        elif step is None and self._in_hand:
-            self._lift()
+        elif step is None and self.in_hand:
+            self.end(self.to_photo(at))
         elif step is None:
             self._set_down(at)
 
     def keyReleaseEvent(self, event: QKeyEvent) -> None:
         """End a nudge when the arrow key is released."""
-        nudges = Qt.Key(event.key()) in _ARROWS and not self._in_hand
+        nudges = Qt.Key(event.key()) in _ARROWS and not self.in_hand
         if nudges and not event.isAutoRepeat():
             self.nudge_ended.emit()
         else:
             event.ignore()
 
     def focusInEvent(self, event: QFocusEvent) -> None:
-        """Emit `entered`; show a focus ring after Tab."""
+        """Show a focus ring after Tab."""
         super().focusInEvent(event)
         self._ring(event.reason() in _BY_TAB)
-        self.entered.emit()
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Draw the focus ring."""

@@ -18,7 +18,8 @@ from PySide6.QtWidgets import QStyleOptionGraphicsItem, QWidget
 from kogao_core.base.display import Rgb8
 from kogao_core.base.geometry import Box
 
-from ..render.pictures import PicturePyramid, qt_image
+from ..pyramid import PicturePyramid
+from ..render.pictures import qt_image
 from ..view_state import GAIN, RenderedFrame, ViewState
 from .overlays.overlay import viewport_of
 
@@ -36,31 +37,22 @@ class PhotoItem(pg.GraphicsObject):
     def __init__(self, view: ViewState) -> None:
         super().__init__()
         self._view = view
-        self.pyramid: PicturePyramid | None = None
-        # The newest full result, and a gesture's preview on top.
-        self._full: RenderedFrame | None = None
-        self._preview: RenderedFrame | None = None
+        self.open()
 
-    def open(self, photo: PicturePyramid) -> None:
-        """Show another photo."""
+    @property
+    def pyramid(self) -> PicturePyramid | None:
+        """The open photo."""
+        return self._view.document.pyramid
+
+    @property
+    def _preview(self) -> RenderedFrame | None:
+        """The newest frame, while newer than the full result."""
+        return None if self._view.frame is self._view.full else self._view.frame
+
+    def open(self) -> None:
+        """Show the photo that was opened or converted to other colours."""
         self.prepareGeometryChange()
-        self.pyramid, self._full, self._preview = photo, None, None
         self.update()
-
-    def show_full(self, frame: RenderedFrame) -> None:
-        """Show a full result, unless a newer preview covers the photo."""
-        self._full = frame
-        if self._preview is not None and self._preview.revision <= frame.revision:
-            self._preview = None
-        self.update()
-
-    def show_preview(self, frame: RenderedFrame) -> bool:
-        """Show a gesture's preview; return False if a newer full result is shown."""
-        if self._full is not None and frame.revision <= self._full.revision:
-            return False
-        self._preview = frame
-        self.update()
-        return True
 
     def boundingRect(self) -> QRectF:
         """Return the photo's rectangle."""
@@ -109,7 +101,8 @@ class PhotoItem(pg.GraphicsObject):
         preview, photo = self._preview, self.boundingRect()
         seen = (_seen(painter) & photo).adjusted(_EPSILON, _EPSILON, -_EPSILON, -_EPSILON)
         if preview is None or not _area(preview).contains(seen):
-            levels = self.pyramid.shown if self._full is None else self._full.levels
+            full = self._view.full
+            levels = self.pyramid.shown if full is None else full.levels
             _draw_level(painter, self.pyramid, levels)
         if preview is not None:
             _lay_board(painter, _area(preview), preview.levels[0])
@@ -120,9 +113,9 @@ class PhotoItem(pg.GraphicsObject):
         if self.pyramid is None:
             return
         painter.fillRect(self.boundingRect(), QColor(0, 0, 0))
-        if self._full is not None:
+        if self._view.full is not None:
             level = self.pyramid.level_for(_zoom(painter))
-            before, after = self.pyramid.shown[level], self._full.levels[level]
+            before, after = self.pyramid.shown[level], self._view.full.levels[level]
             box = pixels_in(_seen(painter), before, level, _MORE_PX)
             _draw_change(painter, before, after, box, box, 2.0**level)
         preview = self._preview

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
-from PySide6.QtCore import QObject, QPoint, QPointF, QRect, QRectF, Qt, QTimer
+from PySide6.QtCore import QObject, QPoint, QPointF, QRect, QRectF, Qt, QTimer, Signal
 from PySide6.QtGui import (
     QAccessible,
     QAccessibleEvent,
     QAccessibleInterface,
     QAccessibleObject,
+    QFocusEvent,
 )
 from PySide6.QtWidgets import QAccessibleWidget
 
@@ -23,9 +24,7 @@ from ..document import Document, State
 from ..i18n import tr
 from ..view_state import Handle, ViewState
 from . import handles
-
-if TYPE_CHECKING:
-    from .photo_canvas import PhotoCanvas
+from .viewport import Viewport
 
 Event = QAccessible.Event
 # Shifts along an axis below this limit are not read out, px of the photo.
@@ -35,10 +34,30 @@ _POINT_PX = 8.0
 _query = QAccessible.queryAccessibleInterface
 
 
+class SpokenView(Viewport):
+    """A view that screen readers see as a list of faces and points."""
+
+    # (face: int): a click or a screen reader selects a face.
+    picked = Signal(int)
+    # (handle: Handle): a screen reader selects a point.
+    taken = Signal(object)
+    # (): the view gets the keyboard focus.
+    entered = Signal()
+
+    def __init__(self, view: ViewState) -> None:
+        super().__init__(view)
+        self.parts: Parts = Parts(self)
+
+    def focusInEvent(self, event: QFocusEvent) -> None:
+        """Emit `entered`."""
+        super().focusInEvent(event)
+        self.entered.emit()
+
+
 class Part(QObject):
     """A face on the canvas, or a point of a face."""
 
-    def __init__(self, canvas: PhotoCanvas, face: int, handle: Handle | None = None) -> None:
+    def __init__(self, canvas: SpokenView, face: int, handle: Handle | None = None) -> None:
         super().__init__(canvas)
         self.canvas, self.face, self.handle = canvas, face, handle
         self.said = self.name, self.description
@@ -88,7 +107,7 @@ class Part(QObject):
 class Parts(QObject):
     """Keeps the accessible parts of a canvas up to date and emits accessibility events."""
 
-    def __init__(self, canvas: PhotoCanvas) -> None:
+    def __init__(self, canvas: SpokenView) -> None:
         super().__init__(canvas)
         speak(type(canvas), SpokenCanvas)
         speak(Part, SpokenPart)
@@ -98,7 +117,7 @@ class Parts(QObject):
         self._hand: int | None = None
         self._focused: Part | None = None
         self._view.document.watch(self.follow, "faces", "off", "mode", "in_gesture")
-        canvas.redrawn.connect(self.follow)
+        self._view.watch(self.follow, "face", "selected", "full")
         canvas.entered.connect(self._enter)
 
     def all(self) -> list[Part]:
@@ -235,7 +254,7 @@ class _WithParts:
 class SpokenCanvas(_WithParts, QAccessibleWidget):
     """The photo as a list of faces."""
 
-    def __init__(self, canvas: PhotoCanvas) -> None:
+    def __init__(self, canvas: SpokenView) -> None:
         super().__init__(canvas, QAccessible.Role.List)
         self._canvas = canvas
 

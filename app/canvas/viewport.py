@@ -7,14 +7,13 @@ from typing import Final
 import numpy as np
 import pyqtgraph as pg
 from PySide6.QtCore import QPointF, QRectF, Qt, Signal
-from PySide6.QtGui import QMouseEvent, QResizeEvent, QTransform, QWheelEvent
+from PySide6.QtGui import QMouseEvent, QResizeEvent, QShowEvent, QTransform, QWheelEvent
 from PySide6.QtWidgets import QGraphicsView, QLabel
 
 from kogao_core.base.geometry import Array
 
 from ..i18n import tr
-from ..render.pictures import PicturePyramid
-from ..view_state import RenderedFrame, ViewState, VisiblePart
+from ..view_state import DRAWN, ViewState, VisiblePart
 from .overlays.overlay import Layers
 from .overlays.unlisted import Loupe, stack
 from .photo_layer import PhotoItem, pixels_in
@@ -36,12 +35,9 @@ class Viewport(pg.GraphicsView):
     -------
     view_changed
         The visible part or the zoom changed.
-    redrawn
-        The overlays were redrawn.
     """
 
     view_changed = Signal()
-    redrawn = Signal()
     _fitted = False  # class attribute: the base class calls resizeEvent in its constructor
 
     def __init__(self, view: ViewState) -> None:
@@ -59,10 +55,15 @@ class Viewport(pg.GraphicsView):
         layers = Layers(view, [*stack(view), Loupe(view, self.photo)])
         self._box.addItem(layers, ignoreBounds=True)
         self._box.sigRangeChanged.connect(self.view_changed)
+        view.document.opened.connect(self._open)
+        view.document.recoloured.connect(self.photo.open)
+        view.document.watch(self._draw_marks, "faces", "off")
+        view.watch(self._redraw, *DRAWN)
+        view.watch(self._draw_cursor, "cursor")
 
-    def open(self, photo: PicturePyramid) -> None:
+    def _open(self) -> None:
         """Show another photo, fitted to the view."""
-        self.photo.open(photo)
+        self.photo.open()
         self.fit()
 
     def fit(self) -> None:
@@ -107,20 +108,18 @@ class Viewport(pg.GraphicsView):
         box = pixels_in(self._box.viewRect(), pixels, level, _PREVIEW_MARGIN_PX)
         return VisiblePart(level, box) if box.area else None
 
-    def show_original(self, original: bool) -> None:
-        """Show the original or the result, with the same overlays."""
-        self.shown.original = original
-        self.redraw()
-
-    def show_overlay(self, name: str, on: bool) -> None:
-        """Show or hide an overlay."""
-        (self.shown.switched.add if on else self.shown.switched.discard)(name)
-        self.redraw()
-
-    def redraw(self) -> None:
-        """Draw the overlays again."""
+    def _redraw(self) -> None:
         self.viewport().update()
-        self.redrawn.emit()
+
+    def _draw_marks(self) -> None:
+        # Otherwise the overlays are drawn with the next frame. Drawing the overlays now, too,
+        # would delay the frame.
+        if self.shown.marks_only:
+            self._redraw()
+
+    def _draw_cursor(self) -> None:
+        if self.shown.brush.paints or self.shown.loupe or self.shown.marking:
+            self._redraw()
 
     def to_photo(self, at: QPointF) -> Array:
         """Convert a viewport point to photo px, shape (2,)."""
@@ -205,13 +204,18 @@ class SecondView(Viewport):
         self._main = main
         self.setBackground(main.backgroundBrush())
         main.view_changed.connect(self._follow)
-        main.redrawn.connect(self._look_alike)
         self.hide()
+        main.shown.watch(self._look_alike, *DRAWN)
 
-    def open(self, photo: PicturePyramid) -> None:
-        """Show another photo."""
-        super().open(photo)
+    def _open(self) -> None:
+        super()._open()
         self._follow()
+
+    def showEvent(self, event: QShowEvent) -> None:
+        """Follow the main view, which may have changed while this view was hidden."""
+        super().showEvent(event)
+        self._follow()
+        self._look_alike()
 
     def zoom_to(self, zoom: float, about: QPointF | None = None) -> None:
         """Zoom, and apply the zoom to the main view."""
@@ -250,9 +254,8 @@ class SecondView(Viewport):
 
     def _look_alike(self) -> None:
         if self.isVisible():
-            for name in self.alike:
-                setattr(self.shown, name, getattr(self._main.shown, name))
-            self.redraw()
+            self.shown.set(**{name: getattr(self._main.shown, name) for name in self.alike})
+            self._redraw()
 
 
 class OriginalView(SecondView):
@@ -264,7 +267,7 @@ class OriginalView(SecondView):
     )
 
     def __init__(self, main: Viewport) -> None:
-        shown = ViewState(main.shown.document, original=True)
+        shown = ViewState(document=main.shown.document, original=True)
         super().__init__(main, shown, tr("Original photo"))
         self.plate.setText(tr("before"))
 
@@ -273,11 +276,5 @@ class OtherModeView(SecondView):
     """The result of the inactive mode."""
 
     def __init__(self, main: Viewport) -> None:
-        shown = ViewState(main.shown.document, other_mode=True)
+        shown = ViewState(document=main.shown.document, other_mode=True)
         super().__init__(main, shown, tr("The other way to set points"))
-
-    def show_frame(self, frame: RenderedFrame) -> None:
-        """Show a full result."""
-        self.photo.show_full(frame)
-        self.shown.frame = frame
-        self.redraw()

@@ -127,7 +127,9 @@ def carry_out(
 class Batch(Feature):
     """Exports several photos, one order at a time."""
 
+    # (photos: int, edits that may look different: int): the work is planned; from a worker.
     _planned = Signal(int, int)
+    # (outcome: Outcome): a photo is finished; from a worker.
     _finished = Signal(object)
 
     def __init__(

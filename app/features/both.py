@@ -13,6 +13,7 @@ from kogao_core.faces.targets import Differences, differences, matching
 from kogao_core.pipeline import Rendering
 from kogao_core.projects.project import Mode
 
+from ..canvas.tools import marking
 from ..canvas.viewport import OtherModeView
 from ..document import State
 from ..i18n import reason, tr
@@ -24,7 +25,7 @@ from ..widgets.docks import Dock
 from ..workspaces import Workspace
 from .faces import Faces
 from .feature import Context, Feature
-from .manual import Manual, marking
+from .manual import Manual
 
 _NONE: Final = "–"  # noqa: RUF001
 # Index of a face set by hand, index of the matching face found, and their differences.
@@ -118,7 +119,7 @@ class BothModes(Feature):
         self.window.arranged.connect(self._arrange)
         self.document.opened.connect(self._open)
         self.document.recoloured.connect(self._open)
-        self.live.measured.connect(self._measure)
+        self.view.watch(self._measure, "full")
         manual.changed.connect(self._follow)
         self._clock.ticked.connect(self._show_times)
         self._faces.found.connect(lambda _: self._show_times())
@@ -144,7 +145,7 @@ class BothModes(Feature):
         self._followed, self._computing_s = (), {}
         if pyramid is not None and photo is not None:
             self._surface = Surface(pyramid, Holding(photo.pixels, self.live.finder))
-            self.beside.open(pyramid)
+            self.beside.shown.set(frame=None, full=None)
         self._show_views()
 
     def _follow(self) -> None:
@@ -157,8 +158,7 @@ class BothModes(Feature):
         beside.plate.adjustSize()
         self.guide.setText(next_step(state, self._clock.applied))
         setting = state.mode == "manual" and not self._clock.applied
-        beside.shown.pointed = frozenset() if setting else None
-        beside.show_original(setting)
+        beside.shown.set(pointed=frozenset() if setting else None, original=setting)
         self._show_distances()
         self._show_times()
         # A gesture moves points of this mode only: the result of the other mode stays valid.
@@ -171,14 +171,14 @@ class BothModes(Feature):
             self._revision += 1
             surface, revision = self._surface, self._revision
             self._lane.submit(
-                lambda: (surface.render(revision, state.in_other_mode()), faces_compared(state))
+                lambda: (surface.render(revision, state.in_other_mode), faces_compared(state))
             )
 
     def _take(self, compared: tuple[RenderedFrame, tuple[FaceCompared, ...]]) -> None:
         frame, faces = compared
         if self._surface is not None:
             self._surface.shown()
-        self.beside.show_frame(frame)
+        self.beside.shown.set(frame=frame, full=frame)
         self._computing_s[self.document.state.other_mode] = computing_s_of(frame.rendering)
         self._compared = faces
         self._show_distances()
@@ -189,8 +189,10 @@ class BothModes(Feature):
         hidden = tr("Shown after Apply (Ctrl+Return).")
         self.panel.apart.setText(hidden if setting else summary(self._compared))
 
-    def _measure(self, rendering: Rendering) -> None:
-        self._computing_s[self.document.state.mode] = computing_s_of(rendering)
+    def _measure(self) -> None:
+        if self.view.full is not None:
+            rendering = self.view.full.rendering
+            self._computing_s[self.document.state.mode] = computing_s_of(rendering)
         self._show_times()
 
     def _show_times(self) -> None:

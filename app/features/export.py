@@ -5,17 +5,19 @@ from __future__ import annotations
 import dataclasses
 import json
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from PySide6.QtCore import QSettings, Signal
 from PySide6.QtWidgets import QDialogButtonBox, QWidget
 
 from kogao_core.base.language import Text
-from kogao_core.photo.export import LONGEST_PX, Export
+from kogao_core.photo.export import AS_IT_IS, Export
 from kogao_core.photo.formats import WRITTEN
+from kogao_core.recipe.export import EXPORT_SETTINGS, ExportSetting
 from kogao_core.recipe.presets import listed
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.retouch import RetouchJob
@@ -24,7 +26,7 @@ from ..i18n import sentence, tr, translated
 from ..theme import GRID_PX
 from ..widgets.controls import ChoiceBox, column_of, muted_label, named, row_of
 from ..widgets.dialogs import Dialog, ask_name, button, confirm
-from ..widgets.form import Form, FormField
+from ..widgets.form import Form, FormField, Kind
 from . import presets as recipes
 from .batch import Batch, Order
 from .disclosure import SaveOptions
@@ -40,44 +42,27 @@ _BUILT_IN: Final = {
     Text("1,080 px, sRGB, no metadata"): Export(1080, ".jpg", 82, True, 50.0, metadata=False),
 }
 _LAST: Final = ""  # key of the settings of the last export; no preset has this name
-# Up to "metadata" named as the attributes of `Export`.
+_KINDS: Final[dict[type, Kind]] = {bool: "check", int: "number", float: "number", str: "text"}
+
+
+def _row(setting: ExportSetting) -> FormField:
+    """Return the row of the dialog for a field of `Export`."""
+    default = getattr(AS_IT_IS, setting.name)
+    row: dict[str, Any] = {"title": setting.title, "tip": setting.tip, "unit": setting.unit}
+    row |= {"limits": (0, setting.most), "lowest": setting.lowest}
+    kind = _KINDS[type(default)] if setting.name != "ending" else "choice"
+    return FormField(setting.name, kind=kind, choices=_formats, **row)
+
+
+def _formats() -> dict[str, str]:
+    return {
+        "": tr("same as photo"),
+        **{form.suffixes[0]: form.title for form in WRITTEN},
+    }
+
+
 FIELDS: Final = (
-    FormField(
-        "longest_px",
-        "&Longer side",
-        "Photos are never enlarged",
-        "number",
-        limits=(0, LONGEST_PX),
-        unit=" px",
-        lowest="same as photo",
-    ),
-    FormField(
-        "ending",
-        "&Format",
-        "File format",
-        choices=lambda: {
-            "": tr("same as photo"),
-            **{form.suffixes[0]: form.title for form in WRITTEN},
-        },
-    ),
-    FormField(
-        "quality",
-        "&Quality",
-        "Quality of JPEG and WebP",
-        "number",
-        lowest="same as photo",
-    ),
-    FormField(
-        "sharpen",
-        "Output &sharpening",
-        "Only if the photo is reduced",
-        "number",
-        limits=(0, 200),
-        unit=" %",
-    ),
-    FormField("name", "&Name", "May contain {name}, {n} and {amount}", "text"),
-    FormField("srgb", "Con&vert to sRGB (8 bits)", "Off: keep the colour profile", "check"),
-    FormField("metadata", "Keep &metadata", "EXIF, XMP and IPTC; off: keep the profile", "check"),
+    *sorted(map(_row, EXPORT_SETTINGS.values()), key=lambda row: row.kind == "check"),
     FormField("folder", "F&older", "Created if necessary", "folder"),
     FormField("recipe", "Photos without &edits", "Settings for photos never opened"),
     FormField("doubtful", "Include doubtful f&aces", "Unsure, cut off or hidden", "check"),
@@ -90,12 +75,21 @@ def presets(settings: QSettings) -> dict[str, Export]:
 
 
 def _own(settings: QSettings) -> dict[str, Export]:
-    """Return the user's presets by name; empty if they can't be read."""
+    """Return the user's presets by name, without presets that this version can't read."""
+    own = {}
+    for name, fields in _stored(settings).items():
+        with suppress(ValueError, TypeError):
+            own[name] = Export(**fields)
+    return own
+
+
+def _stored(settings: QSettings) -> dict[str, Any]:
+    """Return the fields of the user's presets by name; empty if the text is damaged."""
     try:
-        kept = json.loads(str(settings.value(f"{_GROUP}/presets", "{}")))
-        return {name: Export(**fields) for name, fields in kept.items()}
-    except (ValueError, TypeError, AttributeError):
+        stored = json.loads(str(settings.value(f"{_GROUP}/presets", "{}")))
+    except ValueError:
         return {}
+    return stored if isinstance(stored, dict) else {}
 
 
 class ExportDialog(Dialog):
@@ -106,7 +100,9 @@ class ExportDialog(Dialog):
     open photo, for its file name.
     """
 
+    # (export: Export, file: Path): export the open photo to a file.
     one = Signal(object, object)
+    # (order: Order): export several photos.
     many = Signal(object)
 
     def __init__(
@@ -169,9 +165,8 @@ class ExportDialog(Dialog):
 
     def _export(self) -> Export:
         """Return the settings; raises ValueError."""
-        values = self.form.values()
-        fields = {field.name: values[field.name] for field in dataclasses.fields(Export)}
-        return Export(**fields | {"sharpen": float(values["sharpen"])})
+        values, defaults = self.form.values(), dataclasses.asdict(AS_IT_IS)
+        return Export(**{name: type(default)(values[name]) for name, default in defaults.items()})
 
     def _ask_name(self) -> None:
         ask_name(self, tr("Save preset"), tr("Preset name"), self.keep)
@@ -179,21 +174,24 @@ class ExportDialog(Dialog):
     def keep(self, name: str) -> None:
         """Save the settings as a preset."""
         try:
-            kept = {**_own(self._settings), name.strip(): self._export()}
+            export = self._export()
         except ValueError as problem:
             self.note.setText(sentence(problem))
             return
         if name.strip():
-            self._write(kept, name.strip())
+            self._write(name.strip(), export)
 
     def _remove(self) -> None:
-        name = self.presets.currentData()
-        self._write({one: it for one, it in _own(self._settings).items() if one != name}, "")
+        self._write(self.presets.currentData(), None)
 
-    def _write(self, kept: dict[str, Export], chosen: str) -> None:
-        fields = {name: dataclasses.asdict(export) for name, export in kept.items()}
-        self._settings.setValue(f"{_GROUP}/presets", json.dumps(fields))
-        self._offer(chosen)
+    def _write(self, name: str, export: Export | None) -> None:
+        """Save or remove a preset. Presets of other versions stay."""
+        stored = _stored(self._settings)
+        stored.pop(name, None)
+        if export is not None:
+            stored[name] = dataclasses.asdict(export)
+        self._settings.setValue(f"{_GROUP}/presets", json.dumps(stored))
+        self._offer("" if export is None else name)
 
     def _take(self) -> None:
         photos = self._photos[self.photos.currentIndex()]
@@ -207,7 +205,7 @@ class ExportDialog(Dialog):
         name = self.presets.currentData()
         if export != presets(self._settings)[name]:
             name = _LAST
-            self._write({**_own(self._settings), name: export}, name)
+            self._write(name, export)
         self._settings.setValue(f"{_GROUP}/chosen", name)
         file = folder / export.place(Path(photos[0].name), 1, self._percent)
         if self.photos.currentIndex():

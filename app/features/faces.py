@@ -25,7 +25,8 @@ from kogao_core.faces.landmarks import template_face
 from ..ahead import FaceSearch
 from ..document import State
 from ..i18n import reason, sentence, tr, translated
-from ..render.pictures import PicturePyramid, face_icon
+from ..pyramid import PicturePyramid
+from ..render.pictures import face_icon
 from ..widgets.controls import column_of, heading
 from ..widgets.docks import Dock
 from ..widgets.messages import BarAction
@@ -44,8 +45,11 @@ class Faces(Feature):
     """Detects faces and lists the faces."""
 
     name = "faces"
+    # (faces: int): the search has ended, with this number of faces.
     found = Signal(int)
+    # (why: str): the search has failed; before `found`.
     not_found = Signal(str)
+    # (search: FaceSearch): a face is found while the search goes on; from a worker.
     _came = Signal(object)
 
     def __init__(self, context: Context, recipe: RecipeEditing, source: LandmarkSource) -> None:
@@ -66,8 +70,8 @@ class Faces(Feature):
         self.panel.chosen.connect(lambda faces: recipe.choose(*faces))
         self.document.opened.connect(self._open)
         self.document.recoloured.connect(self._show_anew)
-        recipe.chosen.connect(self._show)
         self.document.watch(self._show, "faces", "off", "optics", "recipe", value=self._listed)
+        self.view.watch(self._show, "face", "also")
 
     def _listed(self) -> tuple[object, ...]:
         state = self.document.state
@@ -204,13 +208,11 @@ class Faces(Feature):
         state = self.document.state
         more = dataclasses.replace(state, faces=(*state.faces, face))
         self.document.step(more, tr("Place a face"))
-        self.view.placing = len(state.faces)
-        self.window.canvas.redraw()
+        self.view.set(placing=len(state.faces))
 
     def end_placing(self) -> None:
         """Hide the frame: the face is placed."""
-        self.view.placing = None
-        self.window.canvas.redraw()
+        self.view.set(placing=None)
 
     # -- the list --------------------------------------------------------------------------------
 
@@ -237,7 +239,9 @@ class Faces(Feature):
 class FacesPanel(QWidget):
     """A row for all faces, then one row per face with check box, thumbnail and score."""
 
+    # (face: int, on: bool): the check box of a face.
     switched = Signal(int, bool)
+    # ((face: int or None, others: sequence of int)): the selected rows.
     chosen = Signal(object)
 
     def __init__(self) -> None:

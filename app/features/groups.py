@@ -49,7 +49,7 @@ class Groups(Feature):
             lambda at: self.menu.popup(rows.viewport().mapToGlobal(at))
         )
         rows.itemDoubleClicked.connect(self.zoom)
-        recipe.chosen.connect(self._enable)
+        self.view.watch(self._enable, "face")
         self.document.watch(self._enable, "faces", value=lambda: len(self.document.state.faces))
 
     def zoom(self) -> None:

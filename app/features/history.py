@@ -84,6 +84,7 @@ class History(Feature):
 class StepList(QUndoView):
     """The list of steps; a click or an arrow key goes to a step."""
 
+    # (step: int): the user has moved on from this undo step.
     left = Signal(int)
 
     def viewportEvent(self, event: QEvent) -> bool:

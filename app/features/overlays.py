@@ -24,7 +24,7 @@ from ..canvas.overlays.listed import LISTED
 from ..canvas.overlays.overlay import Overlay
 from ..i18n import reason, sentence, tr, translated
 from ..theme import GRID_PX
-from ..view_state import Handle, RenderedFrame
+from ..view_state import RenderedFrame
 from ..widgets.controls import column_of, heading, muted_label
 from ..workspaces import RETOUCH, Workspace
 from .feature import Context, Feature
@@ -88,9 +88,13 @@ class Overlays(Feature):
 
     def _add_switch(self, overlay: type[Overlay]) -> QAction:
         title = translated(overlay.title)
-        show = partial(self.window.canvas.show_overlay, overlay.name)
+        show = partial(self._show, overlay.name)
         tip = tr("Show or hide: {what}", what=title)
         return self.bind(Item(f"overlay-{overlay.name}", title, overlay.key, tip), toggled=show)
+
+    def _show(self, name: str, on: bool) -> None:
+        others = self.view.switched - {name}
+        self.view.set(switched=others | {name} if on else others)
 
 
 class Marks(Feature):
@@ -116,7 +120,7 @@ class Marks(Feature):
         self.window.arranged.connect(self._arrange)
         recipe.moved.connect(self._step_back)
         canvas = self.window.canvas
-        canvas.hovered.connect(self._point)
+        self.view.watch(self._point, "cursor", "hovered")
         canvas.nudged.connect(self._take_by_key)
         canvas.taken.connect(self._take_by_key)
         for step in points.steps:
@@ -140,7 +144,7 @@ class Marks(Feature):
         self._show()
 
     def _explain(self, explains: bool) -> None:
-        self.view.explained = frozenset(RETOUCH.overlays if explains else ())
+        self.view.set(explained=frozenset(RETOUCH.overlays if explains else ()))
         self._show()
 
     def _step_back(self) -> None:
@@ -151,20 +155,17 @@ class Marks(Feature):
         self._by_key = True
         self._show()
 
-    def _point(self, handle: Handle | None, x: float, y: float) -> None:
+    def _point(self) -> None:
         self._by_key = False
-        faces = self.document.state.faces
-        self._under = None if handle is None else handle.face
-        if self._under is None and faces and (x, y) != (-1.0, -1.0):
+        faces, cursor, hovered = self.document.state.faces, self.view.cursor, self.view.hovered
+        self._under = None if hovered is None else hovered.face
+        if self._under is None and faces and cursor is not None:
             far_px = _MARGIN * min(face.anchor.spacing_px for face in faces)
-            self._under = face_at(faces, np.array([x, y]), far_px)
+            self._under = face_at(faces, np.array(cursor), far_px)
         self._show()
 
     def _show(self) -> None:
-        pointed = self._pointed()
-        if pointed != self.view.pointed:
-            self.view.pointed = pointed
-            self.window.canvas.redraw()
+        self.view.set(pointed=self._pointed())
 
     def _pointed(self) -> frozenset[int] | None:
         view = self.view
@@ -183,18 +184,19 @@ class Marks(Feature):
 class Surroundings(Feature):
     """Updates the lines after each full result while their overlay is enabled."""
 
+    # (): the lines of the newest full result are measured.
     seen = Signal()
+    # (text: str): the lines can't be measured.
     not_seen = Signal(str)
 
     def __init__(self, context: Context, overlays: Overlays) -> None:
         super().__init__(context)
-        self._frame: RenderedFrame | None = None
         self._note = ""
         self._lane = self.lane(self._show, self._fail)
         self.bind("lines-go", self.let_all_go)
         self.bind("lines-hold", self.hold_all)
         self.window.canvas.line_clicked.connect(self.toggle)
-        self.live.drawn.connect(self._follow)
+        self.view.watch(self._look, "full")
         self.document.opened.connect(self._forget)
         overlays.switches["straight"].toggled.connect(self._look)
 
@@ -224,14 +226,9 @@ class Surroundings(Feature):
         if loose != self.document.state.loose:
             self.document.step(dataclasses.replace(self.document.state, loose=loose), text)
 
-    def _follow(self, frame: RenderedFrame) -> None:
-        if frame.whole:
-            self._frame = frame
-            self._look()
-
     def _look(self) -> None:
         """Start the analysis if the overlay is enabled."""
-        photo, frame, finder = self.document.photo, self._frame, self.live.finder
+        photo, frame, finder = self.document.photo, self.view.full, self.live.finder
         self.window.bar.refresh()
         if photo is not None and frame is not None and self._wanted:
             self._lane.submit(lambda: look(photo.pixels, frame, finder))
@@ -241,23 +238,21 @@ class Surroundings(Feature):
         return "straight" in self.view.visible
 
     def _show(self, seen: MeasuredLines) -> None:
-        self.view.lines = seen.lines
+        self.view.set(lines=seen.lines)
         if seen.note not in ("", self._note):
             self.say(sentence(seen.note), wrong=False)
         self._note = seen.note
-        self.window.canvas.redraw()
         self.seen.emit()
 
     def _fail(self, problem: Exception) -> None:
         text = tr("The background can't be measured ({why}).", why=reason(problem))
-        frame = self._frame
-        self.say(text, applies=lambda: self._frame is frame and self._wanted)
+        frame = self.view.full
+        self.say(text, applies=lambda: self.view.full is frame and self._wanted)
         self.not_seen.emit(text)
 
     def _forget(self) -> None:
         self._lane.drop()
-        self._frame = None
-        self.view.lines = ()
+        self.view.set(lines=())
 
 
 def look(photo: Image, frame: RenderedFrame, finder: BackgroundFinder) -> MeasuredLines:

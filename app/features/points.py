@@ -8,11 +8,9 @@ from typing import Final
 import numpy as np
 from PySide6.QtCore import QSettings, Qt, Signal
 
-from kogao_core.additions.limits import OutOfBounds, check_faces
-from kogao_core.base.geometry import Array
-
 from ..canvas import handles
-from ..document import State
+from ..canvas.tools import points
+from ..canvas.tools.gesture import Gesture, PointerEvent
 from ..i18n import tr
 from ..view_state import Following, Handle
 from .feature import Context, Feature
@@ -27,36 +25,29 @@ _GROUP: Final = "soft-selection"
 class Points(Feature):
     """Drags, nudges and names points; each gesture is one undo step."""
 
+    # (): Escape without a gesture, a message or a selected point.
     escaped = Signal()
-    restyled = Signal()
+    # (face: int): a press on a point of a face.
     took = Signal(int)
+    # (face: int, center: int): a click on a centre candidate, from 1.
     center_taken = Signal(int, int)
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        self._dragged: Handle | None = None
-        self._offset: Array = np.zeros(2)
-        self._to: Array | None = None
         self.document.watch(self._follow, "faces", "off", "mode")
         self.document.opened.connect(self._forget)
-        self.document.aborted.connect(self._drop)
         self.steps = (
             self.bind("next-point", lambda: self._walk(1)),
             self.bind("previous-point", lambda: self._walk(-1)),
         )
         self.bind("fetch-point", self.fetch_to_cursor)
         self.bind("abort", self.abort)
+        self.view.watch(self._name_hovered, "hovered")
         canvas = self.window.canvas
-        self.document.aborted.connect(canvas.let_go)
-        self.restyled.connect(canvas.redraw)
-        canvas.grabbed.connect(self.grab)
-        canvas.dragged.connect(self.drag)
-        canvas.released.connect(self.release)
-        canvas.fetched.connect(self.fetch)
+        canvas.tools |= {"points": self._drag, "fetch": self._fetch}
         canvas.taken.connect(self.take)
         canvas.nudged.connect(self.nudge)
         canvas.nudge_ended.connect(self.document.commit)
-        canvas.hovered.connect(self.hover)
 
     def abort(self) -> None:
         """Cancel the current gesture, else close the message.
@@ -68,29 +59,21 @@ class Points(Feature):
         if in_gesture or self.window.bar.dismiss():
             return
         if self.view.selected is not None:
-            self._select(None)
+            self.view.set(selected=None)
         else:
             self.escaped.emit()
 
-    def grab(self, handle: Handle, x: float, y: float) -> None:
-        """Start to drag a handle at (x, y), px of the photo."""
-        self.document.commit()
-        if handle.kind == "mark":
-            return
-        self._dragged = handle
-        self._offset = handles.position(self.document.committed, handle) - np.array([x, y])
-        self._to = None
-        self._select(handle if handle.kind not in ("corner", "body") else None)
-        self.took.emit(handle.face)
+    def _drag(self, handle: Handle | None, event: PointerEvent) -> Gesture:
+        """Drag a handle, or select a centre."""
+        assert handle is not None
+        self._begin(handle)
+        offset_px = handles.position(self.document.committed, handle) - event.point_px
+        yield from points.drag(self.view, handle, offset_px)
+        if handle.kind == "centre":
+            self.center_taken.emit(handle.face, handle.index + 1)
 
-    def drag(self, x: float, y: float) -> None:
-        """Move the dragged handle with the cursor, at a constant offset."""
-        if self._dragged is not None and self._dragged.movable:
-            self._to = self._offset + np.array([x, y])
-            self._move_dragged()
-
-    def fetch(self, handle: Handle | None, x: float, y: float) -> None:
-        """Move a landmark to (x, y), px of the photo, and drag on; None: no landmark is near."""
+    def _fetch(self, handle: Handle | None, event: PointerEvent) -> Gesture:
+        """Move a landmark to the pointer, and drag on; None: no landmark is near."""
         if handle is None:
             self.say(
                 tr(
@@ -99,30 +82,21 @@ class Points(Feature):
                 )
             )
             return
-        self.grab(handle, x, y)
-        self._offset = np.zeros(2)
-        self.drag(x, y)
+        self._begin(handle)
+        yield from points.drag(self.view, handle, np.zeros(2), event)
+
+    def _begin(self, handle: Handle) -> None:
+        self.document.commit()
+        self.view.set(selected=handle if handle.kind not in ("corner", "body") else None)
+        self.took.emit(handle.face)
 
     def fetch_to_cursor(self) -> None:
         """Move the nearest landmark to the cursor, as Ctrl+click does."""
-        at = self.view.cursor
-        if self._dragged is None and at is not None:
-            canvas = self.window.canvas
-            self.fetch(canvas.outline_near(canvas.to_screen(at)), *at.tolist())
-            self.release()
-
-    def follow_anew(self) -> None:
-        """Update the drag and the display after a change of the follow range."""
-        if self._dragged is not None and self._to is not None:
-            self._move_dragged()
-        self.restyled.emit()
-
-    def release(self) -> None:
-        """End the drag as one undo step, or select a centre."""
-        dragged, self._dragged = self._dragged, None
-        self.document.commit()
-        if dragged is not None and dragged.kind == "centre":
-            self.center_taken.emit(dragged.face, dragged.index + 1)
+        canvas, at = self.window.canvas, self.view.cursor
+        if not canvas.in_hand and at is not None:
+            at_px = np.array(at)
+            canvas.begin("fetch", canvas.outline_near(canvas.to_screen(at_px)), at_px)
+            canvas.end(at_px)
 
     def nudge(self, dx: int, dy: int) -> None:
         """Move the selected point by whole px of the photo."""
@@ -130,25 +104,8 @@ class Points(Feature):
         if handle is not None and handle.movable:
             at = handles.position(state, handle)
             to = at + np.array([dx, dy])
-            self._take(handle, handles.moved(state, handle, at, to, self.view.following))
-
-    def _move_dragged(self) -> None:
-        if self._dragged is not None and self._to is not None:
-            # Late detections may have been added below the gesture.
-            before, dragged = self.document.committed, self._dragged
-            start = handles.position(before, dragged)
-            state = handles.moved(before, dragged, start, self._to, self.view.following)
-            self._take(dragged, state)
-
-    def _take(self, handle: Handle, moved: State) -> None:
-        """Preview a moved handle; ignore moves far out of the photo."""
-        try:
-            check_faces([moved.faces[handle.face]], self.document.image)
-        except OutOfBounds:
-            return
-        away = handles.position(moved, handle) - handles.position(self.document.committed, handle)
-        px = tr("{px:.1f} px", px=float(np.hypot(*away)))
-        self.document.preview(moved, self.name_of(handle), px)
+            moved = handles.moved(state, handle, at, to, self.view.following)
+            points.preview(self.document, handle, moved)
 
     def take(self, handle: Handle) -> None:
         """Select a point and focus the canvas for the arrow keys."""
@@ -157,7 +114,7 @@ class Points(Feature):
         self._take_up(handle)
 
     def _take_up(self, handle: Handle) -> None:
-        self._select(handle)
+        self.view.set(selected=handle)
         self.window.status.name_point(self.name_of(handle))
 
     def _walk(self, step: int) -> None:
@@ -195,57 +152,36 @@ class Points(Feature):
             face = face.with_target(handle.index, None)
             self.document.step(state.with_face(handle.face, face), tr("Automatic target"))
 
-    def let_selection_go(self) -> None:
-        """Clear the selection after the numbering of points changed."""
-        self.view.hovered = None
-        self._select(None)
-
-    def hover(self, handle: Handle | None, x: float, y: float) -> None:
-        """Name the point under the cursor and store the position; (-1, -1): outside the canvas."""
-        self.view.cursor = None if (x, y) == (-1.0, -1.0) else np.array([x, y])
-        if self.view.brush.paints or self.view.loupe or self.view.marking:
-            self.restyled.emit()
-        if handle is not None and handle.kind == "mark":
-            handle = None
-        if handle != self.view.hovered:
-            self.view.hovered = handle
-            self.window.status.name_point("" if handle is None else self.name_of(handle))
-            self.restyled.emit()
+    def _name_hovered(self) -> None:
+        hovered = self.view.hovered
+        self.window.status.name_point("" if hovered is None else self.name_of(hovered))
 
     def name_of(self, handle: Handle) -> str:
         """Return the name of a point."""
-        return handles.name(handle, len(self.document.state.faces[handle.face].outline))
-
-    def _select(self, handle: Handle | None) -> None:
-        self.view.selected = handle
-        self.restyled.emit()
+        return points.name_of(self.document, handle)
 
     def _follow(self) -> None:
-        state = self.document.state
-        if self.view.placing is not None and self.view.placing >= len(state.faces):
-            self.view.placing = None
-        for kept in ("selected", "hovered"):
-            handle = getattr(self.view, kept)
-            if handle is not None and not handles.exists(state, handle):
-                setattr(self.view, kept, None)
+        """Forget points and faces that no longer exist."""
+        state, view = self.document.state, self.view
+        gone = {
+            name: None
+            for name in ("selected", "hovered")
+            if (handle := getattr(view, name)) is not None and not handles.exists(state, handle)
+        }
+        if view.placing is not None and view.placing >= len(state.faces):
+            gone["placing"] = None
+        view.set(**gone)
 
     def _forget(self) -> None:
-        self.view.frame = None
-        self.view.placing = self.view.selected = self.view.hovered = None
-        self._drop()
-
-    def _drop(self) -> None:
-        self._dragged = None
+        self.view.set(placing=None, selected=None, hovered=None)
 
 
 class SoftSelection(Feature):
     """Toggles soft and symmetric drags, and sets the follow range."""
 
-    changed = Signal()
-
-    def __init__(self, context: Context, points: Points) -> None:
+    def __init__(self, context: Context) -> None:
         super().__init__(context)
-        self.view.following = _remembered(self.settings)
+        self.view.set(following=_remembered(self.settings))
         self.bind("soft", toggled=lambda on: self._take(soft=on), checked=self.view.following.soft)
         self.bind(
             "symmetric",
@@ -255,8 +191,7 @@ class SoftSelection(Feature):
         self.bind("reach-wider", lambda: self.widen(1.0))
         self.bind("reach-narrower", lambda: self.widen(-1.0))
         self.window.canvas.widened.connect(self.widen)
-        self.changed.connect(points.follow_anew)
-        self._show()
+        self.view.watch(self._show, "following")
 
     def widen(self, notches: float) -> None:
         """Change the follow range by wheel notches, also during a drag."""
@@ -265,11 +200,10 @@ class SoftSelection(Feature):
         self.window.status.name_point(text)
 
     def _take(self, **changes: object) -> None:
-        self.view.following = dataclasses.replace(self.view.following, **changes)  # type: ignore[arg-type]
+        following = dataclasses.replace(self.view.following, **changes)  # type: ignore[arg-type]
+        self.view.set(following=following)
         for name, value in changes.items():
             self.settings.setValue(f"{_GROUP}/{name}", value)
-        self._show()
-        self.changed.emit()
 
     def _show(self) -> None:
         for name in ("reach-wider", "reach-narrower"):

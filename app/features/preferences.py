@@ -125,6 +125,7 @@ def _is_sound(what: FormField, text: str) -> bool:
 class PreferencesDialog(Dialog):
     """Stores each change at once."""
 
+    # (): a preference has changed, also with each typed letter.
     changed = Signal()
 
     def __init__(
@@ -164,6 +165,7 @@ def _texts(recipes: Mapping[str, Recipe], now: str) -> dict[str, str]:
 class Preferences(Feature):
     """Shows the dialog and sets the settings for new photos."""
 
+    # (): a preference has changed, also with each typed letter.
     changed = Signal()
 
     def __init__(self, context: Context, editing: RecipeEditing, options: SaveOptions) -> None:

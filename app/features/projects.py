@@ -59,6 +59,7 @@ class Projects(Feature):
     read-only, if the file there belongs to another photo, or by preference.
     """
 
+    # (photo: Path): the edits of a photo are saved beside the photo.
     kept = Signal(object)
 
     def __init__(self, context: Context, saver: Saver, files: Files, faces: Faces) -> None:

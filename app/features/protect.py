@@ -1,4 +1,4 @@
-"""Protection strokes of brush, line and eraser; each stroke is one undo step."""
+"""Protection by brush, line and eraser, and the size of all brushes."""
 
 from __future__ import annotations
 
@@ -7,19 +7,17 @@ import math
 from collections.abc import Iterable
 from typing import Final
 
-import cv2
-import numpy as np
-from PySide6.QtCore import Signal
 from PySide6.QtGui import QAction, QActionGroup
 from PySide6.QtWidgets import QPushButton, QWidget
 
-from kogao_core.base.geometry import Array
 from kogao_core.field.measures import reduced
 from kogao_core.field.protection import NOTHING
 
+from ..canvas.tools.gesture import Gesture, PointerEvent
+from ..canvas.tools.protect import protect
 from ..i18n import tr
 from ..theme import GRID_PX
-from ..view_state import Brush, RenderedFrame, ToolName
+from ..view_state import Brush, Handle, ToolName
 from ..widgets.controls import Fold, action_button, column_of, muted_label, row_of
 from ..widgets.sliders import ValueSlider
 from ..widgets.typed import SliderScale
@@ -28,9 +26,6 @@ from .feature import Context, Feature
 # Default radius as a fraction of the photo's longer side: protecting and moving brushes.
 _OF_PHOTO: Final = 1 / 100
 _OF_PHOTO_MOVING: Final = 1 / 25
-# Simplification tolerance of a stroke as a fraction of the radius: fewer corners, faster fits.
-_LOOSE: Final = 1 / 8
-_LOOSE_PX: Final = 0.5
 _STEPS_PER_OCTAVE: Final = 8
 _SMALLEST_PX: Final = 1.0
 _LARGEST_PX: Final = 512.0
@@ -38,50 +33,10 @@ _LARGEST_PX: Final = 512.0
 _PRESSES_PER_OCTAVE: Final = 4
 
 
-class StrokeFeature(Feature):
-    """Draws strokes of a brush over the photo; each is one undo step."""
-
-    panel: BrushPanel
-
-    def __init__(self, context: Context) -> None:
-        super().__init__(context)
-        # Points of the current stroke, px of the photo first; empty without a stroke.
-        self._path: list[tuple[float, ...]] = []
-
-    def _draw(self, brushes: Protect) -> None:
-        """Connect the canvas and the size slider."""
-        self.panel.size_px.edited.connect(brushes.set_radius)
-        self.panel.size_px.reset.connect(brushes.fit_brush)
-        self.panel.size_px.refused.connect(self.say)
-        canvas = self.window.canvas
-        canvas.stroke_begun.connect(self.begin)
-        canvas.stroked.connect(self.extend)
-        canvas.stroke_ended.connect(self.end)
-        self.document.aborted.connect(self._drop)
-
-    def begin(self, x: float, y: float) -> None:
-        """Start a stroke at (x, y), px of the photo."""
-        raise NotImplementedError
-
-    def extend(self, x: float, y: float, straight: bool) -> None:
-        """Continue to (x, y); `straight` makes a line horizontal or vertical."""
-        raise NotImplementedError
-
-    def end(self) -> None:
-        """End the stroke as one undo step."""
-        if self._path:
-            self._drop()
-            self.document.commit()
-
-    def _drop(self) -> None:
-        self._path = []
-
-
-class Protect(StrokeFeature):
+class Protect(Feature):
     """Paints and erases protection."""
 
     name = "protect"
-    changed = Signal()
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
@@ -93,12 +48,11 @@ class Protect(StrokeFeature):
         self.bind("larger", lambda: self.resize(1))
         self.bind("unprotect", self.clear)
         self.panel: ProtectPanel = ProtectPanel(self._tools.actions(), self.actions["unprotect"])
-        self._draw(self)
-        self.changed.connect(self.window.canvas.take_tool)
-        self.changed.connect(self.window.canvas.redraw)
-        self.changed.connect(self._show_tool)
+        self.panel.size_brushes(self)
+        self.window.canvas.tools |= dict.fromkeys(("brush", "line", "eraser"), self._draw)
+        self.view.watch(self._show_tool, "brush")
         self.document.opened.connect(self.fit_brush)
-        self.live.drawn.connect(self._show_reduced)
+        self.view.watch(self._show_reduced, "frame")
         self.document.watch(self._show_count, "protection")
         # Each photo starts with a fitting brush size.
         self.enable_with_photo(self.panel.size_px.setEnabled)
@@ -126,7 +80,6 @@ class Protect(StrokeFeature):
 
     def fit_brush(self) -> None:
         """Fit the brush size to the photo."""
-        self._drop()
         self._radii = {moves: self.fitting_px(moves=moves) for moves in (False, True)}
         self.set_radius(self._radii[self.view.brush.moves])
         self.panel.size_px.show_first(self._radii[False])
@@ -148,25 +101,8 @@ class Protect(StrokeFeature):
 
     # -- strokes ---------------------------------------------------------------------------------
 
-    def begin(self, x: float, y: float) -> None:
-        """Start a stroke at (x, y), px of the photo."""
-        if not self.view.brush.protects:
-            return
-        self.document.commit()
-        self._path = [(x, y)]
-        if self.view.brush.tool != "line":
-            self._show()
-
-    def extend(self, x: float, y: float, straight: bool) -> None:
-        """Continue to (x, y); `straight` makes a line horizontal or vertical."""
-        if not self._path:
-            return
-        self.view.cursor = np.array([x, y])
-        if self.view.brush.tool == "line":
-            self._path = [self._path[0], _squared(self._path[0], (x, y)) if straight else (x, y)]
-        else:
-            self._path.append((x, y))
-        self._show()
+    def _draw(self, _: Handle | None, event: PointerEvent) -> Gesture:
+        return protect(self.view, event)
 
     def clear(self) -> None:
         """Remove all protection."""
@@ -174,21 +110,9 @@ class Protect(StrokeFeature):
             state = dataclasses.replace(self.document.state, protection=NOTHING)
             self.document.step(state, tr("Remove all protection"))
 
-    def _show(self) -> None:
-        brush, before = self.view.brush, self.document.committed.protection
-        path = _smoothed(self._path, max(_LOOSE_PX, _LOOSE * brush.radius_px))
-        if brush.tool == "eraser":
-            protection, text = before.erased(path, brush.radius_px), tr("Erase protection")
-        else:
-            protection, text = before.with_stroke(path, brush.radius_px), tr("Protect")
-        if protection.strokes != self.document.state.protection.strokes:
-            state = dataclasses.replace(self.document.committed, protection=protection)
-            self.document.preview(state, text)
-
     def set_brush(self, **changes: object) -> None:
         """Change properties of the tool."""
-        self.view.brush = dataclasses.replace(self.view.brush, **changes)  # type: ignore[arg-type]
-        self.changed.emit()
+        self.view.set(brush=dataclasses.replace(self.view.brush, **changes))  # type: ignore[arg-type]
 
     def _show_tool(self) -> None:
         self.panel.show_brush(self.view.brush)
@@ -198,8 +122,9 @@ class Protect(StrokeFeature):
         self.panel.show_count(len(self.document.state.protection.strokes))
         self._show_need()
 
-    def _show_reduced(self, frame: RenderedFrame) -> None:
-        shares, message = frame.rendering.protected_shares, ""
+    def _show_reduced(self) -> None:
+        frame, message = self.view.frame, ""
+        shares = () if frame is None else frame.rendering.protected_shares
         if slowed := reduced(shares):
             message = tr(
                 "{n} of {count} outline points move less, one by {percent:.0f} % of its way",
@@ -212,19 +137,6 @@ class Protect(StrokeFeature):
     def _show_need(self) -> None:
         there = bool(self.document.state.protection.strokes)
         self.window.need(self.name, there or self.view.brush.protects)
-
-
-def _smoothed(path: list[tuple[float, ...]], loose_px: float) -> Array:
-    points = np.array(path, np.float32)[:, None]
-    if len(points) < 3:
-        return np.asarray(points[:, 0], np.float64)
-    return np.asarray(cv2.approxPolyDP(points, loose_px, closed=False)[:, 0], np.float64)
-
-
-def _squared(start: tuple[float, ...], end: tuple[float, float]) -> tuple[float, float]:
-    """Return `end` moved so that the line is horizontal or vertical, the nearer of both."""
-    level = abs(end[0] - start[0]) >= abs(end[1] - start[1])
-    return (end[0], start[1]) if level else (start[0], end[1])
 
 
 class BrushPanel(QWidget):
@@ -251,6 +163,12 @@ class BrushPanel(QWidget):
             buttons.setStretch(place, 1)
         below = row_of(self.count, None, self.clear)
         column_of(body, buttons, size_px, *controls, below, spacing=2 * GRID_PX)
+
+    def size_brushes(self, brushes: Protect) -> None:
+        """Set the brush size with the slider."""
+        self.size_px.edited.connect(brushes.set_radius)
+        self.size_px.reset.connect(brushes.fit_brush)
+        self.size_px.refused.connect(brushes.say)
 
     def show_count(self, strokes: int) -> None:
         """Show the number of strokes."""

@@ -1,33 +1,30 @@
-"""Push and restore brushes; each stroke is one undo step."""
+"""Push and restore brushes."""
 
 from __future__ import annotations
 
 import dataclasses
-import math
 from typing import Final
 
-import numpy as np
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QPushButton
 
-from kogao_core.additions.brush import LEAST_FALLOFF, UNTOUCHED, BrushKind, BrushStroke, Brushwork
-from kogao_core.additions.limits import OutOfBounds, check_brushwork
+from kogao_core.additions.brush import LEAST_FALLOFF, UNTOUCHED
+from kogao_core.additions.limits import OutOfBounds
 
+from ..canvas.tools.gesture import Gesture, PointerEvent
+from ..canvas.tools.push import push
 from ..i18n import reason, tr
-from ..view_state import Brush, RenderedFrame
+from ..view_state import Brush, Handle
 from ..widgets.controls import WarningLabel
 from ..widgets.sliders import ValueSlider
 from ..widgets.typed import SliderScale
-from .feature import Context
-from .protect import BrushPanel, Protect, StrokeFeature, sizes
+from .feature import Context, Feature
+from .protect import BrushPanel, Protect, sizes
 
-# Least distance between corners of a stroke, in radii and in px.
-_APART: Final = 1 / 8
-_APART_PX: Final = 0.5
 _STEP_PERCENT: Final = 5
 
 
-class Push(StrokeFeature):
+class Push(Feature):
     """Pushes pixels with a round brush, and restores the original."""
 
     name = "push"
@@ -43,10 +40,10 @@ class Push(StrokeFeature):
             slider.reset.connect(
                 lambda name=name: protect.set_brush(**{name: getattr(Brush(), name)})
             )
-        self._draw(protect)
-        protect.changed.connect(self._show_tool)
-        self.live.drawn.connect(self._show_held)
-        self.document.opened.connect(self._drop)
+        self.panel.size_brushes(protect)
+        self.window.canvas.tools |= dict.fromkeys(("push", "restore"), self._draw)
+        self.view.watch(self._show_tool, "brush")
+        self.view.watch(self._show_held, "frame")
         self._protect = protect
         self.document.watch(self._fit_face, "photo", "faces", value=self._fitted)
         self.document.watch(self._show_count, "brushwork")
@@ -61,53 +58,18 @@ class Push(StrokeFeature):
             self._protect.fit_brush()
             self.panel.size_px.show_first(self._protect.fitting_px(moves=True))
 
-    def begin(self, x: float, y: float) -> None:
-        """Begin a stroke at (x, y), px of the photo."""
-        if self.view.brush.moves:
-            self.document.commit()
-            self._path = [(x, y, self.window.canvas.pressure)]
-            self._show()
+    def _draw(self, _: Handle | None, event: PointerEvent) -> Gesture:
+        return push(self.view, event, self._refuse)
 
-    def extend(self, x: float, y: float, straight: bool = False) -> None:  # noqa: ARG002
-        """Go on to (x, y), with the pen's pressure."""
-        if self._path:
-            self.view.cursor = np.array([x, y])
-            at = (x, y, self.window.canvas.pressure)
-            apart = max(_APART_PX, _APART * self.view.brush.radius_px)
-            # The last corner follows the cursor until far enough from the previous corner.
-            if len(self._path) > 1 and math.dist(*(p[:2] for p in self._path[-2:])) < apart:
-                self._path[-1] = at
-            else:
-                self._path.append(at)
-            self._show()
+    def _refuse(self, problem: OutOfBounds) -> None:
+        drawn = self.document.committed
+        self.say(reason(problem), applies=lambda: self.document.committed is drawn)
 
     def clear(self) -> None:
         """Remove all strokes."""
         if self.document.state.brushwork.strokes:
             state = dataclasses.replace(self.document.state, brushwork=UNTOUCHED)
             self.document.step(state, tr("Clear strokes"))
-
-    def _show(self) -> None:
-        brush, before = self.view.brush, self.document.committed.brushwork
-        kind: BrushKind = "push" if brush.tool == "push" else "restore"
-        if kind == "push" and len(self._path) == 1:
-            return
-        path = np.array(self._path)
-        stroke = BrushStroke(
-            *(kind, path[:, :2], brush.radius_px, brush.strength, brush.falloff),
-            None if path[:, 2].min() == 1.0 else path[:, 2],
-        )
-        brushwork = Brushwork((*before.strokes, stroke))
-        try:
-            check_brushwork(brushwork, self.document.image)
-        except OutOfBounds as problem:
-            self.end()
-            drawn = self.document.committed
-            self.say(reason(problem), applies=lambda: self.document.committed is drawn)
-            return
-        text = tr("Push") if kind == "push" else tr("Restore")
-        state = dataclasses.replace(self.document.committed, brushwork=brushwork)
-        self.document.preview(state, text)
 
     def _show_tool(self) -> None:
         self.panel.show_brush(self.view.brush)
@@ -116,8 +78,9 @@ class Push(StrokeFeature):
     def _show_count(self) -> None:
         self.panel.show_count(len(self.document.state.brushwork.strokes))
 
-    def _show_held(self, frame: RenderedFrame) -> None:
-        shares = frame.rendering.brush_shares
+    def _show_held(self) -> None:
+        frame = self.view.frame
+        shares = () if frame is None else frame.rendering.brush_shares
         held = {number: share for number, share in enumerate(shares, 1) if share < 1.0}
         words = ""
         if held:

@@ -15,7 +15,7 @@ from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QSizePolicy, QWi
 from kogao_core.base.atomic import atomic_write
 from kogao_core.base.geometry import Box
 from kogao_core.paper.domain import mask_of
-from kogao_core.pipeline import STAGES, Rendering
+from kogao_core.pipeline import STAGES
 from kogao_core.recipe.recipe import PAPER, SETTINGS, Recipe
 from kogao_core.recipe.settings import DOMAINS, DomainName
 
@@ -24,7 +24,7 @@ from ..i18n import tr, translated, unwritten
 from ..render.colour import in_srgb
 from ..render.pictures import encoded
 from ..theme import GRID_PX
-from ..view_state import Handle, RenderedFrame
+from ..view_state import RenderedFrame
 from ..widgets.controls import Elided, action_button, column_of, heading, muted_label, row_of
 from ..widgets.dialogs import ask_path
 from ..widgets.docks import Dock
@@ -57,18 +57,7 @@ class ReadingsPanel(QWidget):
         row.setSpacing(4 * GRID_PX)
         row.addWidget(self.timings, 2)
         row.addWidget(right, 3)
-        self.forget()
         self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
-
-    def show_rendering(self, rendering: Rendering) -> None:
-        """Show times and pixel counts of a full result; dashes without a displaced face."""
-        self.timings.show_laps(rendering.timings_ms if rendering.pairs else {})
-        self.domains.show_counts(rendering.pixel_counts if rendering.pairs else {})
-
-    def forget(self) -> None:
-        """Show dashes: no measurements yet."""
-        self.timings.show_laps({})
-        self.domains.show_counts({})
 
 
 class _Timings(QWidget):
@@ -175,27 +164,23 @@ class Readings(Feature):
         super().__init__(context)
         paper = self.bind("paper-settings", self._use_paper)
         self.panel: ReadingsPanel = ReadingsPanel(paper)
-        self._on, self._cursor = False, (-1.0, -1.0)
+        self._on = False
         self.plate = QLabel(self.window.canvas)
         self.plate.setProperty("plate", "true")
         self.plate.setAccessibleName(tr("Values under the cursor"))
         self.plate.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
         self.plate.move(3 * GRID_PX, 3 * GRID_PX)
         self.plate.hide()
-        self.window.canvas.hovered.connect(self._point)
+        self.view.watch(self._show_values, "cursor", "loupe")
         self.window.arranged.connect(self._arrange)
-        self.live.drawn.connect(lambda _: self._show_frame())
+        self.view.watch(self._show_frame, "frame")
         self.dock = Dock(tr("Readings"))
-        self.document.opened.connect(self._forget)
-        self.live.measured.connect(self._show)
+        self.document.opened.connect(self._show_settings)
+        self.view.watch(self._show, "full")
 
     def _arrange(self, workspace: Workspace) -> None:
         self._on = self.name in workspace.panels
         self._show_frame()
-
-    def _point(self, _: Handle | None, x: float, y: float) -> None:
-        self._cursor = x, y
-        self._show_values()
 
     def _show_frame(self) -> None:
         self._show_values()
@@ -203,7 +188,11 @@ class Readings(Feature):
             self._show_settings()
 
     def _show_values(self) -> None:
-        frame, image, (x, y) = self.view.frame, self.document.image, self._cursor
+        frame, image, (x, y) = (
+            self.view.frame,
+            self.document.image,
+            self.view.cursor or (-1.0, -1.0),
+        )
         inside = 0 <= round(x) < image.width and 0 <= round(y) < image.height
         shown = self._on and inside and not self.view.loupe
         self.plate.setVisible(shown and frame is not None)
@@ -221,16 +210,11 @@ class Readings(Feature):
         changes = {name: getattr(PAPER, name) for name in differing_from_paper(state.recipe)}
         self.document.step(state.with_choices(None, **changes), tr("Use the paper's settings"))
 
-    def _forget(self) -> None:
-        self.panel.forget()
-        self._show_settings()
-        self.view.counts = {}
-
-    def _show(self, rendering: Rendering) -> None:
-        self.panel.show_rendering(rendering)
-        self.view.counts = rendering.pixel_counts if rendering.pairs else {}
-        if "legend" in self.view.visible:
-            self.window.canvas.redraw()
+    def _show(self) -> None:
+        full = self.view.full
+        laps_ms = full.rendering.timings_ms if full is not None and full.rendering.pairs else {}
+        self.panel.timings.show_laps(laps_ms)
+        self.panel.domains.show_counts(self.view.counts)
 
 
 def settings_text(recipe: Recipe) -> str:
@@ -333,9 +317,9 @@ class Figure(Feature):
     def _canvas(self) -> QPixmap:
         """Return a screenshot of the canvas with the legend, even if the legend is hidden."""
         switched = self.view.switched
-        self.view.switched = switched | {_LEGEND}
+        self.view.set(switched=switched | {_LEGEND})
         try:
             grabbed: QPixmap = self.window.canvas.grab()
         finally:
-            self.view.switched = switched
+            self.view.set(switched=switched)
         return QPixmap.fromImage(in_srgb(grabbed.toImage()))

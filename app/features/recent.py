@@ -59,7 +59,9 @@ def add(settings: QSettings, path: Path) -> None:
 class EmptyState(QFrame):
     """The start page: buttons, recent folders and recent photos."""
 
+    # (photo: Path): open a recent photo.
     wanted = Signal(object)
+    # (folder: Path): open a recent folder.
     wants_folder = Signal(object)
 
     def __init__(self, begin: Sequence[QAction]) -> None:

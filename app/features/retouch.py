@@ -17,8 +17,8 @@ from kogao_core.recipe.recipe import Recipe
 
 from ..document import State
 from ..i18n import reason, sentence, tr, tr_count, translated
+from ..pyramid import PicturePyramid
 from ..render.colour import screen_colours
-from ..render.pictures import PicturePyramid
 from ..view_state import RetouchedCopy
 from ..widgets.dialogs import ask_path, photo_filter
 from ..widgets.messages import BarAction
@@ -68,9 +68,8 @@ class MatchRetouch(Feature):
         ]
         self.document.step(dataclasses.replace(state, faces=tuple(faces)), tr("Match a retouch"))
         self._recipes[photo.path] = [one.recipe for one in matches.values()]
-        self.view.retouched = copy
+        self.view.set(retouched=copy)
         self.actions[_WIPE].setChecked(True)
-        self.window.canvas.redraw()
         lines = [translated(line) for row, one in matches.items() for line in one.report(row + 1)]
         recipe, _ = style([one for recipes in self._recipes.values() for one in recipes])
         count = len(self._recipes)
@@ -80,7 +79,7 @@ class MatchRetouch(Feature):
 
     def _forget_copy(self, wiped: bool = False) -> None:
         if not wiped:
-            self.view.retouched = None
+            self.view.set(retouched=None)
 
 
 def matched(photo: Photo, state: State, path: Path) -> tuple[dict[int, Match], RetouchedCopy]:

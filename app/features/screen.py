@@ -10,16 +10,14 @@ from PySide6.QtGui import QActionGroup, QScreen
 
 from kogao_core.photo import Photo
 
+from ..canvas.tools import marking
 from ..i18n import tr
+from ..pyramid import PicturePyramid
 from ..render.colour import profile_of, pyramid_of, screen_colours, use_screen
-from ..render.pictures import PicturePyramid
 from ..view_state import CompareName
 from ..widgets.dialogs import room
 from ..workspaces import Workspace
 from .feature import Context, Feature
-from .manual import Manual, marking
-from .protect import Protect
-from .recipe import RecipeEditing
 
 FIRST_PX: Final = (1280, 800)
 _STEP = 1.5
@@ -30,6 +28,7 @@ _WIPE_STEP: Final = 1 / 40
 class Screen(Feature):
     """Zooms, shows the original, and stores the window size."""
 
+    # (): the window is on a screen with another colour profile.
     screen_changed = Signal()
 
     def __init__(self, context: Context) -> None:
@@ -40,13 +39,11 @@ class Screen(Feature):
         self.bind("closer", lambda: self._zoom_by(_STEP))
         self.bind("farther", lambda: self._zoom_by(1 / _STEP))
         self.bind("hide-panels", toggled=docks.hide_all)
-        self.window.original_wanted.connect(canvas.show_original)
+        self.window.original_wanted.connect(lambda on: self.view.set(original=on))
         canvas.view_changed.connect(self._show_zoom)
         status = self.window.status
-        canvas.hovered.connect(lambda _, x, y: status.show_cursor(x, y))
-        canvas.dragged.connect(status.show_cursor)
-        canvas.stroked.connect(lambda x, y, _: status.show_cursor(x, y))
-        self.live.drawn.connect(lambda frame: status.show_speed(frame.took_ms))
+        self.view.watch(lambda: status.show_cursor(self.view.cursor), "cursor")
+        self.view.watch(self._show_speed, "frame")
         self.window.arranged.connect(lambda workspace: status.show_times(not workspace.plain))
         self.document.opened.connect(self._show_photo)
         self._recolouring = self.lane(self._recolour, lambda _: None)
@@ -88,6 +85,10 @@ class Screen(Feature):
         canvas = self.window.canvas
         canvas.zoom_to(canvas.zoom * factor)
 
+    def _show_speed(self) -> None:
+        if self.view.frame is not None:
+            self.window.status.show_speed(self.view.frame.took_ms)
+
     def _show_zoom(self) -> None:
         if self.document.photo is not None:
             self.window.status.show_zoom(self.window.canvas.zoom)
@@ -101,20 +102,13 @@ class Screen(Feature):
 class Hints(Feature):
     """Updates the hint in the status line for the current tool."""
 
-    def __init__(
-        self,
-        context: Context,
-        recipe: RecipeEditing,
-        protect: Protect,
-        manual: Manual,
-    ) -> None:
+    def __init__(self, context: Context) -> None:
         super().__init__(context)
-        redrawn = self.window.canvas.redrawn
-        for changed in (redrawn, recipe.chosen, protect.changed, manual.changed):
-            changed.connect(self._show)
         self._quiet = False
         self.window.arranged.connect(self._arrange)
         self.window.canvas.view_changed.connect(self._show)
+        self.view.watch(self._show, "brush", "marking", "placing", "face", "following", "frame")
+        self.document.watch(self._show, "faces", "draft", "mode")
 
     def _arrange(self, workspace: Workspace) -> None:
         self._quiet = workspace.quiet
@@ -156,34 +150,18 @@ class Compare(Feature):
             self.bind(f"compare-{kind}", toggled=partial(self.toggle, kind))
         self.bind("wipe-left", lambda: self._wipe_by(-_WIPE_STEP))
         self.bind("wipe-right", lambda: self._wipe_by(_WIPE_STEP))
-        self.bind("loupe", toggled=self._use_loupe)
+        self.bind("loupe", toggled=lambda on: self.view.set(loupe=on))
         kinds = self.one_of("compare-wipe", "compare-side", "compare-difference")
         kinds.setExclusionPolicy(QActionGroup.ExclusionPolicy.ExclusiveOptional)
-        self.window.canvas.wiped.connect(self._wipe_to)
-        self.document.opened.connect(self._open)
-        self.document.recoloured.connect(self._open)
 
     def toggle(self, name: CompareName, on: bool) -> None:
         """Enable or disable a comparison mode."""
         if on:
-            self.view.compare = name
+            self.view.set(compare=name)
         elif self.view.compare == name:
-            self.view.compare = "off"
+            self.view.set(compare="off")
         self.window.original.setVisible(self.view.compare == "side")
-        self.window.canvas.redraw()
-
-    def _wipe_to(self, share: float) -> None:
-        self.view.wipe = min(max(share, 0.0), 1.0)
-        self.window.canvas.redraw()
 
     def _wipe_by(self, share: float) -> None:
         if self.view.compare == "wipe":
-            self._wipe_to(self.view.wipe + share)
-
-    def _use_loupe(self, on: bool) -> None:
-        self.view.loupe = on
-        self.window.canvas.redraw()
-
-    def _open(self) -> None:
-        if self.document.pyramid is not None:
-            self.window.original.open(self.document.pyramid)
+            self.view.set(wipe=min(max(self.view.wipe + share, 0.0), 1.0))

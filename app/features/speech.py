@@ -14,7 +14,7 @@ from ..accessibility import announce
 from ..canvas import handles
 from ..canvas.spoken import LEAST_PX, face_name, ways
 from ..i18n import bare, tr
-from ..view_state import Handle, RenderedFrame
+from ..view_state import Handle
 from ..widgets.controls import WarningLabel
 from .faces import Faces
 from .feature import Context, Feature
@@ -46,11 +46,12 @@ class Speech(Feature):
         self._warning: dict[WarningLabel, bool] = dict.fromkeys(
             (recipe.panel.gauge.text, recipe.panel.one_to_one), False
         )
-        points.restyled.connect(self._tell_point)
-        recipe.chosen.connect(self._tell_face)
+        self._faces: tuple[object, ...] = self.view.face, self.view.also
+        self.view.watch(self._tell_point, "selected")
+        self.view.watch(self._tell_face, "face", "also")
         faces.found.connect(self._tell_found)
         history.did.connect(self._say)
-        self.live.drawn.connect(self._tell_drawn)
+        self.view.watch(self._tell_drawn, "frame")
         self.window.bar.appeared.connect(self._tell_message)
 
     def listen(self) -> None:
@@ -60,8 +61,11 @@ class Speech(Feature):
                 action.triggered.connect(partial(self._tell_switch, action))
 
     def _tell_face(self) -> None:
-        face = self.view.face
-        said = []
+        """Announce newly selected faces."""
+        before, self._faces = self._faces, (self.view.face, self.view.also)
+        if self._faces == before:
+            return
+        face, said = self.view.face, []
         if face is None:
             said.append(tr("All faces"))
         elif not self.window.canvas.hasFocus():
@@ -88,9 +92,10 @@ class Speech(Feature):
             if not self.window.canvas.hasFocus():
                 self._say(self._points.name_of(point))
 
-    def _tell_drawn(self, frame: RenderedFrame) -> None:
+    def _tell_drawn(self) -> None:
         """Announce moves and warnings once the full photo is rendered."""
-        if not self.document.in_gesture and self.live.is_final(frame):
+        frame = self.view.frame
+        if frame is not None and not self.document.in_gesture and self.live.is_final(frame):
             said = [*self._move(frame.rendering), *self._warnings()]
             if said:
                 self._say(", ".join(said))

@@ -101,7 +101,7 @@ class Sync(Feature):
         strip.panel.offer_sync(self.action, self.menu)
         strip.film.itemSelectionChanged.connect(self._select)
         self.document.opened.connect(self._select)
-        self.live.drawn.connect(lambda _: self._preview())
+        self.view.watch(self._preview, "frame")
 
     def _group(self, name: str, title: str) -> QAction:
         action = self.menu.addAction(title)

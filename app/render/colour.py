@@ -20,7 +20,7 @@ from kogao_core.base.threads import default_threads, parallel_for
 from kogao_core.photo import Photo
 
 from ..i18n import tr
-from .pictures import PicturePyramid, Show
+from ..pyramid import PicturePyramid, Show
 
 # Few rows at a time: Pillow copies rows while holding the GIL, and the window must respond.
 _STRIP_PX: Final = 2**17

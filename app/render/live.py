@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import dataclasses
 import time
+from collections.abc import Callable
 from functools import partial
-from typing import TYPE_CHECKING, Any, Final, TypeVar
+from typing import Any, Final, TypeVar
 
 from PySide6.QtCore import QObject, QThreadPool, QTimer, Signal
 
@@ -17,12 +18,9 @@ from kogao_core.pipeline import render
 from kogao_core.resample.canvas import Canvas
 
 from ..document import State
-from ..view_state import RenderedFrame, VisiblePart
+from ..pyramid import PicturePyramid, to_photo
+from ..view_state import RenderedFrame, ViewState, VisiblePart
 from ..workers import Lane
-from .pictures import PicturePyramid, to_photo
-
-if TYPE_CHECKING:
-    from ..canvas.photo_canvas import PhotoCanvas
 
 # Delay before the full photo is rendered, ms. A new movement restarts the delay.
 REST_MS: Final = 80
@@ -138,28 +136,33 @@ class Surface:
 
 
 class Live(QObject):
-    """Renders the document to the canvas.
+    """Renders the document to `ViewState.frame` and `ViewState.full`.
 
     0. While a photo opens and faces are detected, only marks are drawn (`wait`, `go_on`).
     1. The document changes: `_follow` takes the state and a revision, and requests a preview of
        the visible part. A request replaces the waiting request.
     2. A worker renders the preview into the buffer off screen.
-    3. `_show_preview` swaps the buffers and paints, unless a newer full result is shown.
+    3. `_show_preview` swaps the buffers and sets the frame, unless a newer full result is shown.
     4. After a pause, the full photo is rendered the same way, with the recipe's kernel.
        `settled` is emitted when both lanes are idle.
     """
 
-    drawn = Signal(object)
-    measured = Signal(object)
+    # (): the final frame is on screen, and no job runs or waits.
     settled = Signal()
+    # (problem: Exception): a job failed; the frame stays.
     failed = Signal(object)
 
-    def __init__(self, canvas: PhotoCanvas, pool: QThreadPool, parent: QObject) -> None:
+    def __init__(
+        self,
+        view: ViewState,
+        visible_part: Callable[[], VisiblePart | None],
+        pool: QThreadPool,
+        parent: QObject,
+    ) -> None:
         super().__init__(parent)
-        self._canvas, self._view, self._document = canvas, canvas.shown, canvas.shown.document
+        self._view, self._document, self._visible_part = view, view.document, visible_part
         self._revision = 0
         self._followed: State | None = None
-        self._waits = False
         self.finder = BackgroundFinder()
         self._holding: Holding | None = None
         self._whole: Surface | None = None
@@ -203,11 +206,12 @@ class Live(QObject):
 
     def wait(self) -> None:
         """Draw marks only, until `go_on`: face detection needs the processors."""
-        self._waits = True
+        self._view.set(marks_only=True)
 
     def go_on(self) -> None:
         """Resume rendering; a delayed frame is rendered at full resolution at once."""
-        waited, self._waits = self._waits, False
+        waited = self._view.marks_only
+        self._view.set(marks_only=False)
         if waited and self._document.in_gesture:
             self._follow()
         elif waited and self._document.state is not self._followed:
@@ -223,12 +227,11 @@ class Live(QObject):
         self.stop()
         self._followed = None
         # The first faces arrive in a moment. Without faces there is no displacement to render.
-        self._waits = True
+        self._view.set(marks_only=True, frame=None, full=None)
         photo = self._document.pyramid
         if photo is not None and self._document.photo is not None:
             self._holding = Holding(self._document.photo.pixels, self.finder)
             self._whole, self._preview = (Surface(photo, self._holding) for _ in range(2))
-            self._canvas.open(photo)
 
     def _recolour(self) -> None:
         photo = self._document.pyramid
@@ -236,8 +239,8 @@ class Live(QObject):
             return
         self.stop()
         self._whole, self._preview = (Surface(photo, self._holding) for _ in range(2))
-        self._canvas.photo.open(photo)
-        if not self._waits:
+        self._view.set(frame=None, full=None)
+        if not self._view.marks_only:
             self._render_now()
 
     def _render_now(self) -> None:
@@ -246,16 +249,12 @@ class Live(QObject):
         self._render_whole()
 
     def _follow(self) -> None:
-        # The overlays are drawn with the preview. Drawing the overlays now, too, would delay the
-        # preview.
         surface, state = self._preview, self._document.state
         if surface is None:
             return
-        if self._waits and self._document.touched:
-            self.go_on()  # an edit during the search for faces
-            return
-        if self._waits:
-            self._canvas.redraw()
+        if self._view.marks_only:
+            if self._document.touched:
+                self.go_on()  # an edit during the search for faces
             return
         if state is self._followed:
             # The gesture ended with the last previewed state: render the full photo at once.
@@ -265,7 +264,7 @@ class Live(QObject):
             return
         self._followed = state
         self._revision += 1
-        part = self._canvas.visible_part()
+        part = self._visible_part()
         if part is not None:
             self._preview_lane.submit(partial(surface.render, self._revision, state, part))
         self._rest.start()
@@ -278,24 +277,18 @@ class Live(QObject):
     def _show_preview(self, frame: RenderedFrame) -> None:
         if self._preview is not None:
             self._preview.shown()
-        if self._canvas.photo.show_preview(frame):
-            self._show(frame)
+        full = self._view.full
+        if full is None or frame.revision > full.revision:
+            self._view.set(frame=frame)
         self._tell_settled(self._preview_lane)
 
     def _show_whole(self, frame: RenderedFrame) -> None:
         if self._whole is not None:
             self._whole.shown()
-        self._canvas.photo.show_full(frame)
-        self._show(frame)
-        self.measured.emit(frame.rendering)
-        self._tell_settled(self._whole_lane)
-
-    def _show(self, frame: RenderedFrame) -> None:
         newest = self._view.frame
-        if newest is None or frame.revision >= newest.revision:
-            self._view.frame = frame
-            self._canvas.redraw()
-            self.drawn.emit(frame)
+        is_newer = newest is not None and newest.revision > frame.revision
+        self._view.set(full=frame, frame=newest if is_newer else frame)
+        self._tell_settled(self._whole_lane)
 
     def _tell_settled(self, last: Lane) -> None:
         """Emit `settled` if the final frame is visible, the timer stopped and other lanes idle."""

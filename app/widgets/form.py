@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 from typing import Any, Final, Literal
 
 from PySide6.QtCore import Signal
@@ -28,6 +28,7 @@ class FormField:
     title: str  # with & before the letter for Alt
     tip: str
     kind: Kind = "choice"
+    _: KW_ONLY
     choices: Callable[[], Mapping[Any, str]] = dict  # of a choice: words by value
     limits: tuple[int, int] = (0, 100)  # of a number
     unit: str = ""  # of a number
@@ -38,6 +39,7 @@ class FormField:
 class Form(QWidget):
     """Shows a title and a control for each field; `changed` sends the name of a changed field."""
 
+    # (name: str): the user has changed a field.
     changed = Signal(str)
 
     def __init__(self, fields: Sequence[FormField], values: Mapping[str, Any]) -> None:

@@ -50,8 +50,11 @@ class MessageBar(QFrame):
     to open, save or find something (`clear`). A purely informative message also times out.
     """
 
+    # (): the bar had the keyboard focus and hides.
     left = Signal()
+    # (): the user has closed the message.
     dismissed = Signal()
+    # (): a message is shown.
     appeared = Signal()
 
     def __init__(self) -> None:
@@ -226,9 +229,10 @@ class StatusLine(QStatusBar):
         """The visible hint."""
         return self._hint.text()
 
-    def show_cursor(self, x: float, y: float) -> None:
-        """Show the pixel position of the cursor; negative values clear the text."""
-        inside = x >= -0.5 and y >= -0.5
+    def show_cursor(self, cursor: tuple[float, float] | None) -> None:
+        """Show the pixel position of the cursor; None or negative values clear the text."""
+        inside = cursor is not None and min(cursor) >= -0.5
+        x, y = cursor or (0.0, 0.0)
         self._cursor.setText(tr("x {x:.0f}  y {y:.0f}", x=x, y=y) if inside else "")
 
     def show_photo(self, photo: Photo) -> None:

@@ -42,8 +42,11 @@ _FINELY = Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.ShiftModifie
 class GestureSlider(QSlider):
     """A slider with signals for the end of a gesture, a reset and text input."""
 
+    # (): the gesture has ended: a release, a key or a step.
     rested = Signal()
+    # (): a double click asks for the first value.
     reset = Signal()
+    # (): Enter asks for the text field.
     entered = Signal()
 
     def __init__(self, scale: SliderScale) -> None:
@@ -196,6 +199,7 @@ class GestureSlider(QSlider):
 class _Title(QLabel):
     """The name of a slider; emits `doubled` on a double click."""
 
+    # (): a double click on the title.
     doubled = Signal()
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
@@ -206,9 +210,13 @@ class _Title(QLabel):
 class ValueSlider(QWidget):
     """A named slider with a text field and a tooltip."""
 
+    # (value: float): a new value, also during a gesture.
     edited = Signal(float)
+    # (): the gesture has ended; make one undo step.
     rested = Signal()
+    # (): the first value is wanted.
     reset = Signal()
+    # (why: str): the typed text is no value of the slider.
     refused = Signal(str)
 
     def __init__(

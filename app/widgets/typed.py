@@ -82,8 +82,11 @@ class ValueField(QLineEdit):
     value.
     """
 
+    # (value: float): a valid value is entered.
     typed = Signal(float)
+    # (why: str): the text is no value of the field.
     refused = Signal(str)
+    # (): Enter or Escape ends the input.
     left = Signal()
 
     def __init__(self, name: str, scale: SliderScale) -> None:

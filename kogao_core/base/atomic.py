@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import ctypes
 import errno
 import os
+import re
 import shutil
 import stat
 import sys
-import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -21,24 +22,31 @@ if sys.platform != "win32":
 
 _PREFIX, _SUFFIX = ".kogao-", ".partial"
 _NAMES: Final = f"{_PREFIX}*{_SUFFIX}"
-_DAY_S: Final = 86400.0
+# Names of devices, and letters that Windows doesn't allow in names; a colon starts a stream's name.
+_RESERVED: Final = re.compile(
+    r"(con|prn|aux|nul|(com|lpt)\d)(\..*)?|.*[<>:\"|?*\0-\x1f].*|.*[. ]", re.IGNORECASE | re.DOTALL
+)
 _swept: Final[set[Path]] = set()
-_mine: Final[set[Path]] = set()  # temporary folders of this process, from `temporary_folder`
+# Temporary folders of this process, with the descriptors that lock them.
+_mine: Final[dict[Path, int | None]] = {}
 _TRIES: Final = 100
+_LONG: Final = 200  # letters of a folder; files in a folder inside could exceed 260 on Windows
 
 Chunks = Sequence[bytes | memoryview]
 """Consecutive parts of a file; joining the parts would copy the data."""
 
 
 class NotAFile(OSError):
-    """The output path isn't a regular file and must not be replaced."""
+    """The output path isn't a file that can be replaced."""
 
 
 def check_target(path: str | os.PathLike[str]) -> None:
     """Check that `path` is a regular file or doesn't exist, after resolving links.
 
-    Raises NotAFile.
+    On Windows, also check the name, and that the file isn't read-only. Raises NotAFile.
     """
+    if sys.platform == "win32" and _RESERVED.fullmatch(Path(path).name):
+        raise NotAFile(errno.EINVAL, Text("Windows doesn't allow this name"), str(path))
     try:
         mode = Path(path).stat().st_mode
     except OSError as error:
@@ -49,6 +57,8 @@ def check_target(path: str | os.PathLike[str]) -> None:
         return  # writing the file will report the error, if any
     if not stat.S_ISREG(mode):
         raise NotAFile(errno.EEXIST, Text("it is a folder, pipe or device"), str(path))
+    if sys.platform == "win32" and not mode & stat.S_IWRITE:
+        raise NotAFile(errno.EACCES, Text("it is read-only"), str(path))
 
 
 def atomic_write(
@@ -80,12 +90,20 @@ def atomic_write(
         if check is not None:
             check()
         check_target(target)
-        fresh.replace(target)
+        try:
+            fresh.replace(target)
+        except PermissionError:
+            if sys.platform == "win32" and target.exists():
+                raise NotAFile(errno.EBUSY, Text("another program uses it"), str(path)) from None
+            raise
     _flush(target.parent)
 
 
 def _resemble(old: Path, new: Path) -> None:
-    """Copy owner, extended attributes and permissions from `old` to `new`."""
+    """Copy owner, extended attributes and permissions from `old` to `new`.
+
+    On Windows: the attributes, but neither permissions nor alternate streams.
+    """
     if sys.platform != "win32":
         state = old.stat()
         for owner in (state.st_uid, -1):  # -1: at least the group
@@ -101,6 +119,11 @@ def _resemble(old: Path, new: Path) -> None:
             for name in wanted:
                 with suppress(OSError):
                     os.setxattr(new, name, os.getxattr(old, name))
+    if sys.platform == "win32":
+        # Hidden and the like. A copy that were read-only could be neither renamed nor deleted.
+        attributes = old.stat().st_file_attributes & ~stat.FILE_ATTRIBUTE_READONLY
+        ctypes.windll.kernel32.SetFileAttributesW(str(new), attributes)
+        return
     with suppress(OSError):  # a drive without permissions: the bytes matter more
         shutil.copymode(old, new)
 
@@ -139,21 +162,26 @@ def temporary_folder(folder: Path) -> Iterator[Path]:
     if folder not in _swept:
         _swept.add(folder)
         _sweep(folder)
-    place, lock = _made(folder)
+    place = _made(folder)
     try:
         yield place
     finally:
-        shutil.rmtree(place, ignore_errors=True)
-        _mine.discard(place)
-        if lock is not None:
-            os.close(lock)
+        _delete(place)
+
+
+def _delete(place: Path) -> None:
+    """Unlock and delete a temporary folder of this process."""
+    lock = _mine.pop(place, None)
+    if lock is not None:
+        os.close(lock)
+    shutil.rmtree(place, ignore_errors=True)
 
 
 def _clear() -> None:
     """Delete the temporary folders of this process. Retry: other threads may still be writing."""
     for place in tuple(_mine):
         for _ in range(_TRIES):
-            shutil.rmtree(place, ignore_errors=True)
+            _delete(place)
             if not place.exists():
                 break
 
@@ -168,19 +196,20 @@ def is_temporary(path: Path) -> bool:
     return any(part.startswith(_PREFIX) and part.endswith(_SUFFIX) for part in path.parts)
 
 
-def _made(folder: Path) -> tuple[Path, int | None]:
+def _made(folder: Path) -> Path:
+    if sys.platform == "win32" and len(name := os.path.realpath(folder)) > _LONG:
+        folder = Path(rf"\\?\{name}")
     while True:
         place = folder / f"{_PREFIX}{os.urandom(8).hex()}{_SUFFIX}"
-        _mine.add(place)
+        _mine[place] = None
         place.mkdir(mode=0o700)
         try:
-            lock = _locked(place)
+            _mine[place] = _locked(place)
             if place.is_dir():
-                return place, lock
-            if lock is not None:
-                os.close(lock)
+                return place
         except (BlockingIOError, FileNotFoundError):
-            _mine.discard(place)  # another program deleted the folder as stale
+            pass
+        _delete(place)  # another program deleted the folder as stale
 
 
 def _locked(place: Path) -> int | None:
@@ -188,30 +217,29 @@ def _locked(place: Path) -> int | None:
 
     Raises BlockingIOError if another program has locked the folder.
     """
-    if sys.platform != "win32":
-        opened = os.open(place, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
+    if sys.platform == "win32":
+        lock = place / "lock"
         try:
-            fcntl.flock(opened, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            return opened
-        except OSError as error:
-            os.close(opened)
-            if isinstance(error, BlockingIOError):
-                raise
+            lock.unlink(missing_ok=True)  # fails while it is open
+            return os.open(lock, os.O_CREAT | os.O_EXCL)
+        except (PermissionError, FileExistsError) as error:
+            raise BlockingIOError(*error.args) from None
+    opened = os.open(place, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
+    try:
+        fcntl.flock(opened, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        return opened
+    except OSError as error:
+        os.close(opened)
+        if isinstance(error, BlockingIOError):
+            raise
     return None
 
 
 def _sweep(folder: Path) -> None:
-    """Delete temporary folders of programs that have ended; skip locked folders.
-
-    On Windows, delete folders older than one day.
-    """
+    """Delete temporary folders of programs that have ended; skip locked folders."""
     for place in folder.glob(_NAMES):
         with suppress(OSError):
-            if sys.platform == "win32":
-                if time.time() - place.stat().st_mtime > _DAY_S:
-                    shutil.rmtree(place)
-                continue
             lock = _locked(place)
             if lock is not None:
-                shutil.rmtree(place, ignore_errors=True)
-                os.close(lock)
+                _mine[place] = lock
+                _delete(place)

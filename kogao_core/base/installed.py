@@ -79,7 +79,7 @@ def has_laboratory() -> bool:
 
 
 def data_folder() -> Path:
-    """Return the user's data folder for this program, inside Qt's GenericDataLocation."""
+    """Return the user's data folder for this program. All parts of the program ask here."""
     home = Path.home()
     if sys.platform == "win32":
         base = Path(os.environ.get("LOCALAPPDATA") or home / "AppData" / "Local")
@@ -131,7 +131,9 @@ def _requirement(extra: str = "") -> list[str] | None:
         return None
     asked = f"[{extra}]" if extra else ""
     if url.startswith("file:"):
-        path = unquote(url.removeprefix("file:///" if sys.platform == "win32" else "file://"))
+        # Of Windows: file:///C:/folder, file://server/folder.
+        start = "///" if sys.platform == "win32" else "//"
+        path = str(Path(unquote(url.removeprefix("file:")).removeprefix(start)))
         if not os.path.exists(path):
             return None
         return [*(["-e"] if origin.get("dir_info", {}).get("editable") else []), path + asked]

@@ -22,11 +22,11 @@ from kogao_core.base.json_reader import BadFile
 from kogao_core.base.language import Text
 from kogao_core.batch.measures import COLUMNS, measured
 from kogao_core.faces.doubt import AllDoubted, choose
-from kogao_core.faces.face import Face
 from kogao_core.faces.landmarks import source
 from kogao_core.field.protection import NOTHING
 from kogao_core.photo import Photo, bits_of, read
 from kogao_core.photo.picture import sha256_of
+from kogao_core.photo.profiles import for_search
 from kogao_core.pipeline import Rendering
 from kogao_core.projects import interchange
 from kogao_core.projects.edits import Edits
@@ -135,17 +135,14 @@ def _render(task: Task, photo: Photo) -> tuple[tuple[dict[str, Any], ...], str, 
 
 def _found(task: Task, photo: Photo) -> Applied:
     job = task.job
-    faces = _given(task, photo) if task.points else _sources(job.landmarks).find(photo.pixels)
+    if task.points:
+        faces = interchange.faces_of(photo, Path(task.points))
+    else:
+        faces = _sources(job.landmarks).find(for_search(photo))
     if not faces:
         raise _NoFace
     chosen = choose(faces, job.which, Box.of(photo.pixels), doubtful=job.doubtful)
     return Applied(chosen.faces, job.recipe, NOTHING, chosen.note, others=chosen.others)
-
-
-def _given(task: Task, photo: Photo) -> list[Face]:
-    faces = interchange.read(Path(task.points))
-    interchange.check_inside(faces, Box.of(photo.pixels))
-    return faces
 
 
 def _replayed(task: Task, photo: Photo) -> Applied:

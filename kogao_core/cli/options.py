@@ -14,12 +14,14 @@ from kogao_core.base.language import Text
 from kogao_core.base.wording import shown
 from kogao_core.cli import common, ending, words
 from kogao_core.cli.common import PHOTO, limits_megapixels
+from kogao_core.faces.choices import CHOICES
 from kogao_core.recipe import presets
+from kogao_core.recipe.export import EXPORT_SETTINGS, ExportSetting, ExportSettings
 from kogao_core.recipe.recipe import PAPER, SETTINGS, Recipe
 from kogao_core.recipe.settings import Setting
 
-# The first suffix of each output format. A test compares these names, and the sources of landmarks
-# below, with the modules that declare them and load numpy.
+# The first suffix of each output format. A test compares these names with the module that declares
+# them and loads numpy.
 FORMATS: Final = ("jpg", "png", "tif", "webp", "avif")
 # Headings of the help.
 INPUT: Final = Text("Input")
@@ -32,13 +34,13 @@ DISCLOSURE: Final = Text("Disclosure")
 _COMMON: Final = ("percent", "scope")
 _SURROUNDINGS: Final = ("hold_background", "lens", "lens_amount")
 _FACES = re.compile(r"all|largest|[0-9]+(,[0-9]+)*")
-_DEFAULTS = Recipe()
+_DEFAULTS, _NO_EXPORT = Recipe(), ExportSettings()
 _Command = TypeVar("_Command", bound=Callable[..., Any])
 
 
 chooses_landmarks = words.option(
     "--landmarks",
-    type=click.Choice(("mesh", "aam", "chin")),
+    type=click.Choice([choice.name for choice in CHOICES]),
     section=FACES,
     help="Landmark source [mesh; aam if the networks are missing]",
 )
@@ -59,8 +61,8 @@ takes_photo = words.together(
 takes_points = words.option(
     "--points", type=click.Path(path_type=Path), metavar="PATH", excludes=("--landmarks",),
     section=FACES,
-    help="Read landmarks from a .pts, .csv or .json file, or from a folder (file with "
-    "the photo's name); skips the face search",
+    help="Read landmarks from a file (docs/interchange.md), or from a folder (file with "
+    "the photo's name)",
 )  # fmt: skip
 takes_photos = words.together(
     click.argument("inputs", metavar="[PHOTO]...", nargs=-1, type=PHOTO),
@@ -208,28 +210,29 @@ discloses = words.section(
         ),
     ),
 )
+
+
+def _export_option(setting: ExportSetting) -> Callable[[_Command], _Command]:
+    """Return the option for a field of `Export`. Without the option, the value is the default."""
+    default = getattr(_NO_EXPORT, setting.name)
+    given: dict[str, Any] = {"type": common.Whole(1, setting.most)}
+    if isinstance(default, float):
+        given = {"type": common.Number(0.0, float(setting.most))}
+    elif isinstance(default, bool):
+        given = {"is_flag": True, "callback": lambda _, __, value: value is not default}
+    return words.option(
+        setting.option,
+        setting.name,
+        metavar=setting.metavar,
+        needs=setting.needs,
+        help=setting.help,
+        **given,
+    )
+
+
 exports = words.section(
-    OUTPUT,
-    words.option(
-        "--longest-side", "longest_px", type=common.Whole(1, 65500), metavar="PX",
-        help="Downscale to this longer side in the same resampling as the warp, 1..65500",
-    ),
-    words.option(
-        "--quality", type=common.Whole(1, 100),
-        help="JPEG and WebP quality, 1..100 [source quality]; re-encodes the whole picture",
-    ),
-    words.option(
-        "--srgb", is_flag=True, help="Convert to 8-bit sRGB [keep the profile]"
-    ),
-    words.option(
-        "--sharpen", type=common.Number(0.0, 200.0), metavar="PERCENT", needs="--longest-side",
-        help="Sharpen downscaled pictures, 0..200 [0]",
-    ),
-    words.option(
-        "--no-metadata", "bare", is_flag=True,
-        help="Omit EXIF, XMP, IPTC and similar; keep the profile",
-    ),
-)  # fmt: skip
+    OUTPUT, *(_export_option(it) for it in EXPORT_SETTINGS.values() if it.option)
+)
 
 chooses_percent = _option(SETTINGS["percent"])
 # For commands that repeat the paper's experiments.

@@ -31,8 +31,10 @@ from kogao_core.photo import (
 from kogao_core.photo.disclosure.disclosing import Disclosure
 from kogao_core.photo.disclosure.label import check_label
 from kogao_core.photo.export import Export
+from kogao_core.photo.profiles import for_search
 from kogao_core.projects import interchange
 from kogao_core.projects.results import Results
+from kogao_core.recipe.export import EXPORT_SETTINGS
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.retouch import RetouchJob
 
@@ -111,9 +113,7 @@ def points_of(photo: Photo, place: Path | None) -> list[Face] | None:
     if place is None:
         return None
     with ending.stopping(BadFile, ending.UNREADABLE):
-        faces = interchange.read(interchange.file_for(photo.path, place))
-        interchange.check_inside(faces, Box.of(photo.pixels))
-    return faces
+        return interchange.faces_of(photo, place)
 
 
 def find_faces(
@@ -131,7 +131,7 @@ def find_faces(
         return given
     with ending.stopping((assets.AssetMissing, ModelRefused), ending.BROKEN):
         try:
-            faces = (known or landmark_source(landmarks)).find(photo.pixels)
+            faces = (known or landmark_source(landmarks)).find(for_search(photo))
         except ValueError as error:  # raised by `Face`
             raise ending.Stop(
                 Text(
@@ -191,6 +191,6 @@ def job_of(args: SimpleNamespace, recipe: Recipe, **more: Any) -> RetouchJob:
 
 def export_of(args: SimpleNamespace, **more: Any) -> Export:
     """Return the value of `options.exports`, with more fields."""
-    fields = ("longest_px", "quality", "srgb", "sharpen")
-    chosen: dict[str, Any] = {name: getattr(args, name) or 0 for name in fields}
-    return Export(**chosen, metadata=not args.bare, **more)
+    options = (name for name, setting in EXPORT_SETTINGS.items() if setting.option)
+    given = {name: getattr(args, name) for name in options if getattr(args, name) is not None}
+    return Export(**given, **more)

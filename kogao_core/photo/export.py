@@ -6,60 +6,41 @@
 from __future__ import annotations
 
 import dataclasses
-import io
 import re
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import cv2
 import numpy as np
-from PIL import Image as Pillow
-from PIL import ImageCms
 
 from kogao_core.base.display import eight_bits
 from kogao_core.base.geometry import Image
 from kogao_core.base.language import Text
 from kogao_core.base.wording import shown
+from kogao_core.photo import profiles
 from kogao_core.photo.errors import RefusedOutput
 from kogao_core.photo.formats import FORMATS, READ_ONLY, png
+from kogao_core.photo.formats.jpeg import JPEG
 from kogao_core.photo.metadata import jpeg_extras, kinds
 from kogao_core.photo.model import Photo, channels_of
+from kogao_core.recipe.export import ExportSettings
 
-LONGEST_PX: Final = 65500
 # Sigma of the sharpening blur, in pixels of the result.
 _SHARPEN_PX: Final = 0.6
-# Bytes of the creation date in an ICC profile, set to zero for reproducible files.
-_DATE: Final = slice(24, 36)
+_NO_BLOCK: Final = Text("without its metadata, every block of the JPEG was compressed again")
 _FIELD: Final = re.compile(r"\{(\w*)\}")
 _FIELDS: Final = ("name", "n", "amount")
 _SEPARATORS: Final = re.compile(r'[<>:"/\\|?*\x00-\x1f]')
 
 
 @dataclass(frozen=True, slots=True)
-class Export:
+class Export(ExportSettings):
     """Options for saving a copy. The defaults preserve as much of the source as possible."""
-
-    longest_px: int = 0  # maximum length of the longer side; 0 keeps the size; never enlarges
-    ending: str = ""  # file name extension such as .jpg; empty keeps the photo's format
-    quality: int = 0  # JPEG and WebP quality, 1 to 100; 0 uses the source's quality, or 95
-    srgb: bool = False  # convert to 8-bit sRGB; False preserves the photo's profile
-    sharpen: float = 0.0  # sharpening of pictures with reduced size, 0 to 200 %
-    name: str = "{name}"  # file name template with {name}, {n} and {amount}
-    metadata: bool = True  # preserve EXIF, XMP, IPTC and other metadata
 
     def __post_init__(self) -> None:
         """Validate all fields. Raises ValueError."""
-        ranges = {"longest_px": LONGEST_PX, "quality": 100, "sharpen": 200}
-        for field, most in ranges.items():
-            value: Any = getattr(self, field)
-            if not 0 <= value <= most:
-                raise ValueError(
-                    Text(
-                        "{name} must be within {low:g}..{high:g}, got {value}",
-                        name=field, low=0, high=most, value=shown(value),
-                    )
-                )  # fmt: skip
+        self.check_ranges()
         if self.ending and self.ending not in FORMATS:
             raise ValueError(Text("no photo is written as {ending}", ending=shown(self.ending)))
         unknown = [field for field in _FIELD.findall(self.name) if field not in _FIELDS]
@@ -74,8 +55,8 @@ class Export:
     @property
     def coding(self) -> int | None:
         """Quality for `write`. None: preserve as much of the source's encoding as possible."""
-        changes = self.longest_px or self.quality or self.srgb or self.sharpen
-        return None if not changes and self.metadata else self.quality
+        same_coding = dataclasses.replace(self, ending=AS_IT_IS.ending, name=AS_IT_IS.name)
+        return None if same_coding == AS_IT_IS else self.quality
 
     def reduces(self, photo: Photo) -> bool:
         """Return True if the export is smaller than the photo."""
@@ -100,21 +81,27 @@ class Export:
 
         Raises RefusedOutput for --srgb if the colours are unknown.
         """
-        if self.srgb and any(one.kind is kinds.COLOURS for one in photo.extras):
+        rare = {one.kind for one in photo.extras} & {kinds.COLOURS, kinds.RARE_COLOURS}
+        if self.srgb and rare and photo.icc_profile is None:
             raise RefusedOutput(
                 Text(
-                    "{path} has no colour profile but PNG chunks with other colours, which can't "
-                    "be converted to sRGB; leave the colours as they are",
+                    "{path} names its colours in a rare way, which can't be converted to sRGB; "
+                    "leave the colours as they are",
                     path=photo.path,
                 )
             )
         if self.sharpen and pixels.shape[:2] != photo.pixels.shape[:2]:
             pixels = _sharpened(pixels, self.sharpen / 100.0)
         if not self.metadata:
+            lost = {one.name: 0 for one in photo.extras if one.kind in JPEG.companions}
+            notes = [Text("not kept: {lost}", lost=Text.joined(", ", lost))] if lost else []
+            if photo.format == JPEG.name:
+                notes.append(_NO_BLOCK)
             photo = dataclasses.replace(
-                photo, exif=None, xmp=None, photoshop=None, carried=(), extras=()
-            )
-        return _in_srgb(photo, eight_bits(pixels)) if self.srgb else (photo, pixels)
+                photo, exif=None, xmp=None, photoshop=None, carried=(), extras=(),
+                notes=(*photo.notes, *notes),
+            )  # fmt: skip
+        return _in_srgb(photo, pixels) if self.srgb else (photo, pixels)
 
 
 AS_IT_IS: Final = Export()
@@ -131,26 +118,17 @@ def _sharpened(pixels: Image, share: float) -> Image:
 
 
 def _in_srgb(photo: Photo, pixels: Image) -> tuple[Photo, Image]:
-    """Convert 8-bit pixels to sRGB and replace the photo's profile. Keep a damaged profile."""
-    srgb = ImageCms.ImageCmsProfile(ImageCms.createProfile("sRGB"))
+    """Convert pixels to 8-bit sRGB and replace the photo's profile. Keep a damaged profile."""
+    photo, pixels = profiles.tone_mapped(photo, pixels)
+    pixels = eight_bits(pixels)
     if photo.icc_profile is not None:
-        colours = pixels if channels_of(pixels) in (1, 3) else pixels[..., :-1]
-        picture = Pillow.fromarray(np.ascontiguousarray(np.squeeze(colours)))
         try:
-            source = ImageCms.ImageCmsProfile(io.BytesIO(photo.icc_profile))
-            turned = ImageCms.profileToProfile(
-                picture, source, srgb, ImageCms.Intent.RELATIVE_COLORIMETRIC, "RGB",
-                flags=ImageCms.Flags.BLACKPOINTCOMPENSATION | ImageCms.Flags.HIGHRESPRECALC,
-            )  # fmt: skip
-        except (ImageCms.PyCMSError, OSError):
+            pixels = profiles.to_srgb(pixels, photo.icc_profile)
+        except profiles.DAMAGED:
             note = Text("its colour profile can't be followed, so it was kept")
             return dataclasses.replace(photo, notes=(*photo.notes, note)), pixels
-        done = np.asarray(turned)
-        pixels = done if colours is pixels else np.dstack([done, pixels[..., -1]])
     elif channels_of(pixels) < 3:
         return photo, pixels  # grey without a profile is the same in sRGB
-    made = srgb.tobytes()
-    undated = made[: _DATE.start] + bytes(12) + made[_DATE.stop :]
     of_colours = png.is_colour if photo.format == "PNG" else jpeg_extras.is_colour
     carried = tuple(one for one in photo.carried if not of_colours(one))
-    return dataclasses.replace(photo, icc_profile=undated, carried=carried), pixels
+    return dataclasses.replace(photo, icc_profile=profiles.srgb(), carried=carried), pixels

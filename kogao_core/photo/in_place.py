@@ -24,6 +24,7 @@ from kogao_core.photo.originals import Originals, StoreFull
 from kogao_core.photo.reading import read
 from kogao_core.photo.writing import check_output, write
 
+_UNCOMPRESSED: Final = 1
 _PICTURES: Final = (kinds.LAYERS, kinds.CHANNELS, kinds.FURTHER)
 
 
@@ -64,6 +65,8 @@ def check_in_place(photo: Photo) -> None:
     if number is not None and number not in LOSSLESS:
         name = compression_name(number)
         converted.append(Text("compressed by LZW instead of {compression}", compression=name))
+    if number not in (None, _UNCOMPRESSED) and photo.channels == 2:
+        converted.append(Text("uncompressed"))
     more = dict.fromkeys(extra.name for extra in photo.extras if extra.kind in _PICTURES)
     if more and photo.format != "JPEG":
         converted.append(Text("without {names}", names=Text.joined(", ", more)))

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import IO, Final, Literal
 
 from PIL import Image as Pillow
-from PIL import UnidentifiedImageError
+from PIL import PngImagePlugin, UnidentifiedImageError
 
 from kogao_core.base.language import Text
 from kogao_core.base.stderr import hushed
@@ -34,6 +34,7 @@ _PILLOWS: Final = tuple(form.name for form in formats.ALL if form.decode is None
 # Test for raw photos first, by file name: most raw files are also valid TIFF files.
 _OTHERS: Final = sorted(formats.ALL, key=lambda form: form.name != "RAW")
 _LOCK: Final = threading.Lock()
+_TEXT_BYTES: Final = 1 << 24  # most bytes of an unpacked text or profile of a PNG
 
 
 def read(
@@ -155,13 +156,14 @@ def _decoded(source: Source) -> Photo:
 
 @contextmanager
 def _own_limits() -> Iterator[None]:
-    # Disable Pillow's limit, a global variable: `_check_size` applies Kogao's limit.
+    # Pillow's limits are global variables. `_check_size` applies Kogao's limit of the size.
     with _LOCK:
         limit, Pillow.MAX_IMAGE_PIXELS = Pillow.MAX_IMAGE_PIXELS, None
+        most, PngImagePlugin.MAX_TEXT_CHUNK = PngImagePlugin.MAX_TEXT_CHUNK, _TEXT_BYTES
         try:
             yield
         finally:
-            Pillow.MAX_IMAGE_PIXELS = limit
+            Pillow.MAX_IMAGE_PIXELS, PngImagePlugin.MAX_TEXT_CHUNK = limit, most
 
 
 def _check_size(width: int, height: int, pixel_bytes: int, max_megapixels: float) -> None:

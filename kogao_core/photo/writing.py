@@ -21,7 +21,7 @@ from kogao_core.base.display import eight_bits
 from kogao_core.base.geometry import Box, Image, check_image, check_type
 from kogao_core.base.language import Text
 from kogao_core.base.wording import system_reason
-from kogao_core.photo import formats
+from kogao_core.photo import formats, profiles
 from kogao_core.photo.errors import CannotWrite, RefusedOutput
 from kogao_core.photo.formats import FORMATS
 from kogao_core.photo.formats.base import Content, FileFormat
@@ -111,6 +111,8 @@ def write(
     check_image(pixels)
     path = Path(path)
     name = check_output(path, force=force)
+    if not formats.BY_NAME[name].holds_hdr and name != photo.format:
+        photo, pixels = profiles.tone_mapped(photo, pixels)
     if quality is not None and pixels.dtype == np.uint16 and bits_of(path) == 8:
         pixels = eight_bits(pixels)
     check_holds(path, pixels)
@@ -158,10 +160,12 @@ def write(
         is_full = error.errno in (errno.ENOSPC, errno.EDQUOT)
         raise CannotWrite(
             Text(
-                "{path} can't be written ({reason}); {advice}",
+                "{path} can't be written ({reason}); {remedy}",
                 path=path,
                 reason=system_reason(error),
-                advice=Text("make room, or choose another drive")
+                remedy=Text("choose another name")
+                if isinstance(error, NotAFile)
+                else Text("make room, or choose another drive")
                 if is_full
                 else Text("choose another folder or drive, or a shorter name"),
             )
@@ -204,7 +208,7 @@ def check_output(path: str | os.PathLike[str], *, force: bool = False) -> str:
     except NotAFile as error:
         raise RefusedOutput(
             Text(
-                "{path} can't be replaced: {reason}; name a file",
+                "{path} can't be replaced: {reason}; name another file",
                 path=path,
                 reason=system_reason(error),
             )
@@ -282,6 +286,8 @@ def _worth_knowing(
         )
     if photo.icc_profile and form.becomes_colour(pixels):
         notes.append(Text("grey became RGB, without its colour profile"))
+    if pixels.dtype == np.uint16 and form.deep_bits < 16:
+        notes.append(Text("stored with {bits} bits", bits=form.deep_bits))
     return Text.joined("; ", [*notes, _spread(photo, pixels), kept])
 
 

@@ -1,7 +1,7 @@
-"""Import of landmarks from JSON, CSV and iBUG's .pts, export to JSON and CSV (docs/interchange.md).
+"""Import of landmarks of Kogao and other programs, export to JSON and CSV (docs/interchange.md).
 
 Coordinates are px of the upright photo: pixel centres at whole numbers from 0, x to the right, y
-down. Only .pts counts pixels from 1.
+down. `landmark_files` holds the table of formats.
 """
 
 from __future__ import annotations
@@ -9,66 +9,151 @@ from __future__ import annotations
 import csv
 import io
 import json
-import math
 import re
-from collections.abc import Sequence
-from itertools import islice
-from pathlib import Path
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from pathlib import Path, PureWindowsPath
 from typing import Final
 
 import numpy as np
 
-from kogao_core.additions.limits import MOST_LANDMARKS, OutOfBounds, check_faces
+from kogao_core.additions.limits import OutOfBounds, check_faces
 from kogao_core.base import json_reader
 from kogao_core.base.atomic import atomic_write
 from kogao_core.base.geometry import Array, Box
-from kogao_core.base.json_reader import BadFile, Node
+from kogao_core.base.json_reader import BadFile
 from kogao_core.base.language import Text
-from kogao_core.base.wording import shown
 from kogao_core.faces.face import OUTLINE_POINTS, Face
-from kogao_core.faces.landmarks.outline import resampled
+from kogao_core.faces.landmarks import find, networks_are_here
+from kogao_core.faces.landmarks.mesh import EYES, MOUTH
+from kogao_core.faces.landmarks.outline import resampled, silhouette
+from kogao_core.photo import Photo
+from kogao_core.photo.profiles import for_search
+from kogao_core.projects import landmark_files
+from kogao_core.projects.landmark_files import MESH_COUNTS, SUFFIXES, Format, Listed, Mark
 
-SUFFIXES: Final = (".json", ".csv", ".pts")
-MOST_BYTES: Final = 8 * 2**20
-_EYES, _MOUTH = 4, 2
+_PARTS: Final = {"outline": OUTLINE_POINTS, "eye": 4, "mouth": 2}
 _OWN_NAMES: Final = tuple(
-    f"{part}-{number}"
-    for part, count in (("outline", OUTLINE_POINTS), ("eye", _EYES), ("mouth", _MOUTH))
-    for number in range(1, count + 1)
+    f"{part}-{number}" for part, count in _PARTS.items() for number in range(1, count + 1)
 )
-_MOST_POINTS: Final = 10_000
-_MOST_FACES: Final = 1000
-# More lines than a thousand faces need, with the line ends of Windows.
-_MOST_LINES: Final = 400_000
-_LONGEST_LINE: Final = 100_000
-_LINE_ENDS: Final = re.compile("[\n\r\v\f\x1c-\x1e\x85\u2028\u2029]")
-# The largest coordinate of a landmark, px.
-_FARTHEST_PX: Final = 1e6
 _STEPS: Final = 16  # straight pieces between two points of an outline
-# Outline, eyes and mouth among the 68 points of iBUG and dlib.
-_IBUG_POINTS: Final = 68
-_IBUG: Final = (range(17), (36, 39, 42, 45), (48, 54))
+# Outline, eyes and mouth among the points of other programs.
+_LAYOUTS: Final[Mapping[int, tuple[Sequence[int], ...]]] = {
+    27: (range(21), range(21, 25), (25, 26)),
+    68: (range(17), (36, 39, 42, 45), (48, 54)),  # iBUG, dlib
+    189: (  # WebMorph, FRL
+        (109, 185, 110, 186, 111, *range(125, 134), 114, 188, 113, 187, 112),
+        (18, 22, 23, 27),
+        (87, 93),
+    ),
+    **dict.fromkeys(MESH_COUNTS, ((), EYES, MOUTH)),  # MediaPipe: its silhouette is the outline
+}
+# Our points in a mirrored photo.
+_MIRRORED: Final = [*range(20, -1, -1), 24, 23, 22, 21, 26, 25]
+# Mean distance of points that fit, in outer inter-ocular distances. Hand labels are at 0.03, a
+# missing face's neighbours in groups at 0.1.
+_FITS: Final = 0.06
+# MediaPipe's points lie half a pixel of the network's input too far right and down. Measured on 8
+# portraits and their mirror images, in outer inter-ocular distances.
+_MESH_SHIFT: Final = 0.0038
+# Coordinates up to this are shares of the photo's size, not px.
+_MOST_SHARE: Final = 2.0
 
 
-def read(path: Path) -> list[Face]:
-    """Read the faces of a landmark file, px of the photo; at least one. Raises BadFile."""
+def faces_of(photo: Photo, place: Path) -> list[Face]:
+    """Read and check the faces of a photo from a landmark file or folder. Raises BadFile."""
+    image = Box.of(photo.pixels)
+    faces = read(file_for(photo.path, place), photo.path.name, image)
+    check_inside(faces, image)
+    if networks_are_here():
+        check_found(faces, find(for_search(photo)), image)
+    return faces
+
+
+def read(path: Path, photo: str, image: Box) -> list[Face]:
+    """Read the faces of a photo from a landmark file, px; at least one. Raises BadFile.
+
+    `photo` is the photo's file name, for files about several photos.
+    """
     if (suffix := path.suffix.lower()) not in SUFFIXES:
+        names = ", ".join(SUFFIXES)
+        raise BadFile(Text("{path} must end in one of {names}", path=path, names=names))
+    data = json_reader.read(path, landmark_files.MOST_BYTES)
+    try:
+        form, faces = landmark_files.parse(data, suffix)
+        found = [
+            marks if isinstance(marks, Face) else face_of(_pixels(marks, form, image))
+            for marks in _about(faces, photo)
+        ]
+        for number, face in enumerate(found, start=1):
+            _check_shape(face, number)
+    except (BadFile, ValueError) as error:
+        raise BadFile(Text("{path} can't be used: {error}", path=path, error=error)) from None
+    return found
+
+
+def _about(faces: Sequence[Listed | Face], photo: str) -> Sequence[Listed | Face]:
+    """Return the faces of one photo. Raises BadFile if a file of several photos lacks the photo."""
+    stems = [
+        "" if isinstance(face, Face) else PureWindowsPath(face.photo).stem.lower() for face in faces
+    ]
+    if len(set(stems)) == 1:
+        return faces
+    own = PureWindowsPath(photo).stem.lower()
+    if own not in stems:
+        raise BadFile(Text("the file has points for other photos, none for {photo}", photo=photo))
+    return [face for face, stem in zip(faces, stems, strict=True) if stem == own]
+
+
+def _pixels(marks: Listed, form: Format, image: Box) -> Array:
+    """Return the points of a face in the order of their names, px of the photo. Raises BadFile."""
+    size = image.width, image.height
+    if marks.size not in (None, size):
+        sizes = [f"{width} x {height}" for width, height in (marks.size, size)]
         raise BadFile(
             Text(
-                "{path} must end in one of {names}; save points of other programs as .csv with "
-                "columns x and y",
-                path=path,
-                names=", ".join(SUFFIXES),
+                "it marks a photo of {size} px, this one has {own} px", size=sizes[0], own=sizes[1]
             )
         )
-    data = json_reader.read(path, MOST_BYTES)
-    try:
-        if suffix == ".json":
-            return parse_faces(data)
-        sets = parse_csv(data) if suffix == ".csv" else [parse_pts(data)]
-        return [face_of(points) for points in sets]
-    except BadFile as error:
-        raise BadFile(Text("{path} can't be used: {error}", path=path, error=error)) from None
+    ordered, outline = _in_order(marks.points)
+    points = landmark_files.coordinates(ordered)
+    shares = np.abs(points).max(initial=0.0) <= _MOST_SHARE
+    if len(points) in MESH_COUNTS:
+        points *= size if shares else 1.0
+        across = points[EYES[3]] - points[EYES[0]]
+        return points - _MESH_SHIFT * np.array([across[0] - across[1], across[1] + across[0]])
+    if shares:
+        raise BadFile(
+            Text("its points are shares of the photo's size; multiply by width and height")
+        )
+    if outline not in (0, OUTLINE_POINTS):
+        points = np.vstack([along(points[:outline], OUTLINE_POINTS), points[outline:]])
+    return points - form.first_pixel
+
+
+def _in_order(marks: list[Mark]) -> tuple[list[Mark], int]:
+    """Sort points by names or numbers; keep the order if the names mean nothing to Kogao.
+
+    Equal names count from 1 in the order of the file. Also return the number of outline points if
+    the names are ours, else 0. Raises BadFile.
+    """
+    seen: Counter[str] = Counter()
+    keys: list[tuple[str, int]] = []
+    names = [re.sub(r"[\s_]+", "-", str(mark[0]).strip().lower()) for mark in marks]
+    for name in names if len(set(names)) > 1 else [""] * len(names):
+        part = name.rstrip("0123456789")
+        seen[part] += 1
+        keys.append((part.rstrip("-").removesuffix("s"), int(name[len(part) :][-9:] or seen[part])))
+    counts = Counter(part for part, _ in keys)
+    is_ours = counts.keys() == set(_PARTS)
+    if len(counts) > 1 and not is_ours:
+        return marks, 0
+    order = sorted(range(len(marks)), key=lambda k: ("outline eye mouth".find(keys[k][0]), keys[k]))
+    lows = {part: min(number for one, number in keys if one == part) for part in counts}
+    wanted = {(part, lows[part] + k) for part, count in counts.items() for k in range(count)}
+    if set(keys) != wanted or max(lows.values(), default=0) > 1:
+        raise BadFile(Text("its points must be numbered from 0 or 1, each number once"))
+    return [marks[k] for k in order], counts["outline"] if is_ours else 0
 
 
 def file_for(photo: Path, place: Path) -> Path:
@@ -109,44 +194,103 @@ def check_inside(faces: Sequence[Face], image: Box) -> None:
     for number, face in enumerate(faces, start=1):
         x, y = face.middle
         if not (image.left <= x < image.right and image.top <= y < image.bottom):
+            place, size = f"{x:.0f}, {y:.0f}", f"{image.width} x {image.height}"
             raise BadFile(
                 Text(
-                    "face {number} lies at {x:.0f}, {y:.0f}, outside the photo of "
-                    "{width} x {height} px; the points belong to another photo or "
-                    "size",
-                    number=number,
-                    x=x,
-                    y=y,
-                    width=image.width,
-                    height=image.height,
+                    "face {number} lies at {place}, outside the photo of {size} px; the points "
+                    "belong to another photo or size", number=number, place=place, size=size,
                 )
-            )
+            )  # fmt: skip
     try:
         check_faces(faces, image, typed=True)
     except OutOfBounds as error:
         raise BadFile(str(error)) from None
 
 
-def face_of(points: Array) -> Face:
-    """Return the face in 27 points (ours) or 68 (iBUG, dlib), shape (N, 2). Raises BadFile.
+def check_found(faces: Sequence[Face], found: Sequence[Face], image: Box) -> None:
+    """Raise BadFile if points fit a found face only in another scale, mirrored or turned.
 
-    The outline of 68 points is spaced evenly.
+    Points where no face was found are accepted.
     """
-    if len(points) == len(_OWN_NAMES):
-        outline, eyes, mouth = np.split(points, [OUTLINE_POINTS, OUTLINE_POINTS + _EYES])
-    elif len(points) == _IBUG_POINTS:
-        outline, eyes, mouth = (points[list(numbers)] for numbers in _IBUG)
+    last = np.array([image.width - 1.0, image.height - 1.0])
+    for number, face in enumerate(faces, start=1):
+        points = own_points(face)
+        goals = [(own_points(other), other.interocular_px) for other in found]
+        direct = min((_apart(points, *goal) for goal in goals), default=0.0)
+        for goal, unit in goals if direct > _FITS else ():
+            scale = (points * goal).sum() / (points**2).sum()
+            across, down = np.round((last + 1.0) / scale)
+            tried = {
+                Text("a photo of {w:.0f} x {h:.0f} px", w=across, h=down): points * scale,
+                Text("the mirrored photo"): (last * [1, 0] + points * [-1, 1])[_MIRRORED],
+                Text("the photo upside down"): last - points,
+                Text("the photo turned right"): last * [1, 0] + points[:, ::-1] * [-1, 1],
+                Text("the photo turned left"): last * [0, 1] + points[:, ::-1] * [1, -1],
+            }
+            for other, moved in tried.items():
+                if _apart(moved, goal, unit) < min(_FITS, direct / 2.0):
+                    text = Text("face {n} is beside the face, as on {other}", n=number, other=other)
+                    raise BadFile(text)
+
+
+def _apart(points: Array, goal: Array, unit: float) -> float:
+    """Return the mean distance of points in outer inter-ocular distances."""
+    return float(np.linalg.norm(points - goal, axis=1).mean() / max(unit, 1e-9))
+
+
+def face_of(points: Array) -> Face:
+    """Return the face in points of a known layout (`_LAYOUTS`), shape (N, 2). Raises BadFile.
+
+    The outline of another program is spaced evenly.
+    """
+    if len(points) not in _LAYOUTS:
+        counts = ", ".join(map(str, _LAYOUTS))
+        raise BadFile(Text("it has {n} points instead of {counts}", n=len(points), counts=counts))
+    outline, eyes, mouth = (points[list(numbers)] for numbers in _LAYOUTS[len(points)])
+    if len(points) in MESH_COUNTS:
+        outline = silhouette(points, eyes)
+    elif len(outline) != OUTLINE_POINTS:
         outline = along(outline, OUTLINE_POINTS)
-    else:
-        raise BadFile(
-            Text(
-                "the file has {count} points instead of 27 or 68 (docs/interchange.md)",
-                count=len(points),
-            )
-        )
     if not np.linalg.norm(np.diff(outline, axis=0), axis=1).all():
         raise BadFile(Text("two neighbouring points of the outline are equal"))
     return Face(outline, eyes, mouth, source="points")
+
+
+def _check_shape(face: Face, number: int) -> None:
+    """Raise BadFile with the likely reason if points form no face that is seen from outside."""
+    across, down = face.eyes[3] - face.eyes[0], face.mouth_center - face.eye_center
+    outline = own_points(face)[:OUTLINE_POINTS]
+    reason = None
+    if _cross(across, down) < 0.0:
+        if abs(across[1]) > abs(across[0]):
+            reason = Text("x and y are exchanged")
+        elif across[0] > 0.0:
+            reason = Text("y counts upwards instead of downwards")
+        else:
+            reason = Text("left and right are exchanged")
+    elif (
+        _cross(outline[:-1], outline[1:]).sum() > 0.0
+        or (face.mouth[1] - face.mouth[0]) @ across < 0.0
+    ):
+        reason = Text("its outline or mouth runs from right to left, the eyes from left to right")
+    elif _crosses_itself(outline):
+        reason = Text("the outline crosses itself, so the points are in another order")
+    if reason is not None:
+        raise BadFile(Text("face {n} is no face: {reason}", n=number, reason=reason))
+
+
+def _cross(first: Array, second: Array) -> Array:
+    return np.asarray(first[..., 0] * second[..., 1] - first[..., 1] * second[..., 0])
+
+
+def _crosses_itself(line: Array) -> bool:
+    """Tell whether two pieces of a polyline (N, 2) cross."""
+    starts, steps = line[:-1], np.diff(line, axis=0)
+    # Sides of both ends of each piece (columns) beside the line through each other piece (rows).
+    first = _cross(steps[:, None], starts - starts[:, None])
+    last = _cross(steps[:, None], line[1:] - starts[:, None])
+    parts = first * last < 0.0
+    return bool((parts & parts.T).any())
 
 
 def own_points(face: Face) -> Array:
@@ -175,112 +319,6 @@ def along(line: Array, count: int) -> Array:
     return resampled(np.vstack([pieces.reshape(-1, 2), line[-1:]]), count)
 
 
-def _text_of(data: bytes) -> str:
-    """Decode a file without its byte order mark. Raises BadFile."""
-    if len(data) > MOST_BYTES:
-        raise BadFile(
-            Text(
-                "the file has more than {most_bytes} bytes, too many for landmarks",
-                most_bytes=MOST_BYTES,
-            )
-        )
-    try:
-        text = data.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        text = "\0"
-    if "\0" in text:
-        raise BadFile(Text("the file is no text"))
-    start = 0
-    ends = [*islice((end.start() for end in _LINE_ENDS.finditer(text)), _MOST_LINES + 1), len(text)]
-    for end in ends:
-        if len(ends) > _MOST_LINES + 1 or end - start > _LONGEST_LINE:
-            raise BadFile(Text("the file has too many lines, or too long ones, for landmarks"))
-        start = end
-    return text
-
-
-def _coordinates(rows: Sequence[Sequence[str]]) -> Array:
-    """Parse rows of two numbers. Result: (N, 2), px. Raises BadFile."""
-    points = np.empty((len(rows), 2))
-    for number, row in enumerate(rows, start=1):
-        try:
-            x, y = (float(value) for value in row)
-        except ValueError:
-            text = shown(" ".join(row))
-            raise BadFile(
-                Text("point {number} must be two numbers, got {text}", number=number, text=text)
-            ) from None
-        if not all(math.isfinite(value) and abs(value) <= _FARTHEST_PX for value in (x, y)):
-            raise BadFile(
-                Text("point {number} is out of range: {x:g}, {y:g}", number=number, x=x, y=y)
-            )
-        points[number - 1] = x, y
-    return points
-
-
-# .pts: version, number of points, and the points in braces; rows that begin with # are comments.
-# As in Matlab, the centre of the first pixel is 1, 1.
-_FIRST_PIXEL: Final = 1.0
-_PTS: Final = re.compile(
-    r"\s*version:\s*1(?:\.0)?\s+n_points:\s*(\d{1,5})\s*\{([^{}]*)\}\s*", re.ASCII
-)
-
-
-def parse_pts(data: bytes) -> Array:
-    """Parse a .pts file of any number of points. Result: (N, 2). Raises BadFile."""
-    lines = [line for line in _text_of(data).splitlines() if not line.lstrip().startswith("#")]
-    match = _PTS.fullmatch("\n".join(lines))
-    if match is None:
-        raise BadFile(Text("the file must be 'version: 1', 'n_points: N' and the points in braces"))
-    count = int(match[1])
-    rows = [row.split() for row in match[2].splitlines() if row.strip()]
-    if len(rows) != count:
-        raise BadFile(
-            Text("the file says {count} points and has {found}", count=count, found=len(rows))
-        )
-    return _coordinates(rows) - _FIRST_PIXEL
-
-
-def parse_csv(data: bytes) -> list[Array]:
-    """Parse a table with columns x and y, and optional columns face and point. Raises BadFile.
-
-    Columns may be separated by semicolons; numbers then have a decimal comma. The names of
-    `csv_text` in column point sort the rows. Result: (N, 2) per face, in order of the first rows.
-    """
-    try:
-        text = _text_of(data)
-        sign = ";" if ";" in text.partition("\n")[0] else ","
-        rows = [row for row in csv.reader(io.StringIO(text), delimiter=sign, strict=True) if row]
-    except csv.Error as error:
-        raise BadFile(Text("the file is not a table ({error})", error=error)) from None
-    header = [name.strip().lower() for name in rows[0]] if rows else []
-    if header.count("x") != 1 or header.count("y") != 1:
-        raise BadFile(Text("the file's first row must name the columns x and y"))
-    if any(len(row) != len(header) for row in rows[1:]):
-        raise BadFile(
-            Text("every row must have {count} columns, like the first", count=len(header))
-        )
-    face, point, x, y = (
-        header.index(name) if name in header else -1 for name in ("face", "point", "x", "y")
-    )
-    faces: dict[str, list[tuple[str, list[str]]]] = {}
-    for row in rows[1:]:
-        pair = [row[x], row[y]] if sign == "," else [row[k].replace(",", ".") for k in (x, y)]
-        name = row[point].strip() if point >= 0 else ""
-        faces.setdefault(row[face].strip() if face >= 0 else "", []).append((name, pair))
-    if not faces or len(faces) > _MOST_FACES:
-        raise BadFile(Text("the file holds {count} faces", count=len(faces)))
-    return [_coordinates(_in_order(points)) for points in faces.values()]
-
-
-def _in_order(named: list[tuple[str, list[str]]]) -> list[list[str]]:
-    """Sort pairs by the names of `csv_text`; keep the order if the names differ."""
-    by_name = dict(named)
-    if by_name.keys() == set(_OWN_NAMES) and len(named) == len(_OWN_NAMES):
-        return [by_name[name] for name in _OWN_NAMES]
-    return [pair for _, pair in named]
-
-
 def csv_text(faces: Sequence[Array]) -> str:
     """Return a table with one named row for each of the 27 points of each face."""
     rows: list[tuple[object, ...]] = [("face", "point", "x", "y")]
@@ -290,56 +328,6 @@ def csv_text(faces: Sequence[Array]) -> str:
     with io.StringIO(newline="") as out:
         csv.writer(out, lineterminator="\n").writerows(rows)
         return out.getvalue()
-
-
-def parse_faces(data: bytes) -> list[Face]:
-    """Parse JSON of `faces_text` or ``kogao-cli detect --json``, at least one. Raises BadFile."""
-    top = json_reader.parse(data, MOST_BYTES)
-    _check_ours(top.value)
-    faces = top.field("faces").items(_MOST_FACES)
-    if not faces:
-        raise BadFile(Text("the file holds no face"))
-    if sum(face.count("outline") for face in faces) > MOST_LANDMARKS:
-        raise BadFile(
-            Text(
-                "the file's faces have more than {most_landmarks} landmarks together",
-                most_landmarks=MOST_LANDMARKS,
-            )
-        )
-    return [_face(face) for face in faces]
-
-
-def _check_ours(value: object) -> None:
-    """Raise BadFile with advice if the JSON is a project or from another program."""
-    if not isinstance(value, dict) or not value or "faces" in value:
-        return
-    if "unit_px" in value:
-        raise BadFile(
-            Text("it is a project; open it in the editor or use kogao-cli warp --project")
-        )
-    raise BadFile(
-        Text(
-            "it has {fields} instead of the faces of kogao-cli detect --json; save points of "
-            "other programs, such as LabelMe, as a .csv file with columns x and y",
-            fields=shown(", ".join(list(value)[:4])),
-        )
-    )
-
-
-def _face(node: Node) -> Face:
-    outline, eyes, mouth = (_points(node.field(name)) for name in ("outline", "eyes", "mouth"))
-    try:
-        return Face(outline, eyes, mouth)
-    except ValueError as error:
-        node.refuse(Text("is not a face: {error}", error=error))
-
-
-def _points(node: Node) -> Array:
-    rows = [row.items(2) for row in node.items(_MOST_POINTS)]
-    if any(len(row) != 2 for row in rows):
-        node.refuse(Text("must be pairs of numbers"))
-    pairs = [[value.number(-_FARTHEST_PX, _FARTHEST_PX) for value in row] for row in rows]
-    return np.array(pairs).reshape(-1, 2)
 
 
 def faces_text(faces: Sequence[Face]) -> str:

@@ -24,7 +24,7 @@ from kogao_app.features.experiments.dialog import ExperimentDialog, Findings
 from kogao_app.features.files.saver import Saver
 from kogao_app.render.live import REST_MS
 from kogao_app.storage import Storage
-from kogao_app.view_state import Following, Handle
+from kogao_app.view_state import Following, Handle, RenderedFrame
 from kogao_app.widgets import messages
 from kogao_app.widgets.controls import Fold
 from kogao_app.window import Window
@@ -147,6 +147,13 @@ class Driver:
         for fold in self.window.findChildren(Fold):
             fold.button.setChecked(True)
 
+    def drawn(self) -> list[RenderedFrame]:
+        """The frames that are drawn from now on; the list grows."""
+        view, frames = self.editor.view, []
+        view.watch(lambda: frames.extend([view.frame] if view.frame else []), "frame")
+        frames.clear()
+        return frames
+
     def pause_never(self) -> None:
         """Let no pause of a gesture bring the whole photo, which may be there before its preview.
 
@@ -159,10 +166,14 @@ class Driver:
         self.editor.recipe.set_field(field, value)
         self.editor.document.commit()
 
+    def show(self, field: str, value: object) -> None:
+        """Set a field of the recipe as one undo step, and wait until it is shown and kept."""
+        self.set(field, value)
+        self.settle()
+
     def edit(self, percent: float) -> None:
         """Set the warp distance as one undo step, and wait until the edit is kept."""
-        self.set("percent", percent)
-        self.settle()
+        self.show("percent", percent)
 
     def save(self, path: Path) -> None:
         """Save a copy, and wait until it is written."""
@@ -254,7 +265,7 @@ class LastingDriver(Driver):
             for action, checked in self._checked.items():
                 if checked is wanted and action.isChecked() is not wanted:
                     action.trigger()
-        self.editor.view.following = Following()
+        self.editor.view.set(following=Following())
         self.editor.recipe.settings.clear()
         self.editor.preferences.changed.emit()
 
@@ -311,6 +322,7 @@ def storage(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Storage:
     """Where the editor keeps its things; `main` finds the same places."""
     for name in ("CONFIG", "DATA"):
         monkeypatch.setenv(f"XDG_{name}_HOME", str(tmp_path / "home" / name.lower()))
+    monkeypatch.setenv("LOCALAPPDATA", str(tmp_path / "home" / "data"))
     return Storage.of_user()
 
 

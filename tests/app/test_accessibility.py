@@ -2,6 +2,7 @@
 
 import gc
 
+import numpy as np
 import pytest
 from kogao_app.accessibility import tell_choices
 from kogao_app.canvas.spoken import Part
@@ -152,8 +153,9 @@ def test_a_move_is_told_once_it_is_known_whether_it_folds(opened, heard):
 
 def test_a_point_taken_while_the_keys_go_elsewhere_is_named(opened, heard):
     opened.panel("recipe").percent.slider.setFocus()
-    opened.editor.points.grab(Handle("mouth", 0, 1), 0.0, 0.0)
-    opened.editor.points.release()
+    at = np.zeros(2)
+    opened.canvas.begin("points", Handle("mouth", 0, 1), at)
+    opened.canvas.end(at)
     assert heard == ["right mouth corner"]
 
 

@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 from kogao_app import theme
-from kogao_app.render.pictures import PicturePyramid
+from kogao_app.pyramid import PicturePyramid
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication
 from scenes import textured_photo
@@ -85,9 +85,9 @@ def test_a_preview_lies_on_the_board_and_not_on_the_last_picture(bare):
 
 def test_the_original_the_wipe_and_the_loupe_show_the_board_too(bare):
     before = greys(bare, 60, 60)
-    bare.canvas.show_original(True)
+    bare.editor.view.set(original=True)
     assert greys(bare, 60, 60) == before
-    bare.canvas.show_original(False)
+    bare.editor.view.set(original=False)
     bare.key(Qt.Key.Key_W)
     assert greys(bare, 60, 60) == before
 

@@ -1,22 +1,21 @@
-"""Imports of the editor point one way, as ARCHITECTURE.md draws it."""
+"""Imports and state of the editor flow one way, as ARCHITECTURE.md draws it."""
 
 import ast
 import re
 from functools import cache
 from graphlib import TopologicalSorter
 
-from modules import ROOT, for_types_only, modules, tree
+from modules import ROOT, modules, tree
 
 APP = ROOT / "app"
 
 
 def imported(name, path, known):
-    """Return which modules of the editor a module imports, at its top or later."""
-    unseen = for_types_only(tree(path))
+    """Return which modules of the editor a module imports: at its top, later, or for types."""
     package = name.split(".") if path.name == "__init__.py" else name.split(".")[:-1]
     found = set()
     for node in ast.walk(tree(path)):
-        if isinstance(node, ast.ImportFrom) and node.level and node not in unseen:
+        if isinstance(node, ast.ImportFrom) and node.level:
             base = [*package[: len(package) - node.level + 1], *(node.module or "").split(".")]
             start = ".".join(filter(None, base))
             full = (f"{start}.{alias.name}".strip(".") for alias in node.names)
@@ -95,3 +94,35 @@ def test_features_may_be_built_in_any_order_that_their_arguments_allow():
     ]
     assert len(classes) > 20
     assert strangers == []
+
+
+VIEW = {"view", "shown", "_view", "_shown"}  # names of a `ViewState` in the editor
+
+
+def test_the_state_of_the_view_is_set_in_one_way_and_nobody_orders_the_canvas_to_draw():
+    strangers = []
+    for path in sorted(APP.rglob("*.py")):
+        for node in ast.walk(tree(path)):
+            owner = getattr(node, "value", None)
+            name = getattr(owner, "attr", getattr(owner, "id", ""))
+            if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store) and name in VIEW:
+                strangers.append(f"{path.name}:{node.lineno} writes {ast.unparse(node)}")
+            if isinstance(node, ast.Attribute) and "redraw" in node.attr and name != "self":
+                strangers.append(f"{path.name}:{node.lineno} calls {ast.unparse(node)}")
+    assert strangers == []
+
+
+def test_every_signal_says_what_it_carries_and_when():
+    """In a comment above it, or in the section "Signals" of its class."""
+    silent = []
+    for path in sorted(APP.rglob("*.py")):
+        lines = path.read_text(encoding="utf-8").splitlines()
+        for made in (node for node in ast.walk(tree(path)) if isinstance(node, ast.ClassDef)):
+            told = (ast.get_docstring(made) or "").partition("Signals\n---")[2]
+            for node in made.body:
+                call = getattr(node, "value", None)
+                if isinstance(call, ast.Call) and getattr(call.func, "id", "") == "Signal":
+                    name = ast.unparse(node.targets[0])
+                    if name not in told and not lines[node.lineno - 2].lstrip().startswith("# ("):
+                        silent.append(f"{path.name}: {made.name}.{name}")
+    assert silent == []

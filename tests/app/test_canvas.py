@@ -17,7 +17,7 @@ KEYS = Qt.Key
 FINE = """
 import numpy as np
 from kogao_app.document import Document
-from kogao_app.render.pictures import PicturePyramid
+from kogao_app.pyramid import PicturePyramid
 from kogao_app.view_state import ViewState
 from kogao_app.canvas.photo_canvas import PhotoCanvas
 from PySide6.QtCore import QPointF
@@ -28,11 +28,11 @@ app = QApplication([])
 pixels = np.random.default_rng(1).integers(0, 255, (300, 400, 3), np.uint8)
 document = Document()
 document.pyramid = PicturePyramid(pixels)
-view = ViewState(document)
+view = ViewState(document=document)
 canvas = PhotoCanvas(view)
 canvas.resize(260, 200)
 canvas.show()
-canvas.open(document.pyramid)
+document.opened.emit()
 app.processEvents()
 assert canvas.devicePixelRatioF() == 2.0
 canvas.zoom_to(1.0)
@@ -52,7 +52,7 @@ assert picture.shape == (400, 520, 3), picture.shape
 left, top = round(2 * corner.x()), round(2 * corner.y())
 part = picture[top : top + 300, left : left + 400]
 np.testing.assert_array_equal(part, pixels)
-view.compare, view.wipe = "wipe", 0.5
+view.set(compare="wipe", wipe=0.5)
 wiped = seen()
 changed = np.flatnonzero((wiped[300] != picture[300]).any(axis=-1))
 assert abs(np.median(changed) - 260) <= 2, changed

@@ -10,9 +10,9 @@ from colours import SPACES, delta_e_2000, expected_srgb, lab_of_srgb, profile
 from kogao_app.ahead import Ahead
 from kogao_app.document import State
 from kogao_app.features.strip.facts import thumbnail
+from kogao_app.pyramid import PicturePyramid
 from kogao_app.render.colour import pyramid_of, screen_colours, use_screen
 from kogao_app.render.live import Surface
-from kogao_app.render.pictures import PicturePyramid
 from kogao_app.view_state import VisiblePart
 from PIL import ImageCms
 from PySide6.QtCore import QPointF

@@ -1,5 +1,6 @@
 """Text and marks stand out from their ground: by WCAG 4.5 : 1 and 3 : 1 at least."""
 
+import sys
 from functools import partial
 
 import numpy as np
@@ -309,3 +310,15 @@ def test_an_entry_of_a_menu_looks_as_without_an_icon(qtbot, qapp, name):
         return menu.grab().toImage()
 
     assert shown(icons.icon("undo", THEMES[name])) == shown(QIcon())
+
+
+@pytest.mark.parametrize(("code", "lent"), [("ja", True), ("en", False)])
+def test_windows_lends_no_chinese_forms_to_japanese(qapp, monkeypatch, code, lent):
+    before, sheet = qapp.font(), qapp.styleSheet()
+    monkeypatch.setattr(sys, "platform", "win32")
+    monkeypatch.setattr(theme, "language", lambda: code)
+    qapp.setStyleSheet("")
+    theme.apply(qapp, "dark")
+    assert ("Yu Gothic UI" in qapp.font().families()) == lent
+    qapp.setFont(before)
+    qapp.setStyleSheet(sheet)

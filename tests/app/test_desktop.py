@@ -9,10 +9,12 @@ from pathlib import Path
 
 import pytest
 from PySide6.QtCore import QMimeDatabase
+from systems import needs_linux
 
 from kogao_core.cli import desktop
 from kogao_core.photo import formats
 
+pytestmark = needs_linux("files and types of a Linux desktop")
 ROOT = Path(__file__).resolve().parents[2]
 FOLDER = ROOT / "resources" / "desktop"
 NAME = "org.kogao.Kogao"

@@ -1,5 +1,7 @@
 """The open photo exported: the choices, what is kept of them, and what the file is."""
 
+import json
+
 import numpy as np
 import pytest
 from kogao_app.features import export as exporting
@@ -9,6 +11,7 @@ from PySide6.QtWidgets import QDialogButtonBox, QFileDialog, QMessageBox
 
 from kogao_core.base import language
 from kogao_core.photo.export import Export
+from kogao_core.recipe.export import EXPORT_SETTINGS
 
 pytestmark = pytest.mark.usefixtures("one_window")
 
@@ -80,6 +83,22 @@ def test_the_original_is_never_written_over(opened, dialog, photo):
 def test_damaged_choices_of_before_are_as_none(opened):
     opened.editor.exporting.settings.setValue("export/presets", '{"odd": {"quality": 999}}')
     assert "odd" not in exporting.presets(opened.editor.exporting.settings)
+
+
+def test_a_preset_of_another_version_hides_no_other_and_stays_in_the_file(opened, dialog):
+    settings = opened.editor.exporting.settings
+    stored = {"Print": {"quality": 90}, "Poster": {"dpi": 300}, "Web": {"srgb": True}}
+    settings.setValue("export/presets", json.dumps(stored))
+    assert exporting.presets(settings).keys() >= {"Print", "Web"}
+    assert "Poster" not in exporting.presets(settings)
+    dialog.keep("New one")
+    assert json.loads(settings.value("export/presets"))["Poster"] == {"dpi": 300}
+    assert exporting.presets(settings).keys() >= {"Print", "Web", "New one"}
+
+
+def test_every_export_option_has_its_row():
+    """A forgotten row is told here by its name, before any dialog opens."""
+    assert {row.name for row in exporting.FIELDS} >= set(EXPORT_SETTINGS)
 
 
 @pytest.mark.usefixtures("spoken")

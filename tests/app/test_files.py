@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from kogao_app.view_state import Handle
 from kogao_app.widgets.messages import BarAction, Message
-from PySide6.QtCore import QPoint, Qt
+from PySide6.QtCore import QPoint, QStandardPaths, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QFileDialog, QMessageBox, QToolButton
 from scenes import textured_photo
@@ -36,7 +36,7 @@ def test_a_saved_copy_is_the_pipelines_result_bit_for_bit(empty, tmp_path):
     empty.change_something()
     assert empty.window.isWindowModified()
     empty.key(Qt.Key.Key_S, CONTROL)
-    assert empty.dialog(QFileDialog).selectedFiles() == [str(tmp_path / "deep_kogao.png")]
+    assert empty.dialog(QFileDialog).selectedFiles() == [(tmp_path / "deep_kogao.png").as_posix()]
     empty.choose_path(copy)
     empty.qtbot.waitUntil(copy.exists)
     empty.settle()
@@ -167,10 +167,19 @@ def test_a_missing_sample_is_said(empty, lack):
     assert empty.editor.document.photo is None
 
 
+@pytest.mark.parametrize("there", [True, False])
+def test_the_first_dialog_begins_in_pictures(empty, tmp_path, monkeypatch, there):
+    pictures = tmp_path / "Pictures"
+    if there:
+        pictures.mkdir()
+    monkeypatch.setattr(QStandardPaths, "writableLocation", lambda _: str(pictures))
+    assert empty.editor.files.folder == (pictures if there else Path.home())
+
+
 def test_dialogs_begin_in_the_folder_of_the_photo_with_room_for_their_icons(opened, photo):
     opened.key(Qt.Key.Key_O, CONTROL)
     dialog = opened.dialog(QFileDialog)
-    assert dialog.directory().absolutePath() == str(photo.parent)
+    assert dialog.directory().absolutePath() == photo.parent.as_posix()
     for button in dialog.findChildren(QToolButton):
         if button.isVisible() and not button.icon().isNull():
             assert button.width() >= button.minimumSizeHint().width()

@@ -97,15 +97,15 @@ def test_a_dragged_landmark_follows_the_mouse_and_is_one_step(opened, pixels, ha
 
 def test_a_landmark_cannot_be_dragged_far_out_of_the_photo(opened):
     """A project with one would be refused when it is opened again."""
-    editing, image = opened.editor.points, opened.editor.document.image
-    x, y = position(opened.state, LEFT)
-    editing.grab(LEFT, x, y)
-    editing.drag(-100.0, y)
-    near = position(opened.state, LEFT)
-    editing.drag(x - 1e5, y)
-    editing.release()
+    canvas, (x, y) = opened.canvas, position(opened.state, LEFT)
+    canvas.begin("points", LEFT, np.array([x, y]))
+    canvas.move(np.array([-100.0, y]))
+    near, far = position(opened.state, LEFT), np.array([x - 1e5, y])
+    assert near[0] == -100.0
+    canvas.move(far)
+    canvas.end(far)
     np.testing.assert_array_equal(position(opened.state, LEFT), near)
-    check_faces(opened.state.faces, image)
+    check_faces(opened.state.faces, opened.editor.document.image)
 
 
 def test_a_dragged_target_stays_until_it_is_made_automatic(opened):
@@ -196,8 +196,7 @@ def test_a_template_is_moved_turned_and_sized_as_a_whole(opened):
 
 
 def test_previews_are_bilinear_and_rests_are_as_asked_for(opened):
-    frames = []
-    opened.editor.live.drawn.connect(frames.append)
+    frames = opened.drawn()
     opened.pause_never()
     opened.editor.recipe.set_field("percent", 4.1)
     opened.qtbot.waitUntil(lambda: bool(frames))

@@ -8,8 +8,8 @@ import cv2
 import numpy as np
 import pytest
 from kogao_app.document import State
+from kogao_app.pyramid import PicturePyramid
 from kogao_app.render.live import Surface
-from kogao_app.render.pictures import PicturePyramid
 from kogao_app.view_state import Handle, VisiblePart
 from kogao_app.workers import Lane
 from PySide6.QtCore import QPoint
@@ -46,8 +46,7 @@ def test_letting_go_of_a_point_draws_the_picture_once_more(opened):
     at = opened.on_screen(Handle("outline", 0, 9))
     opened.press(at)
     opened.move(at + QPoint(9, 0))
-    drawn = []
-    opened.editor.live.drawn.connect(drawn.append)
+    drawn = opened.drawn()
     opened.qtbot.waitUntil(lambda: bool(drawn))
     drawn.clear()
     opened.release(at + QPoint(9, 0))
@@ -111,7 +110,8 @@ def test_a_picture_whose_preview_comes_last_is_settled_too(opened, monkeypatch):
         return draw(surface, revision, state, part)
 
     monkeypatch.setattr(Surface, "render", late)
-    opened.editor.live.measured.connect(lambda _: measured.set())
+    opened.editor.view.watch(measured.set, "full")
+    measured.clear()
     opened.editor.live.settled.connect(lambda: settled.append(opened.editor.view.frame.whole))
     opened.set("percent", 7.0)
     opened.qtbot.waitUntil(lambda: bool(settled))
@@ -128,7 +128,7 @@ def test_readings_are_marked_until_they_are_those_of_the_whole_photo(opened):
             tuple(label.text() for label in labels)
         )
 
-    opened.editor.live.drawn.connect(look)
+    opened.editor.view.watch(look, "frame")
     opened.editor.document.watch(look)
     settled = [label.text() for label in labels]
     assert all(settled)
@@ -167,13 +167,14 @@ def test_a_preview_reads_as_the_whole_photo_does(start, source, tmp_path):
     driver.pause_never()
     panel, seen = driver.panel("recipe"), []
 
-    def look(frame):
+    def look():
+        frame = driver.editor.view.frame
         texts = panel.one_to_one.text(), panel.residual.text()
         seen.append((frame.whole, [text.removeprefix("≈ ") for text in texts]))
 
+    driver.editor.view.watch(look, "frame")
     for zoom in (driver.canvas.fit, lambda: driver.canvas.zoom_to(0.8)):
         zoom()
-        driver.editor.live.drawn.connect(look)
         for percent in (2.0, 12.0):
             seen.clear()
             driver.editor.recipe.set_field("percent", percent)
@@ -184,4 +185,3 @@ def test_a_preview_reads_as_the_whole_photo_does(start, source, tmp_path):
             assert seen[-1][0]
             assert previews
             assert all(texts == last for texts in previews)
-        driver.editor.live.drawn.disconnect(look)

@@ -158,6 +158,7 @@ def test_retouch_speaks_plainly_and_inspect_exactly(retouch):
 def test_what_goes_wrong_is_said_plainly_too(retouch):
     panel = retouch.panel("recipe")
     retouch.press_key(panel.percent.slider, KEYS.Key_End)
+    retouch.settle()
     assert "clearly different" in panel.gauge.seen.text()
     retouch.set("scope", "face")
     retouch.settle()

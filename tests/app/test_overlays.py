@@ -46,7 +46,7 @@ def declared():
 def test_every_overlay_that_is_declared_is_drawn_at_a_height_of_its_own(empty):
     heights = {one.height: one for one in declared()}
     assert len(heights) == len(set(declared()))
-    drawn = {type(one) for one in unlisted.stack(ViewState(empty.editor.document))}
+    drawn = {type(one) for one in unlisted.stack(ViewState(document=empty.editor.document))}
     assert drawn | {unlisted.Loupe} == set(heights.values())
     assert {one for one in drawn if one.key} == set(LISTED)
 

@@ -148,7 +148,8 @@ def test_a_pens_pressure_is_kept_with_the_stroke(opened):
     opened.settle()
     (stroke,) = strokes(opened)
     np.testing.assert_allclose(stroke.pressure, [0.25, 0.75], atol=1e-3)
-    assert opened.canvas.pressure == 1.0
+    opened.drag(at, INWARDS)
+    assert strokes(opened)[-1].pressure is None, "a mouse follows"
 
 
 def test_a_saved_copy_has_the_strokes_and_keeps_what_is_protected(opened, tmp_path, pixels):

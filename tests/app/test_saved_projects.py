@@ -419,8 +419,7 @@ def test_faces_found_after_an_edit_are_kept_with_it(searched, photo):
 
 def test_points_of_a_face_begun_can_not_be_kept_and_that_is_asked(opened, photo):
     opened.editor.manual.switch("manual")
-    opened.editor.manual.press(Handle("mark", 0, 0), 90.0, 90.0)
-    opened.editor.manual.release()
+    opened.click(opened.canvas.to_screen(np.array([90.0, 90.0])).toPoint())
     opened.settle()
     assert sidecar_of(photo).exists()
     assert opened.window.isWindowModified()

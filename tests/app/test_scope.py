@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 from kogao_app.document import State
+from kogao_app.pyramid import PicturePyramid
 from kogao_app.render.live import Surface, VisiblePart
-from kogao_app.render.pictures import PicturePyramid
 from kogao_app.workspaces import RETOUCH
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest

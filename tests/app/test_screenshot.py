@@ -8,6 +8,7 @@ import cv2
 import pytest
 from kogao_app.__main__ import main
 from kogao_app.editor import Editor
+from systems import TOO_LONG
 from timeouts import LONGEST_S
 
 pytestmark = pytest.mark.usefixtures("qapp")
@@ -69,7 +70,7 @@ def test_a_picture_shows_what_is_asked_for_and_leaves_nothing_beside_the_photo(s
 
 
 @pytest.mark.parametrize(
-    ("name", "said"), [("none.jpg", "none.jpg"), ("x" * 300, "can't be read (File name too long)")]
+    ("name", "said"), [("none.jpg", "none.jpg"), ("x" * 300, f"can't be read ({TOO_LONG})")]
 )
 def test_an_unreadable_photo_ends_with_3_and_one_line(source, tmp_path, shot, capsys, name, said):
     assert run(source, tmp_path / name, "--screenshot", shot) == 3

@@ -81,8 +81,7 @@ def test_faces_appear_as_they_are_found(search):
 
 
 def test_the_photo_is_rendered_once_all_faces_are_there(search):
-    drawn = []
-    search.driver.editor.live.drawn.connect(drawn.append)
+    drawn = search.driver.drawn()
     search.finds(2)
     assert not drawn
     search.ends()

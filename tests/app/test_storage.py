@@ -1,5 +1,6 @@
 """The editor's settings, whoever has written them."""
 
+import sys
 from pathlib import Path
 
 import pytest
@@ -7,7 +8,9 @@ from kogao_app.features import preferences, recent
 from kogao_app.features.disclosure import Told
 from kogao_app.storage import Storage
 from PySide6.QtCore import QByteArray, QSettings
+from systems import TOO_LONG
 
+from kogao_core.base import installed
 from kogao_core.photo import originals
 from kogao_core.recipe import presets
 
@@ -99,9 +102,20 @@ def test_an_editor_works_without_its_folders(start, photo):
     driver = start(photo)
     driver.change_something()
     driver.qtbot.waitUntil(lambda: "kept for a crash" in driver.say())
-    assert driver.say() == "Unsaved changes can't be kept for a crash (File name too long)."
+    assert driver.say() == f"Unsaved changes can't be kept for a crash ({TOO_LONG})."
     driver.editor.close()
     assert not driver.window.isVisible()
+
+
+@pytest.mark.parametrize("system", ["linux", "win32"])
+def test_window_and_command_line_ask_one_place(monkeypatch, tmp_path, system):
+    for name in ("XDG_DATA_HOME", "LOCALAPPDATA"):
+        monkeypatch.setenv(name, str(tmp_path / name))
+    monkeypatch.setattr(sys, "platform", system)
+    storage = Storage.of_user()
+    assert storage.data == installed.data_folder()
+    assert storage.data.is_relative_to(tmp_path)
+    assert (storage.config == storage.data) == (system == "win32")
 
 
 def test_originals_and_presets_lie_where_the_command_line_looks():

@@ -155,9 +155,8 @@ def test_a_preview_holds_what_the_whole_photo_does(empty, door):
     empty.edit(6.0)
     whole = empty.editor.view.frame
     recipe = dataclasses.replace(empty.state.recipe, percent=8.9)
-    drawn = []
+    drawn = empty.drawn()
     empty.pause_never()
-    empty.editor.live.drawn.connect(drawn.append)
     empty.editor.document.preview(dataclasses.replace(empty.state, recipe=recipe), "Warp")
     empty.qtbot.waitUntil(lambda: bool(drawn))
     assert not drawn[0].whole

@@ -238,7 +238,7 @@ def test_inspect_shows_the_values_of_the_field_under_the_cursor(opened):
     opened.settle()
     plate, frame = opened.editor.readings.plate, opened.editor.view.frame
     point = np.round(opened.state.faces[0].outline[3])
-    opened.canvas.hovered.emit(None, *point)
+    opened.editor.view.set(cursor=tuple(point))
     assert plate.isVisible()
     field, grid = frame.rendering.field, frame.rendering.field.lattices[0].grid
     dx, dy = field.at(point[None])[0]
@@ -248,9 +248,9 @@ def test_inspect_shows_the_values_of_the_field_under_the_cursor(opened):
     assert lines[1] == f"displacement {np.hypot(dx, dy):.2f} px ({dx:+.2f}, {dy:+.2f})"
     assert lines[2:4] == [f"det J {det:.3f}", f"face 1: cell ({cell[0]}, {cell[1]})"]
     assert lines[4:] == ["domain: Threshold", "threshold T 0.01562 px"]
-    opened.canvas.hovered.emit(None, 1.0, 1.0)
+    opened.editor.view.set(cursor=(1.0, 1.0))
     assert "domain: Whole image" in plate.text()
-    opened.canvas.hovered.emit(None, -1.0, -1.0)
+    opened.editor.view.set(cursor=None)
     assert not plate.isVisible()
 
 

@@ -1,5 +1,6 @@
 """Blocks of a JPEG in which nothing changed keep their coefficients, bit for bit."""
 
+import sys
 from concurrent.futures import ThreadPoolExecutor
 
 import cv2
@@ -9,6 +10,7 @@ import numpy as np
 import pytest
 from PIL import Image, ImageFile
 from scenes import textured_photo
+from systems import needs_linux
 
 from kogao_core import photo
 from kogao_core.photo.formats.jpeg import JPEG
@@ -219,6 +221,7 @@ def test_threads_write_the_same_file(tmp_path, monkeypatch, kind):
             np.testing.assert_array_equal(plane, other)
 
 
+@needs_linux("reads ahead on Linux only")
 def test_blocks_read_ahead_are_used_once_and_for_the_same_file_only(tmp_path, monkeypatch):
     path = jpeg_file(tmp_path / "in.jpg", textured_photo(160, 120))
     other = jpeg_file(tmp_path / "other.jpg", textured_photo(160, 120, seed=2)).read_bytes()
@@ -290,3 +293,42 @@ def test_a_grey_jpeg_keeps_its_blocks_whatever_factors_it_names(tmp_path):
     assert "of the JPEG unchanged" in said
     ((before, _),), ((after, _),) = components(path), components(tmp_path / "out.jpg")
     np.testing.assert_array_equal(after[8:], before[8:])
+
+
+class OpensAsciiOnly:
+    """jpeglib's C library on Windows, which takes names in the system's code page."""
+
+    def __init__(self, library):
+        self.library = library
+
+    def read_jpeg_dct(self, name, *others):
+        return name.isascii() and self.library.read_jpeg_dct(name, *others)
+
+    def write_jpeg_dct(self, source, name, *others):
+        return name.isascii() and self.library.write_jpeg_dct(source, name, *others)
+
+
+@pytest.mark.parametrize("temporary", ["short", "Émile"])
+def test_blocks_stay_where_the_library_opens_ascii_paths_only(tmp_path, monkeypatch, temporary):
+    folder, ascii_folder = tmp_path / "写真 é", tmp_path / "ProgramData"
+    for one in (folder, ascii_folder, tmp_path / temporary):
+        one.mkdir()
+    library = OpensAsciiOnly(coefficients._library())
+    monkeypatch.setattr(coefficients, "_library", lambda: library)
+    monkeypatch.setattr(coefficients, "gettempdir", lambda: str(tmp_path / temporary))
+    monkeypatch.setenv("PROGRAMDATA", str(ascii_folder))
+    monkeypatch.setattr(sys, "platform", "win32")
+    source = photo.read(jpeg_file(folder / "写真 一.jpg", textured_photo(160, 120)))
+    note = photo.write(source, edited(source), folder / "b 二.jpg")
+    assert "% of the JPEG unchanged" in str(note)
+    assert sorted(one.name for one in folder.iterdir()) == ["b 二.jpg", "写真 一.jpg"]
+    assert not list(ascii_folder.iterdir())
+
+
+def test_a_jpeg_is_compressed_again_without_jpeglib(tmp_path, monkeypatch):
+    source = photo.read(jpeg_file(tmp_path / "in.jpg", textured_photo(160, 120)))
+    coefficients._library.cache_clear()
+    monkeypatch.setattr(coefficients, "find_spec", lambda _: None)
+    note = photo.write(source, edited(source), tmp_path / "out.jpg")
+    assert "compressed again: jpeglib isn't installed" in str(note)
+    assert photo.read(tmp_path / "out.jpg").pixels.shape == source.pixels.shape

@@ -1,5 +1,9 @@
 """Finer outlines: the network's arithmetic, the chain, and how faces are learnt."""
 
+import os
+import subprocess
+import sys
+import zlib
 from pathlib import Path
 
 import cv2
@@ -8,6 +12,7 @@ import pytest
 from kogao_resources.training.edges import learn as training
 from kogao_resources.training.edges import report
 from kogao_resources.training.edges.learn import backward, forward
+from numpy._core._multiarray_umath import __cpu_dispatch__, __cpu_features__
 
 from kogao_core.base.geometry import Affine, Array
 from kogao_core.faces.face import Face
@@ -245,7 +250,29 @@ def test_what_is_hidden_in_a_label_is_not_learnt_as_an_edge() -> None:
     assert one.unseen[20]
 
 
-def test_cielab_equals_the_conversion_of_opencv():
+@pytest.mark.parametrize("step", [3, pytest.param(1, marks=pytest.mark.slow)])
+def test_cielab_equals_the_conversion_of_opencv(step):
+    levels = np.append(np.arange(0, 256, step), 254).astype(np.uint8)
+    for red in levels:
+        colours = np.stack(np.meshgrid(red, levels, levels), axis=-1).reshape(-1, 1, 3)
+        assert (network.cielab(colours) == cv2.cvtColor(colours, cv2.COLOR_RGB2LAB)).all(), red
+
+
+def test_cielab_is_the_same_on_processors_with_fewer_instructions():
+    program = (
+        "import zlib, numpy as np; from kogao_core.faces.landmarks import edges;"
+        "levels = np.append(np.arange(0, 256, 3), 254).astype(np.uint8);"
+        "colours = np.stack(np.meshgrid(levels, levels, levels), axis=-1);"
+        "print(zlib.crc32(edges.cielab(colours)))"
+    )
     levels = np.append(np.arange(0, 256, 3), 254).astype(np.uint8)
     colours = np.stack(np.meshgrid(levels, levels, levels), axis=-1).reshape(-1, 87, 3)
-    assert (network.cielab(colours) == cv2.cvtColor(colours, cv2.COLOR_RGB2LAB)).all()
+    wanted = zlib.crc32(cv2.cvtColor(colours, cv2.COLOR_RGB2LAB))
+    found = [name for name in __cpu_dispatch__ if __cpu_features__[name]]
+    for some in ([], *([name] for name in found), found):
+        environment = {**os.environ, "NPY_DISABLE_CPU_FEATURES": " ".join(some)}
+        done = subprocess.run(
+            [sys.executable, "-W", "ignore", "-c", program],
+            env=environment, capture_output=True, text=True, check=True,
+        )  # fmt: skip
+        assert int(done.stdout) == wanted, some

@@ -14,9 +14,12 @@ from scenes import oval_face, textured_photo
 
 from kogao_core import photo as photos
 from kogao_core.base.geometry import Box
+from kogao_core.cli import ending
+from kogao_core.cli.commands import run
 from kogao_core.photo.export import AS_IT_IS, Export
 from kogao_core.photo.model import Photo
 from kogao_core.pipeline import render
+from kogao_core.recipe.export import EXPORT_SETTINGS
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.resample.canvas import size_of
 
@@ -183,8 +186,33 @@ def test_a_quality_is_that_of_the_file(camera, tmp_path, quality):
 def test_what_keeps_no_byte_of_the_source_says_so_by_its_coding():
     assert AS_IT_IS.coding is None
     assert Export(name="{n}", ending=".png").coding is None
-    for one in ({"longest_px": 9}, {"quality": 9}, {"srgb": True}, {"metadata": False}):
-        assert Export(**one).coding is not None
+
+
+@pytest.mark.parametrize("name", sorted(EXPORT_SETTINGS.keys() - {"name", "ending"}))
+def test_every_other_option_takes_a_new_coding_and_is_refused_in_place(name, tmp_path, capsys):
+    """Without a line of its own here, so that a new option is held to it, too."""
+    default, setting = getattr(AS_IT_IS, name), EXPORT_SETTINGS[name]
+    value = not default if isinstance(default, bool) else type(default)(setting.most)
+    assert Export(**{name: value}).coding is not None
+    if setting.option:
+        given = [] if isinstance(default, bool) else [str(value)]
+        needed = [setting.needs, "100"] if setting.needs else []
+        photo = tmp_path / "a.jpg"
+        Pillow.new("RGB", (16, 16)).save(photo)
+        arguments = ["warp", str(photo), "--in-place", setting.option, *given, *needed]
+        assert run(arguments) == ending.USAGE
+        assert "can't be combined with --in-place" in capsys.readouterr().err
+
+
+def test_every_option_has_a_row_of_the_dialog_by_its_name():
+    """Of a type that the dialog has a control for; otherwise the dialog can't be built."""
+    assert set(EXPORT_SETTINGS) == {field.name for field in dataclasses.fields(Export)}
+    for name, setting in EXPORT_SETTINGS.items():
+        default = getattr(AS_IT_IS, name)
+        assert isinstance(default, (bool, int, float, str)), name
+        assert setting.title, name
+        assert setting.most > 0 or isinstance(default, (bool, str)), name
+        assert bool(setting.help) == bool(setting.option), name
 
 
 def test_16_bits_become_8_where_a_format_holds_no_more(tmp_path):

@@ -62,15 +62,14 @@ class Here:
 )
 def test_what_is_lacking_comes_from_where_this_was_installed(monkeypatch, tmp_path, told, given):
     (tmp_path / "my kogao").mkdir()
-    place = str(tmp_path)[1:]
     if told:
-        told = {**told, "url": told["url"].replace("HERE", place)}
+        told = {**told, "url": told["url"].replace("file:///HERE", tmp_path.as_uri())}
     monkeypatch.setattr(metadata, "distribution", lambda _: Here(told))
     pip = f"{shlex.quote(sys.executable)} -m pip install"
     if given is None:  # nor is an index asked for a name that isn't ours there
         assert "pip" not in installed.again() + installed.adding("heic")
         return
-    given = given.replace("HERE", place)
+    given = given.replace("'/HERE/my kogao'", shlex.quote(str(tmp_path / "my kogao")))
     assert installed.again("--no-deps") == f"{pip} --force-reinstall --no-deps {given}"
     (asked,) = [word for word in shlex.split(installed.adding("heic")) if "[heic]" in word]
     assert asked.replace("[heic]", "") in shlex.split(given)

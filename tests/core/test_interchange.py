@@ -10,13 +10,17 @@ from scenes import oval_face
 from kogao_core.base.geometry import Affine, Box
 from kogao_core.base.json_reader import BadFile
 from kogao_core.faces.face import Face
-from kogao_core.projects import interchange
-from kogao_core.projects.interchange import along, face_of, own_points, read, write
+from kogao_core.projects import interchange, landmark_files
+from kogao_core.projects.interchange import along, face_of, own_points, write
 
-# Outline, eyes and mouth among WebMorph's 189 points.
-OUTLINE = [109, 185, 110, 186, 111, *range(125, 134), 114, 188, 113, 187, 112]
-EYES, MOUTH = [18, 22, 23, 27], [87, 93]
 ROUNDED = 0.00051  # files hold thousandths of a px
+
+
+PHOTO = Box(0, 0, 480, 360)
+
+
+def read(path):
+    return interchange.read(path, "photo.jpg", PHOTO)
 
 
 def turned_face():
@@ -165,14 +169,18 @@ def test_more_points_than_photos_have_faces_for_are_refused(tmp_path, name, cont
 @pytest.mark.parametrize(
     ("content", "found", "advice"),
     [
-        ('{"version": "5.4.1", "flags": {}, "shapes": []}', "version, flags, shapes", ".csv file"),
-        ('{"images": [], "annotations": []}', "images, annotations", ".csv file"),
+        (
+            '[{"id": 1, "annotations": [], "data": {}}]',
+            "id, annotations, data",
+            "Label Studio.*COCO",
+        ),
+        ('{"shapes": 1, "faces_of": 2}', "", "as labelme writes it"),
         ('{"format": "kogao-project", "unit_px": 1024}', "a project", "--project"),
     ],
 )
 def test_json_of_others_is_named_with_a_way_out(tmp_path, content, found, advice):
     (tmp_path / "a.json").write_text(content)
-    with pytest.raises(BadFile, match=f"it (has|is) .*{found}.*; .*{advice}"):
+    with pytest.raises(BadFile, match=f"it (has|is|isn't) .*{found}.*{advice}"):
         read(tmp_path / "a.json")
 
 
@@ -182,7 +190,7 @@ def test_files_too_large_missing_and_folders_are_refused(tmp_path, monkeypatch):
         with pytest.raises(BadFile, match=words):
             read(tmp_path / name)
     (tmp_path / "large.pts").write_bytes(b"# x\n" * 100)
-    monkeypatch.setattr(interchange, "MOST_BYTES", 100)
+    monkeypatch.setattr(landmark_files, "MOST_BYTES", 100)
     with pytest.raises(BadFile, match="too many for landmarks"):
         read(tmp_path / "large.pts")
 
@@ -208,10 +216,8 @@ def test_labels_of_189_points_agree_with_the_mesh(shared_data, weights):
     for person in ("002", "003", "007"):
         photo = read_photo(shared_data / "frll" / f"{person}_neutral.jpg")
         (found,) = MeshSource().find(photo.pixels)
-        table = (shared_data / "frll" / f"{person}_neutral.csv").read_bytes()
-        (points,) = interchange.parse_csv(table)
-        line = along(points[OUTLINE], 21)
-        labelled = Face(line, points[EYES], points[MOUTH])
+        table = shared_data / "frll" / f"{person}_neutral.csv"
+        (labelled,) = interchange.read(table, photo.path.name, Box.of(photo.pixels))
         inner = labelled.outline[3:-3]
         errors = [
             np.linalg.norm(found.eyes - labelled.eyes, axis=1).mean(),
@@ -228,3 +234,199 @@ def test_csv_text_names_our_points():
     assert rows[0] == "face,point,x,y"
     assert rows[11].startswith("1,outline-11,")
     assert rows[-1].startswith("1,mouth-2,")
+
+
+def labelme(points):
+    """Shapes in the order of drawing: the outline as one polyline, corners as points."""
+    outline, corners = points[:21], points[21:]
+    names = ["Eye_3", "Eye_1", "Eye_2", "Eye_4", "mouth_1", "mouth_2"]
+    order = [2, 0, 1, 3, 4, 5]
+    shapes = [
+        {"label": name, "points": [corners[k]], "group_id": None, "shape_type": "point"}
+        for name, k in zip(names, order, strict=True)
+    ]
+    line = {"label": "outline", "points": outline, "group_id": None, "shape_type": "linestrip"}
+    box = {"label": "face", "points": [[0, 0], [9, 9]], "group_id": None, "shape_type": "rectangle"}
+    top = {"version": "6.3.1", "shapes": [box, *shapes, line], "imagePath": "photo.jpg"}
+    return json.dumps(top | {"imageHeight": 360, "imageWidth": 480})
+
+
+def coco(points):
+    flat = [value for x, y in points for value in (x, y, 2)]
+    images = [{"id": k, "file_name": f"a/{n}.jpg", "width": 480, "height": 360}
+              for k, n in ((7, "other"), (8, "photo"))]  # fmt: skip
+    faces = [{"id": 1, "image_id": 7, "category_id": 1, "keypoints": [1, 1, 2] * 27},
+             {"id": 2, "image_id": 8, "category_id": 1, "keypoints": flat}]  # fmt: skip
+    return json.dumps({"images": images, "annotations": faces})
+
+
+def cvat(points):
+    parts = "".join(
+        f'<points label="{k + 1}" outside="0" points="{x:.2f},{y:.2f}"></points>'
+        for k, (x, y) in sorted(enumerate(points), key=lambda part: str(part[0]))
+    )
+    return (
+        '<?xml version="1.0" encoding="utf-8"?>\n<annotations><version>1.1</version>'
+        '<image id="0" name="photo.jpg" width="480" height="360">'
+        f'<box label="head" xtl="1" ytl="1" xbr="9" ybr="9"/>'
+        f'<skeleton label="face" z_order="0">{parts}</skeleton></image></annotations>'
+    )
+
+
+def dlib_xml(points):
+    parts = "".join(f"<part name='{k:02}' x='{x}' y='{y}'/>" for k, (x, y) in enumerate(points))
+    return (
+        "<?xml version='1.0' encoding='ISO-8859-1'?>\n<dataset><name>n</name><images>"
+        "<image file='photo.jpg' width='480' height='360'>"
+        f"<box top='1' left='1' width='9' height='9'>{parts}</box></image></images></dataset>"
+    )
+
+
+def tem(points):
+    rows = "\n".join(f"{x}\t{y}" for x, y in points)
+    return f"{len(points)}\n{rows}\n2\n0\n2\n0 1\n1\n3\n1 2 3\n"
+
+
+def imagej(points):
+    rows = "\n".join(f"{k},0,9,9,9,{x},{y}" for k, (x, y) in enumerate(points, 1))
+    return f" ,Area,Mean,Min,Max,X,Y\n{rows}\n"
+
+
+# Positions of the first pixel's centre, measured in the programs (docs/interchange.md).
+OF_OTHERS = {
+    "labelme.json": (labelme, 0.5),
+    "coco.json": (coco, 0.5),
+    "cvat.xml": (cvat, 0.5),
+    "dlib.xml": (dlib_xml, 0.0),
+    "webmorph.tem": (tem, 0.0),
+    "imagej.csv": (imagej, 0.0),
+}
+
+
+@pytest.mark.parametrize("name", OF_OTHERS)
+def test_files_of_other_programs_are_read_without_their_half_pixel(tmp_path, name):
+    write_as, first_pixel = OF_OTHERS[name]
+    (tmp_path / name).write_text(write_as((oval_face().points + first_pixel).tolist()))
+    (face,) = read(tmp_path / name)
+    np.testing.assert_allclose(face.points, oval_face().points, atol=0.006)
+
+
+def test_mediapipes_shares_become_px(tmp_path):
+    """478 points: eyes and mouth are corners of the mesh, the outline is its silhouette."""
+    from kogao_core.faces.landmarks.mesh import EYES, MOUTH
+    from kogao_core.faces.landmarks.outline import _RIM
+
+    face, mesh = oval_face(), np.tile(oval_face().middle, (478, 1))
+    angle = np.linspace(0, 2 * np.pi, len(_RIM), endpoint=False)
+    radius = np.array([0.6, 0.8]) * np.ptp(face.outline[:, 0])
+    mesh[_RIM] = face.middle + np.column_stack([np.sin(angle), np.cos(angle)]) * radius
+    mesh[list(EYES)], mesh[list(MOUTH)] = face.eyes, face.mouth
+    points = [{"x": x / 480, "y": y / 360, "z": 0.0} for x, y in mesh.tolist()]
+    for number, top in enumerate(({"faceLandmarks": [points]}, [points], {"landmark": points})):
+        path = tmp_path / f"{number}.json"
+        path.write_text(json.dumps(top))
+        (back,) = read(path)
+        away = back.eyes - face.eyes
+        np.testing.assert_allclose(
+            away, np.full_like(away, -0.0038 * face.interocular_px), atol=1e-6
+        )
+        assert len(back.outline) == 21
+
+
+def numbered(order, prefix="", first=1):
+    rows = [f"{prefix}{k + first},{x},{y}" for k, (x, y) in enumerate(oval_face().points.tolist())]
+    return "point,x,y\n" + "\n".join(sorted(rows, key=order) if order else rows[::-1])
+
+
+@pytest.mark.parametrize(
+    "text", [numbered(str), numbered(None), numbered(str, "P_", 0), numbered(str, "landmark ")]
+)
+def test_numbers_sort_points_whatever_a_spreadsheet_made_of_their_order(tmp_path, text):
+    (tmp_path / "a.csv").write_text(text)
+    (face,) = read(tmp_path / "a.csv")
+    np.testing.assert_array_equal(face.points, oval_face().points)
+
+
+def test_an_outline_of_another_count_is_told_by_its_names(tmp_path):
+    face = oval_face()
+    line = along(face.outline, 31)
+    rows = [("Outline", *p) for p in line] + [("EYES", *p) for p in face.eyes]
+    rows += [("mouth", *p) for p in face.mouth]
+    text = "\n".join(f"{name},{x},{y}" for name, x, y in rows)
+    (tmp_path / "a.csv").write_text(f"Point,X,Y\n{text}")
+    (back,) = read(tmp_path / "a.csv")
+    np.testing.assert_allclose(back.points, face.points, atol=0.1)
+
+
+def odd(change):
+    return change(oval_face().points.copy())
+
+
+def reversed_outline(points):
+    points[:21] = points[20::-1]
+    return points
+
+
+def shuffled(points):
+    points[:21] = points[np.argsort([str(k) for k in range(21)])]
+    return points
+
+
+ODD = {
+    "x and y are exchanged": lambda points: points[:, ::-1],
+    "y counts upwards": lambda points: [0, 359] + points * [1, -1],
+    "left and right are exchanged": lambda points: [479, 0] + points * [-1, 1],
+    "runs from right to left": reversed_outline,
+    "crosses itself": shuffled,
+    "shares of the photo's size": lambda points: points / [480, 360],
+}
+
+
+@pytest.mark.parametrize("reason", ODD)
+def test_points_that_form_no_face_are_refused_with_the_likely_reason(tmp_path, reason):
+    rows = "\n".join(f"{x},{y}" for x, y in odd(ODD[reason]))
+    (tmp_path / "a.csv").write_text(f"x,y\n{rows}")
+    with pytest.raises(BadFile, match=reason):
+        read(tmp_path / "a.csv")
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "reason"),
+    [
+        ("a.csv", "x\ty\n1\t2\n", "separated by tabs"),
+        ("a.csv", numbered(str).replace("\n27,", "\n26,"), "numbered from 0 or 1"),
+        ("a.json", labelme(oval_face().points.tolist()).replace("360", "720"), "of 480 x 720"),
+        ("a.json", coco([]).replace("photo", "third"), "none for photo.jpg"),
+        ("a.json", coco([[1.0, 20.0]] * 3), "3 points instead of 27"),
+        ("a.xml", '<!DOCTYPE a [<!ENTITY b "c">]><annotations/>', "definitions"),
+        ("a.xml", "<annotations><image>", "not XML"),
+        ("a.xml", "<html/>", "it has .html. instead"),
+    ],
+)  # fmt: skip
+def test_files_of_others_that_cant_be_used_say_why(tmp_path, name, text, reason):
+    (tmp_path / name).write_text(text)
+    with pytest.raises(BadFile, match=reason):
+        read(tmp_path / name)
+
+
+BESIDE = {
+    "as on a photo of 2(39|40|41) x 1(79|80|81) px": lambda face: face.mapped(
+        Affine.similarity(0.5, 0.0, (0.0, 0.0))
+    ),
+    "the photo upside down": lambda face: face.mapped(
+        Affine.similarity(1.0, 180.0, (479.0, 359.0))
+    ),
+}
+
+
+def test_points_in_another_scale_or_turned_fit_a_found_face_only_so():
+    found = oval_face().mapped(Affine.similarity(0.7, 0.0, (20.0, 30.0)))
+    interchange.check_found([found], [found], PHOTO)
+    interchange.check_found([oval_face()], [], PHOTO)
+    for reason, change in BESIDE.items():
+        with pytest.raises(BadFile, match=reason):
+            interchange.check_found([change(found)], [found], PHOTO)
+    mirrored = found.mapped(Affine(np.diag([-1.0, 1.0]), np.array([479.0, 0.0])))
+    again = Face(mirrored.outline[::-1], mirrored.eyes[::-1], mirrored.mouth[::-1])
+    with pytest.raises(BadFile, match="mirrored"):
+        interchange.check_found([again], [found], PHOTO)

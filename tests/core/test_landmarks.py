@@ -3,6 +3,7 @@
 import sys
 import threading
 from concurrent.futures import ThreadPoolExecutor
+from inspect import signature
 from pathlib import Path
 
 import cv2
@@ -18,7 +19,8 @@ from kogao_core.base.display import rgb8
 from kogao_core.base.geometry import Affine
 from kogao_core.base.threads import Stopped, default_threads, stoppable
 from kogao_core.cli.commands import program
-from kogao_core.faces.landmarks import CHOICES, MeshSource, search, sources
+from kogao_core.faces.face import LandmarkSource
+from kogao_core.faces.landmarks import CHOICES, Choice, MeshSource, search, sources
 from kogao_core.faces.landmarks.aam.source import AamSource
 from kogao_core.faces.landmarks.blazeface import BlazeFace, Detection, Look, Square
 from kogao_core.faces.landmarks.pixels import Pyramid, sharpened
@@ -249,11 +251,18 @@ def test_names_give_their_sources() -> None:
 
 
 @pytest.mark.parametrize("choice", CHOICES, ids=lambda choice: choice.name)
-def test_help_and_the_document_name_every_source(choice: sources.Choice) -> None:
+def test_help_and_the_document_name_every_source(choice: Choice) -> None:
     said = CliRunner().invoke(program, ["detect", "--help"]).output
     assert choice.name in said[said.index("--landmarks [") :].split("]")[0]
     measured = (Path(__file__).parents[2] / "docs" / "measurements.md").read_text(encoding="utf-8")
     assert choice.measured is None or f"\n| {choice.name} | " in measured
+
+
+@pytest.mark.parametrize("choice", CHOICES, ids=lambda choice: choice.name)
+def test_every_source_has_the_name_and_the_signature_of_a_source(choice: Choice) -> None:
+    made = choice.make()
+    assert made.name == choice.name
+    assert signature(type(made).find) == signature(LandmarkSource.find)
 
 
 def test_without_networks_the_aam_is_the_default(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -11,12 +11,14 @@ import files
 import metadata_cases
 import numpy as np
 import pytest
-from PIL import ExifTags, Image, ImageCms
+from PIL import ExifTags, Image, ImageCms, TiffImagePlugin
 
 from kogao_core import photo
 from kogao_core.photo import formats
+from kogao_core.photo.errors import RefusedOutput
 from kogao_core.photo.export import Export
 from kogao_core.photo.formats import common
+from kogao_core.photo.in_place import check_in_place, write_in_place
 from kogao_core.photo.metadata import kinds, references, tiff, tiff_extras
 from kogao_core.photo.metadata.upright import turn_upright
 from kogao_core.photo.reading import extras_of
@@ -24,8 +26,10 @@ from kogao_core.photo.reading import extras_of
 OUTPUTS = {form.suffixes[0]: form for form in formats.WRITTEN}
 DOCUMENT = Path(__file__).parents[2] / "docs" / "fidelity.md"
 KINDS = [one for one in vars(kinds).values() if isinstance(one, kinds.Kind)]
-# The blocks of every round trip in test_fidelity, and what goes without a word.
+# The blocks of every round trip in test_fidelity, what goes without a word, and names of colours,
+# which test_profiles tries.
 ELSEWHERE = {
+    kinds.RARE_COLOURS,
     *(kinds.EXIF, kinds.XMP, kinds.IPTC, kinds.ICC, kinds.GREY_PROFILE, kinds.RESOLUTION),
     *(kinds.ASPECT, kinds.THUMBNAIL, kinds.INDEX, kinds.ADOBE),
 }
@@ -431,3 +435,33 @@ def test_damaged_files_never_stop_the_reader(tmp_path, case):
             assert 0 < tiff_extras.end(io.BytesIO(data)) <= len(data)
         else:
             assert all(isinstance(one, kinds.Extra) for one in extras_of(source, io.BytesIO(data)))
+
+
+def tiff_of(path, *kinds):
+    """A TIFF with a page of each kind (NewSubfileType; None for no such tag)."""
+    pages = []
+    for number, kind in enumerate(kinds):
+        directory = TiffImagePlugin.ImageFileDirectory_v2()
+        if kind is not None:
+            directory[254] = kind
+        page = Image.new("RGB", (24, 18), (40 * number, 90, 30))
+        page.encoderinfo = {"tiffinfo": directory}
+        pages.append(page)
+    pages[0].save(path, save_all=True, append_images=pages[1:], tiffinfo={})
+    return path
+
+
+@pytest.mark.parametrize(
+    ("kinds", "is_refused"),
+    [((None, 1), False), ((None, 1, 1), False), ((None, None), True), ((None, 1, 0), True)],
+)
+def test_a_thumbnail_in_a_tiff_is_no_further_picture(tmp_path, kinds, is_refused):
+    path = tiff_of(tmp_path / "a.tif", *kinds)
+    taken = photo.read(path)
+    if is_refused:
+        with pytest.raises(RefusedOutput, match="further pictures"):
+            check_in_place(taken)
+    else:
+        write_in_place(taken, 255 - taken.pixels, None)
+        with Image.open(path) as written:
+            assert written.n_frames == 1

@@ -2,12 +2,16 @@
 
 import os
 
+import numpy as np
 import pytest
+from scenes import oval_face, textured_photo
 
+from kogao_core.pipeline import render
 from kogao_core.recipe import presets
 from kogao_core.recipe.recipe import Recipe
 
 SIX = Recipe(percent=6.0)
+PHOTO, FACE = textured_photo(), oval_face(forehead=True)
 
 
 @pytest.mark.parametrize(
@@ -64,3 +68,11 @@ def test_the_program_comes_with_presets_of_names_that_files_can_have(tmp_path):
     for name, recipe in presets.BUILT_IN.items():
         presets.add(tmp_path, name, recipe)
     assert presets.listed(tmp_path) == presets.BUILT_IN
+
+
+def test_every_preset_has_an_effect_of_its_own():
+    """None is a twin of another, and none leaves the default face as it is."""
+    recipes = [*presets.BUILT_IN.values()]
+    field = [tuple(render(PHOTO, [FACE], it).field.at(FACE.points).ravel()) for it in recipes]
+    assert len(set(field)) == len(recipes)
+    assert all(np.abs(moves).max() > 0.5 for moves in field)

@@ -291,6 +291,6 @@ def test_a_damaged_list_of_results_is_a_warning_of_the_program(tmp_path):
     done = subprocess.run(
         [sys.executable, "-c", "from kogao_core.cli import main; main()", "forget", "a.jpg"],
         capture_output=True, text=True, check=True, cwd=tmp_path,
-        env=os.environ | {"XDG_DATA_HOME": str(tmp_path)},
+        env=os.environ | dict.fromkeys(["XDG_DATA_HOME", "LOCALAPPDATA"], str(tmp_path)),
     )  # fmt: skip
     assert done.stderr == f"kogao-cli: {place}: skipped 1 damaged line\n"

@@ -14,12 +14,14 @@ import files
 import numpy as np
 import pytest
 from PIL import Image
+from systems import needs_linux
 from timeouts import LONGEST_S
 
 from kogao_core import photo
 from kogao_core.base import installed
 from kogao_core.cli import desktop, integrate
 
+pytestmark = needs_linux("programs and folders of a Linux desktop")
 BIN = "/usr/bin"  # where the Python of the system's programs lies
 NO_FACE = "No face is certain. Choose Kogao: edit… to place faces by hand."
 THEIRS = b"-- mine\nrequire 'tools/script_manager'"

@@ -40,7 +40,7 @@ def test_what_cant_be_done_is_said_and_leaves_nothing(fails, small_portrait, tmp
     for name in ("small.csv", "empty/text.txt"):
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).touch()
-    interchange.write(interchange.read(_far(tmp_path)), tmp_path / "far.json")
+    interchange.write([oval_face(9000, 9000)], tmp_path / "far.json")
     export = ("landmarks", "export", small_portrait)
     warp = ("warp", small_portrait, "-o", tmp_path / "out.png")
     batch = ("batch", small_portrait, "-o", tmp_path / "out")
@@ -49,19 +49,12 @@ def test_what_cant_be_done_is_said_and_leaves_nothing(fails, small_portrait, tmp
         (2, "use --force", *export, "--format", "csv", "-o", tmp_path),
         (2, "several photos", *export, small_portrait, "--format", "csv", "-o", tmp_path / "new"),
         (3, "n_points: N", *warp, "--points", tmp_path / "text.pts"),
-        (3, "save points of other programs as .csv", *warp, "--points", tmp_path / "old.tem"),
+        (3, "must end in one of .json, .csv, .pts, .tem, .xml", *warp, "--points", "points.txt"),
         (3, "another photo or size", *warp, "--points", tmp_path / "far.json"),
         (3, no_points, *batch, "--points", tmp_path / "empty"),
         (2, "combined with --project", *warp, "--points", "x.pts", "--project", "x.kogao.json"),
     ):
         fails(wanted, words, *arguments)
-
-
-def _far(folder):
-    path = folder / "far.csv"
-    rows = [f"{9000 + 3 * k},{9000 + (k - 10) ** 2}" for k in range(27)]
-    path.write_text("\n".join(["x,y", *rows]))
-    return path
 
 
 def test_every_command_reads_landmarks_from_files(cli, small_png, tmp_path):

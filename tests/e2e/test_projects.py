@@ -41,7 +41,8 @@ def once(small_portrait, tmp_path_factory):
         "--protect", "20,20 20,280", "--chin-length", -5, "--even-out", 50, "--save-project",
     )  # fmt: skip
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("XDG_DATA_HOME", str(tmp_path_factory.mktemp("data")))
+        for name in ("XDG_DATA_HOME", "LOCALAPPDATA"):
+            patch.setenv(name, str(tmp_path_factory.mktemp("data")))
         assert run([str(word) for word in warp]) == 0
     return folder
 

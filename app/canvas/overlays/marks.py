@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from collections.abc import Set as AbstractSet
 from functools import lru_cache
 from typing import Final
 
@@ -198,9 +199,9 @@ class Protected(Overlay):
         """Return whether the photo has protection strokes."""
         return bool(view.state.protection.strokes)
 
-    def wanted(self) -> bool:
+    def wanted(self, visible: AbstractSet[str]) -> bool:
         """Return True if the overlay is on or a protecting tool is selected."""
-        return super().wanted() or self.shown.brush.protects
+        return super().wanted(visible) or self.shown.brush.protects
 
     def draw(self, painter: QPainter, place: Place) -> None:
         """Fill the strokes with one hatch, fixed to the photo."""

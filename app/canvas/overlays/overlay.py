@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
 from typing import ClassVar, Final
 
@@ -93,9 +94,9 @@ class Overlay:
         """Return whether the overlay has content to explain in the legend."""
         return bool(view.state.faces) or not cls.handles
 
-    def wanted(self) -> bool:
+    def wanted(self, visible: AbstractSet[str]) -> bool:
         """Return whether the overlay is enabled; always True without a switch."""
-        return not self.key or self.name in self.shown.visible
+        return not self.key or self.name in visible
 
     def draw(self, painter: QPainter, place: Place) -> None:
         """Draw the overlay, in px of the screen."""
@@ -125,8 +126,9 @@ class Layers(pg.GraphicsObject):
         place = Place(affine(painter.worldTransform()), viewport_of(painter, widget))
         painter.setWorldTransform(QTransform())
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        visible = self._shown.visible
         for overlay in self._overlays:
-            if overlay.wanted():
+            if overlay.wanted(visible):
                 painter.save()
                 overlay.draw(painter, place)
                 painter.restore()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from itertools import starmap
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 from PySide6.QtCore import QPointF, QRectF, Qt
@@ -18,13 +18,11 @@ from ...document import CORNERS
 from ...i18n import tr
 from ...view_state import GAIN, Handle, ViewState
 from .. import handles
+from ..photo_layer import PhotoItem
 from . import glyphs
 from .listed import LISTED, kinds
 from .marks import BrushRing
 from .overlay import Overlay, Place
-
-if TYPE_CHECKING:
-    from ..photo_layer import PhotoItem
 
 _BAND_PX: Final = 9.0
 _OPAQUE: Final = 191
@@ -261,7 +259,7 @@ class Loupe(Overlay):
         """Draw both halves and a rim while the cursor is over the photo."""
         if not self.shown.loupe or self.shown.cursor is None or self.shown.original:
             return
-        x, y = self.shown.cursor.tolist()
+        x, y = self.shown.cursor
         (at,) = place.points([(x, y)])
         round_it = QRectF(at.x() - _LOUPE_PX, at.y() - _LOUPE_PX, 2 * _LOUPE_PX, 2 * _LOUPE_PX)
         zoom = _MAGNIFIED * place.zoom

@@ -37,6 +37,7 @@ class _Stopped(Exception):
 class Experiments(Feature):
     """Runs one experiment at a time."""
 
+    # (done: int, of: int): steps of the experiment; from a worker.
     _progressed = Signal(int, int)
 
     def __init__(self, context: Context, landmarks: LandmarkSources) -> None:

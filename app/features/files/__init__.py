@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
-from PySide6.QtCore import Signal
+from PySide6.QtCore import QStandardPaths, Signal
 
 from kogao_core.background.find import BackgroundFinder
 from kogao_core.base import assets
@@ -55,13 +55,21 @@ UNTOUCHED: Final = Recipe(percent=0.0)
 class Files(Feature):
     """Opens photos and saves results."""
 
+    # (): a photo is being read.
     began = Signal()
+    # (): the sample opened at the first start.
     welcomed = Signal()
+    # (opened: Opened): a photo with earlier work is read, and not open yet.
     resuming = Signal(object)
+    # (work: EarlierWork, note: str): earlier work is open again.
     restored = Signal(object, str)
+    # (why: str): no photo could be opened.
     unreadable = Signal(str)
+    # (): the open photo's own file has been replaced.
     saved_over = Signal()
+    # (request: Request): a copy is written.
     saved = Signal(object)
+    # (file: Path): the photo of a project isn't beside the project.
     wants_photo = Signal(object)
     stale = Signal()
     # Photos that no copy may replace, unless Kogao made them.
@@ -97,15 +105,19 @@ class Files(Feature):
         ask_path(self.window, tr("Open a photo"), self.open, filters=filters, at=self.folder)
 
     @property
-    def folder(self) -> Path | None:
-        """Start folder of dialogs: the preferred folder, else the folder of the open photo."""
+    def folder(self) -> Path:
+        """Start folder of dialogs: the preferred one, the open photo's, or Pictures."""
         path, preferred = (
             self.document.path,
             preferences.folder(self.settings, preferences.OPEN_FOLDER),
         )
         if preferred is not None:
             return preferred
-        return None if path is None or is_sample(path) else path.parent
+        if path is not None and not is_sample(path):
+            return path.parent
+        pictures = QStandardPaths.StandardLocation.PicturesLocation
+        place = Path(QStandardPaths.writableLocation(pictures))
+        return place if os.path.isdir(place) else Path.home()
 
     def open(self, path: Path, ahead: Ahead | None = None, *, afresh: bool = False) -> None:
         """Open a photo or a project after the current edits are saved."""

@@ -26,8 +26,8 @@ from kogao_core.projects.results import Provenance
 
 from ...ahead import Ahead
 from ...document import State, UndoSteps
+from ...pyramid import PicturePyramid
 from ...render.colour import pyramid_of, screen_colours
-from ...render.pictures import PicturePyramid
 from ...storage import Storage
 from . import history
 from .history import project_of, state_of

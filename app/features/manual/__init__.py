@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QGridLayout, QLabel, QPushButton, QSizePolicy, QWi
 
 from kogao_core.projects.project import Mode
 
+from ...canvas.tools import marking
 from ...document import State
 from ...i18n import tr
 from ...theme import GRID_PX
@@ -18,8 +19,6 @@ from ...view_state import Handle
 from ...widgets.controls import Fold, action_button, column_of, heading, muted_label, row_of
 from ..feature import Context, Feature
 from ..points import Points
-from ..protect import Protect
-from . import marking
 
 _COLUMNS: Final = 3
 _TICK_MS: Final = 100
@@ -30,14 +29,15 @@ class Manual(Feature):
     """Switches modes, marks points, and measures the setting time."""
 
     name = "manual"
+    # (): the mode, marking or the clock has changed.
     changed = Signal()
+    # (): the user has applied manual points.
     applied = Signal()
 
-    def __init__(self, context: Context, points: Points, protect: Protect) -> None:
+    def __init__(self, context: Context, points: Points) -> None:
         super().__init__(context)
         self._points = points
         self.clock = SettingClock(self)
-        self._start: tuple[float, float] | None = None
         # The state when manual mode was entered or last applied.
         self._seen: State | None = None
         # True if the photo opened without manual points; other photos give no valid timing.
@@ -46,16 +46,10 @@ class Manual(Feature):
         tools = [self.actions[name] for name in _TOOLS]
         self.panel: ManualPanel = ManualPanel(self.actions["mode-automatic"], tools)
         self.document.opened.connect(self._forget)
-        self.document.aborted.connect(self._drop)
         self.changed.connect(self._show)
-        self.changed.connect(self._put_brush_away)
-        protect.changed.connect(self._put_marker_away)
-        canvas = self.window.canvas
-        canvas.grabbed.connect(self.press)
-        canvas.dragged.connect(self.drag)
-        canvas.released.connect(self.release)
+        self.window.canvas.tools["mark"] = lambda _, event: marking.mark(self.view, event)
         self.clock.ticked.connect(lambda: self.panel.show_clock(self.clock))
-        self.live.drawn.connect(self.clock.show_photo)
+        self.view.watch(self._show_photo, "frame")
         self.window.activated.connect(self.clock.focus)
         # Hide the panel's button if the tool bar has the same command.
         self.window.arranged.connect(
@@ -64,6 +58,8 @@ class Manual(Feature):
         self.clock.focus(self.window.isActiveWindow())
         self._told: tuple[object, ...] = ()
         self.document.watch(self._follow, "faces", "off", "recipe", "mode", "kept", "draft")
+        self.view.watch(self._put_brush_away, "marking")
+        self.view.watch(self._put_marker_away, "brush")
 
     def _add_actions(self) -> None:
         self.bind("mode-automatic", lambda: self.switch("automatic"), checked=True)
@@ -102,7 +98,7 @@ class Manual(Feature):
 
     def take_marker(self, marking_now: bool) -> None:
         """Start or end marking; while marking, a press on the photo adds a landmark."""
-        self.view.marking = marking_now and self.mode == "manual"
+        self.view.set(marking=marking_now and self.mode == "manual")
         self.changed.emit()
 
     def apply(self) -> None:
@@ -114,28 +110,6 @@ class Manual(Feature):
         self.clock.apply()
         self.changed.emit()
         self.applied.emit()
-
-    # -- a press marks a landmark, the drag sets the target --------------------------------------
-
-    def press(self, handle: Handle, x: float, y: float) -> None:
-        """Mark a landmark at (x, y), px of the photo."""
-        if handle.kind == "mark":
-            self._start = (x, y)
-            self.drag(x, y)
-
-    def drag(self, x: float, y: float) -> None:
-        """Move the target of the current landmark to (x, y)."""
-        if self._start is not None:
-            before = self.document.committed
-            face = marking.owner(before, self.view.face, self._start)
-            state = marking.marked(before, face, (self._start, (x, y)))
-            self.document.preview(state, tr("Mark a landmark"))
-
-    def release(self) -> None:
-        """End the drag; the new landmark is one undo step."""
-        if self._start is not None:
-            self._start = None
-            self.document.commit()
 
     # -- the selected point ------------------------------------------------------------------------
 
@@ -154,7 +128,7 @@ class Manual(Feature):
         if handle is not None:
             state = made(self.document.state, handle)
             if renumbered:
-                self._points.let_selection_go()
+                self.view.set(selected=None, hovered=None)
             self.document.step(state, text)
 
     def _selected(self) -> Handle | None:
@@ -173,7 +147,7 @@ class Manual(Feature):
         """Run the clock while the user sets points."""
         state = self.document.state
         if state.mode != "manual":
-            self.view.marking = False
+            self.view.set(marking=False)
             self._seen = None
             self.clock.want(False)
             return
@@ -187,13 +161,13 @@ class Manual(Feature):
             self.clock.want(True)
 
     def _forget(self) -> None:
-        self._drop()
         self._seen = self.fresh = None
         self.clock.want(False)
         self.clock.reset()
 
-    def _drop(self) -> None:
-        self._start = None
+    def _show_photo(self) -> None:
+        if self.view.frame is not None:
+            self.clock.show_photo()
 
     def _put_marker_away(self) -> None:
         if self.view.brush.paints and self.view.marking:
@@ -211,7 +185,6 @@ class Manual(Feature):
             self.actions[name].setEnabled(by_hand)
         self.window.need(self.name, by_hand)
         self.panel.show_clock(self.clock)
-        self.window.canvas.redraw()
 
 
 def _is_set_otherwise(state: State, seen: State) -> bool:
@@ -266,6 +239,7 @@ class SettingClock(QObject):
     Corrections count, too. The clock pauses in automatic mode and while another window is active.
     """
 
+    # (): the time has changed; ten times a second while the clock runs.
     ticked = Signal()
 
     def __init__(self, parent: QObject | None = None) -> None:

@@ -12,7 +12,6 @@ from PySide6.QtGui import QGuiApplication
 from kogao_core.recipe.recipe import Recipe
 
 from ...i18n import tr
-from ...view_state import RenderedFrame
 from ..feature import Context, Feature
 from ..points import Points
 from . import fields
@@ -25,25 +24,23 @@ class RecipeEditing(Feature):
     """Edits the recipe of the selected faces, or of the photo without a selection."""
 
     name = "recipe"
-    chosen = Signal()
+    # (): a control has changed a field, also during a gesture.
     moved = Signal()
 
     def __init__(self, context: Context, points: Points) -> None:
         super().__init__(context)
-        self._points = points
         self._mode = self.document.state.mode
         self.panel: RecipePanel = RecipePanel(self.set_field, self.document.commit, self.say)
         self.panel.owner.button.clicked.connect(self.follow_photo)
         self.document.aborted.connect(self.panel.abort)
-        self.document.opened.connect(self.panel.clear_readings)
         points.took.connect(self._take)
         points.center_taken.connect(self._take_center)
         points.escaped.connect(lambda: self.choose(None))
         self.window.canvas.picked.connect(self.choose)
         self.window.arranged.connect(lambda workspace: self._show_words(workspace.plain))
-        self.chosen.connect(self._show)
-        self.chosen.connect(self.window.canvas.redraw)
-        self.live.drawn.connect(self._show_frame)
+        self.view.watch(self._show, "face", "also")
+        self.view.watch(self._show_gauge, "face", "frame")
+        self.view.watch(self._show_frame, "frame")
         self.bind("copy-settings", self.copy)
         self.bind("paste-settings", self.paste)
         self.bind("follow-photo", self.follow_photo)
@@ -62,11 +59,11 @@ class RecipeEditing(Feature):
         others = frozenset(also) - {face}
         if (face, others) != (self.view.face, self.view.also):
             self.document.commit()
-            self.view.face, self.view.also = face, others
+            changes: dict[str, object] = {"face": face, "also": others}
             selected = self.view.selected
             if face is not None and selected is not None and selected.face != face:
-                self._points.let_selection_go()
-            self.chosen.emit()
+                changes |= {"selected": None, "hovered": None}
+            self.view.set(**changes)
 
     def set_field(self, field: str, value: object) -> None:
         """Preview a new value of a field; an unchanged value starts no gesture."""
@@ -142,8 +139,7 @@ class RecipeEditing(Feature):
         gone = state.mode != self._mode or (chosen is not None and chosen >= len(state.faces))
         self._mode = state.mode
         if gone or any(face >= len(state.faces) for face in self.view.also):
-            self.view.face, self.view.also = None, frozenset()
-            self.chosen.emit()
+            self.view.set(face=None, also=frozenset())
         now = state.faces, state.off, state.recipe
         if now != self._told:
             self._told = now
@@ -153,15 +149,17 @@ class RecipeEditing(Feature):
     def _show(self) -> None:
         self.panel.show_state(self.document.state, self.view.face, self.view.also)
 
+    def _show_gauge(self) -> None:
+        self.panel.gauge.show_frame(self.view.frame, self.document.state, self.view.face)
+
     def _show_words(self, plain: bool) -> None:
         self.panel.show_words(plain=plain)
         self._show()
-        if self.view.frame is not None:
-            self._show_frame(self.view.frame)
+        self._show_frame()
 
     def _mark_readings(self) -> None:
         self.panel.mark_readings(final=self.live.is_final(self.view.frame))
 
-    def _show_frame(self, frame: RenderedFrame) -> None:
-        self.panel.show_frame(frame)
+    def _show_frame(self) -> None:
+        self.panel.show_frame(self.view.frame)
         self._mark_readings()

@@ -206,6 +206,7 @@ _SCALES: Final = {
 class CenterChoice(QWidget):
     """A row of buttons: the candidates of figure 7a."""
 
+    # (center: int): the number of a centre candidate, from 1.
     chosen = Signal(int)
 
     def __init__(self) -> None:
@@ -261,6 +262,7 @@ def _center_tip(number: int) -> str:
 class LensChoice(QWidget):
     """A switch, the focal length, and a note on the stretch of the faces."""
 
+    # (lens: str or float): "off", "auto", or a focal length, mm.
     chosen = Signal(object)
 
     def __init__(self) -> None:

@@ -15,6 +15,7 @@ from kogao_core.paper.table1 import DISTANCES, STUDENTS, SUBJECTS
 
 from ...document import State
 from ...i18n import tr
+from ...view_state import RenderedFrame
 from ...widgets.controls import WarningLabel, column_of
 
 _SEEN_PERCENT: Final = 5.0  # half of the raters see a change of features beside the original
@@ -38,13 +39,21 @@ class NaturalnessGauge(QWidget):
         self.seen.setMinimumHeight(LINES * self.seen.fontMetrics().height())
         self.text.setMinimumHeight(self.text.fontMetrics().height())
 
-    def show_state(self, state: State, chosen: int | None = None) -> None:
-        """Show the figures of the selected face, or of the faces without settings of their own."""
+    def show_frame(
+        self, frame: RenderedFrame | None, state: State, chosen: int | None = None
+    ) -> None:
+        """Show the figures of the selected face, or of the faces without settings of their own.
+
+        The targets are those of the frame; a frame of other faces keeps the figures.
+        """
+        on = [index for index in range(len(state.faces)) if index not in state.off]
+        every = () if frame is None else frame.rendering.pairs
+        if frame is not None and len(every) != len(on):
+            return
         faces = [
-            (pairs, state.recipe.of_face(face.recipe))
-            for index, (face, pairs) in enumerate(zip(state.faces, state.pairs, strict=True))
-            if index not in state.off
-            and (face.recipe is None if chosen is None else chosen == index)
+            (pairs, state.recipe_of(index))
+            for index, pairs in zip(on, every, strict=False)
+            if (state.faces[index].recipe is None if chosen is None else chosen == index)
         ]
         found = worst(faces)
         both = _visibility(found), _survey(found)

@@ -78,6 +78,11 @@ class RecipePanel(QWidget):
         self.more.button.toggled.connect(self._show_lens)
         self.owner = OwnerLine()
         self.gauge = NaturalnessGauge()
+        self._lay_out()
+        self.show_words(plain=False)
+        self.show_first(DEFAULT)
+
+    def _lay_out(self) -> None:
         readings = QVBoxLayout()
         readings.setSpacing(0)
         readings.addWidget(self.gauge)
@@ -99,8 +104,6 @@ class RecipePanel(QWidget):
         )
         fine = self.centre, self.lattice, self.fold
         column_of(self._fine, *fine, spacing=3 * GRID_PX)
-        self.show_words(plain=False)
-        self.show_first(DEFAULT)
 
     def show_first(self, recipe: Recipe) -> None:
         """Set the default values of the sliders from a recipe."""
@@ -147,7 +150,6 @@ class RecipePanel(QWidget):
         recipe = state.recipe_of(chosen)
         self._on = [index for index in range(len(state.faces)) if index not in state.off]
         self.owner.show_state(state, chosen, also)
-        self.gauge.show_state(state, chosen)
         before, self._recipe = self._recipe, recipe
         values = {field: getattr(recipe, field) for field in SETTINGS}
         changed = [n for n, v in values.items() if self._is_new or v != getattr(before, n)]
@@ -175,9 +177,9 @@ class RecipePanel(QWidget):
         else:
             self.lens_amount.setHidden(value == "off")
 
-    def show_frame(self, frame: RenderedFrame) -> None:
-        """Read folds, shares and residuals from a frame."""
-        if not frame.rendering.pairs:
+    def show_frame(self, frame: RenderedFrame | None) -> None:
+        """Show a frame's folds, what the guard kept of each face, and the residual."""
+        if frame is None or not frame.rendering.pairs:
             self.clear_readings()
             return
         rendering = frame.rendering

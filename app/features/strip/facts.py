@@ -10,13 +10,13 @@ from typing import Final, Literal
 
 import numpy as np
 from PySide6.QtCore import QSize, Qt
-from PySide6.QtGui import QColorSpace, QImage, QImageReader
+from PySide6.QtGui import QImage, QImageReader
 
-from kogao_core.base.display import Rgb8, preview
+from kogao_core.base.display import Rgb8, eight_bits, png, reduced, rgb8
 from kogao_core.base.geometry import Box
 from kogao_core.base.json_reader import BadFile
 from kogao_core.faces.doubt import doubtful, verdicts
-from kogao_core.photo import READABLE, UnreadablePhoto, read
+from kogao_core.photo import READABLE, UnreadablePhoto, profiles, read
 from kogao_core.photo.metadata.rating import UNRATED, Rated, rating_of
 from kogao_core.photo.picture import sha256_of
 from kogao_core.pipeline import render
@@ -32,6 +32,7 @@ from ...render.pictures import qt_image
 THUMBNAIL_PX: Final = 72
 LARGEST_PX: Final = 200
 _RAW: Final = "RAW"  # takes seconds to develop
+_HEAD_BYTES: Final = 1 << 17  # where a file holds its profile
 _LIMITED: Final = 0.995  # a face below this share of its displacement was limited
 Mark = Literal["", "edited", "saved", "doubtful", "result", "failed"]
 
@@ -149,21 +150,30 @@ def _read(path: Path, side_px: int) -> QImage:
         room = QSize(side_px, side_px)
         reader.setScaledSize(size.scaled(room, Qt.AspectRatioMode.KeepAspectRatio))
     picture = reader.read()
-    if picture.isNull() and READABLE.get(path.suffix.lower()) != _RAW:
+    is_unknown = picture.isNull() or _names_colours(path)
+    if is_unknown and READABLE.get(path.suffix.lower()) != _RAW:
         picture = _decoded(path, side_px)
     return picture
 
 
+def _names_colours(path: Path) -> bool:
+    """Return whether a photo has colours that Qt doesn't know: a CICP name, or XYB."""
+    with path.open("rb") as file:
+        head = file.read(_HEAD_BYTES)
+    return b"cICP" in head or b"A2B0" in head
+
+
 def _decoded(path: Path, side_px: int) -> QImage:
-    """Return a thumbnail of a format that the core reads and Qt doesn't, such as HEIC."""
+    """Return a thumbnail of a format or of colours that Qt doesn't read, such as HEIC."""
     try:
         photo = read(path, bits=8)
     except UnreadablePhoto:
         return QImage()
-    picture = QImage.fromData(preview(photo.pixels, side_px))
+    pixels = reduced(eight_bits(photo.pixels), side_px)
     if photo.icc_profile is not None:
-        picture.setColorSpace(QColorSpace.fromIccProfile(photo.icc_profile))
-    return picture
+        with suppress(*profiles.DAMAGED):
+            pixels = profiles.to_srgb(pixels, photo.icc_profile)
+    return QImage.fromData(png(rgb8(pixels)))
 
 
 def _pixels(picture: QImage) -> Rgb8:

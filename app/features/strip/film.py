@@ -81,8 +81,11 @@ Test = Callable[[Facts], bool]
 class FilmStrip(QListWidget):
     """A row of thumbnails."""
 
+    # (photo: Path): open a photo of the strip.
     wanted = Signal(object)
+    # (): the number of visible photos may have changed.
     counted = Signal()
+    # (): the thumbnails have another size.
     resized = Signal()
 
     def __init__(self) -> None:

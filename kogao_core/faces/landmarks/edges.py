@@ -206,7 +206,10 @@ def cielab(rgb: Image) -> Image:
     light = np.rint(levels * linear).astype(np.int64)[rgb]
     xyz = _shifted_right(light @ np.rint(_TO_XYZ.T * 2**12).astype(np.int64), 12)
     t = np.arange(levels + 2, dtype=np.float32) / np.float32(levels)
-    root = np.where(t < 216 / 24389, t * np.float32(841 / 108) + np.float32(4 / 29), np.cbrt(t))
+    # Cut off after the bits of float32, like OpenCV's. Last bits, in which processors and C
+    # libraries differ, then change nothing.
+    root = (np.cbrt(t.astype(np.float64)).view(np.int64) >> 29 << 29).view(np.float64)
+    root = np.where(t < 216 / 24389, t * np.float32(841 / 108) + np.float32(4 / 29), root)
     x, y, z = np.moveaxis(np.rint(2**15 * root).astype(np.int64)[xyz], -1, 0)
     middle = 128 * 2**15
     # L* is 116 y - 16; both factors are rounded like OpenCV's.

@@ -1,13 +1,11 @@
-"""List the landmark sources with their measured accuracy.
+"""Return a landmark source by name, and find faces.
 
 The module also contains a mean face to place by hand on photos where no source finds a face.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -16,49 +14,11 @@ import numpy.typing as npt
 from kogao_core.base import assets
 from kogao_core.base.geometry import Affine, Image
 from kogao_core.base.language import Text
+from kogao_core.faces.choices import CHOICES
 from kogao_core.faces.face import OUTLINE_POINTS, Face, LandmarkSource
 from kogao_core.faces.landmarks import locked
-from kogao_core.faces.landmarks.aam.source import AamSource
-from kogao_core.faces.landmarks.mesh import ChinSource, MeshSource
 
 _NETWORKS: Final = (locked.DETECTOR, locked.MESH)
-
-
-@dataclass(frozen=True, slots=True)
-class Measured:
-    """Measured accuracy and speed of a landmark source (docs/measurements.md)."""
-
-    # Mean distance from labelled jaw points to the outline on studio portraits and in the wild, %
-    # of the outer inter-ocular distance, on faces left out of training.
-    studio_jaw: float
-    wild_jaw: float
-    typical_ms: float  # time for a portrait of about a megapixel with one face, on two cores
-
-
-@dataclass(frozen=True, slots=True)
-class Choice:
-    """A landmark source of this program."""
-
-    name: str  # value of ``--landmarks``
-    title: str  # name in menus, without an article
-    make: Callable[[], LandmarkSource]  # returns the source; the first search loads the models
-    needs_networks: bool  # True: the source needs the networks fetched at build time
-    measured: Measured | None = None  # None: not measured
-    help: str = ""  # difference from the other sources in one sentence; may be empty
-
-
-# The default is the first source with all files installed.
-CHOICES: Final = (
-    Choice("mesh", Text("mesh"), MeshSource, True, Measured(0.9, 2.0, typical_ms=60.0)),
-    Choice("aam", Text("AAM"), AamSource, False, Measured(1.7, 3.3, typical_ms=65.0)),
-    Choice(
-        "chin",
-        Text("jaw under beards"),
-        ChinSource,
-        True,
-        help=Text("As the mesh, but where there is a beard, the outline is the chin under it"),
-    ),
-)
 
 
 def source(name: str | None = None) -> LandmarkSource:

@@ -22,6 +22,7 @@ from kogao_core.lab.commands import outputs, study
 from kogao_core.lab.experiments import EXPERIMENTS
 from kogao_core.lab.experiments.experiment import Experiment, ExperimentOption, Work
 from kogao_core.lab.subjects import Subject
+from kogao_core.photo.profiles import for_search
 from kogao_core.recipe.recipe import PAPER
 
 _takes_photos = words.together(
@@ -109,7 +110,7 @@ class _Run:
         photo = reading.read_photo(path, self._given["max_megapixels"])
         known = reading.points_of(photo, self._given["points"])
         with ending.stopping((AssetMissing, ModelRefused), ending.BROKEN):
-            faces = known or source.find(photo.pixels)
+            faces = known or source.find(for_search(photo))
         if not faces:
             raise ending.Stop(
                 Text("no face in {path}; remove the photo or crop closer", path=path),

@@ -17,7 +17,7 @@ from kogao_core.base.language import Text
 from kogao_core.base.threads import one_blas_thread
 from kogao_core.field.field import shown_at
 from kogao_core.lab.methods import METHODS, Method, Warp, WarpTask
-from kogao_core.lab.reports.spread import Spread, in_turns
+from kogao_core.lab.reports.spread import Spread, in_turns, processor_ms
 from kogao_core.lab.subjects import Progress, Subject, no_progress
 from kogao_core.recipe.recipe import LOSSLESS_PX, Recipe
 
@@ -134,12 +134,15 @@ class _Times(NamedTuple):
 
 
 def _time_once(fit: Callable[[WarpTask], Warp], task: WarpTask, photo: Image) -> _Times:
-    processor, start = time.process_time(), time.perf_counter()
-    warp = fit(task)
-    fitted = time.perf_counter()
-    warp.pixels(photo)
-    ends = fitted - start, time.perf_counter() - fitted, time.process_time() - processor
-    return _Times(*(1e3 * seconds for seconds in ends))
+    def run() -> tuple[float, float]:
+        start = time.perf_counter()
+        warp = fit(task)
+        fitted = time.perf_counter()
+        warp.pixels(photo)
+        return 1e3 * (fitted - start), 1e3 * (time.perf_counter() - fitted)
+
+    wall_ms, took_ms = processor_ms(run)
+    return _Times(*wall_ms, took_ms)
 
 
 def _compared(

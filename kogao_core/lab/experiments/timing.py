@@ -17,7 +17,7 @@ from kogao_core.faces.targets import matching
 from kogao_core.field.fade import threshold_of
 from kogao_core.field.field import Field
 from kogao_core.lab.experiments.trials import Trial
-from kogao_core.lab.reports.spread import Spread, in_turns
+from kogao_core.lab.reports.spread import Spread, in_turns, processor_ms
 from kogao_core.lab.subjects import Progress, Subject, at_paper_size, no_progress, set_by_hand
 from kogao_core.paper.domain import pixel_counts
 from kogao_core.pipeline import render
@@ -166,12 +166,10 @@ class _Timer:
     def run(self, procedure: Procedure, counts: bool) -> None:
         faces, setting_ms = self._faces(procedure)
         recipe = dataclasses.replace(self.recipe, domain=procedure.domain)
-        start = time.process_time()
-        rendering = render(self.subject.pixels, faces, recipe)
-        processor_ms = (time.process_time() - start) * 1e3
+        rendering, took_ms = processor_ms(lambda: render(self.subject.pixels, faces, recipe))
         if counts:
             self.fields[procedure.name] = rendering.field
-            self.runs[procedure.name].append((setting_ms, rendering.timings_ms, processor_ms))
+            self.runs[procedure.name].append((setting_ms, rendering.timings_ms, took_ms))
 
     def _faces(self, procedure: Procedure) -> tuple[Sequence[Face], float]:
         if not procedure.automatic:
@@ -183,7 +181,7 @@ class _Timer:
 
     def timing(self, size: Size, procedure: Procedure) -> Timing:
         field = self.fields[procedure.name]
-        setting_ms, laps, processor_ms = zip(*self.runs[procedure.name], strict=True)
+        setting_ms, laps, took_ms = zip(*self.runs[procedure.name], strict=True)
         image = Box.of(self.subject.pixels)
         recipe = dataclasses.replace(self.recipe, domain=procedure.domain)
         counts = pixel_counts(field.lattices, image, threshold_of(recipe, field))
@@ -192,7 +190,7 @@ class _Timer:
             counts[procedure.domain] / counts["image"],
             setting_ms if procedure.automatic else (),
             {stage: tuple(lap[stage] for lap in laps) for stage in laps[0]},
-            processor_ms,
+            took_ms,
         )  # fmt: skip
 
 

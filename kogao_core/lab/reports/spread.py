@@ -5,13 +5,17 @@ from __future__ import annotations
 import math
 import random
 import statistics
-from collections.abc import Iterator, Sequence
+import time
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import TypeVar
+from functools import cache
+from typing import Final, TypeVar
 
 from kogao_core.base.language import Text
 
 Name = TypeVar("Name")
+Result = TypeVar("Result")
+_TICKS: Final = 12  # of the processor clock; the last one may be missing: an error of 8 %
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,6 +61,27 @@ def rounded(value: float) -> str:
         return f"{value:g}"
     places = max(0, 2 - math.floor(math.log10(abs(value))))
     return f"{value:.{places}f}"
+
+
+@cache
+def _tick_s() -> float:
+    """Return the step of the processor clock: 15.6 ms on Windows, well below 1 ms elsewhere."""
+    start = time.process_time()
+    while (now := time.process_time()) == start:
+        pass
+    return now - start
+
+
+def processor_ms(work: Callable[[], Result]) -> tuple[Result, float]:
+    """Repeat `work` until the processor clock has ticked often enough.
+
+    Return the last result and the processor time of one repetition, ms.
+    """
+    enough_s, start, runs, took_s = _TICKS * _tick_s(), time.process_time(), 0, 0.0
+    while took_s < enough_s:
+        result, runs = work(), runs + 1
+        took_s = time.process_time() - start
+    return result, 1e3 * took_s / runs
 
 
 def in_turns(names: Sequence[Name], rounds: int, warm_up: int) -> Iterator[tuple[Name, bool]]:

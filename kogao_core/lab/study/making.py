@@ -17,7 +17,6 @@ from typing import Final
 
 import numpy as np
 from PIL import Image as Pillow
-from PIL import ImageCms
 
 from kogao_core import __version__
 from kogao_core.base.atomic import atomic_write, temporary_folder
@@ -46,7 +45,7 @@ from kogao_core.lab.study.plan import (
     digest,
 )
 from kogao_core.lab.subjects import Progress, Subject, at_paper_size, no_progress
-from kogao_core.photo import Photo
+from kogao_core.photo import Photo, profiles
 from kogao_core.pipeline import render
 from kogao_core.recipe.recipe import PAPER, Recipe
 
@@ -68,16 +67,12 @@ def subject(photo: Photo, face: Face) -> Subject:
 
 
 def _srgb(photo: Photo) -> Image:
-    pixels = rgb8(photo.pixels)
     if photo.icc_profile is None:
-        return pixels
+        return rgb8(photo.pixels)
     try:
-        source = ImageCms.ImageCmsProfile(io.BytesIO(photo.icc_profile))
-        srgb = ImageCms.createProfile("sRGB")
-        shown = ImageCms.profileToProfile(Pillow.fromarray(pixels), source, srgb)
-    except (ImageCms.PyCMSError, OSError):
-        return pixels  # ignore a profile for another colour space, as image viewers do
-    return pixels if shown is None else np.array(shown)
+        return rgb8(profiles.to_srgb(photo.pixels, photo.icc_profile))
+    except profiles.DAMAGED:
+        return rgb8(photo.pixels)  # ignore a profile for another colour space, as viewers do
 
 
 def drawn(

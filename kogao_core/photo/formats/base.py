@@ -88,6 +88,10 @@ class FileFormat:
         a read-only format.
     longest_side_px : int, optional
         Maximum length of a side.
+    deep_bits : int
+        Stored bits per channel of uint16 pixels.
+    holds_hdr : bool
+        Whether the format names PQ and HLG colours. Other formats get tone-mapped pixels.
     kept, moved : sets of Kind
         Kinds preserved in a changed photo, and kinds stored at another file offset. All other kinds
         are left out.
@@ -118,6 +122,8 @@ class FileFormat:
     encode: Callable[[Content], Chunks] | None = None
     layouts: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
     longest_side_px: int | None = None
+    deep_bits: int = 16
+    holds_hdr: bool = False
     kept: frozenset[Kind] = frozenset()
     moved: frozenset[Kind] = frozenset({kinds.MOVED_NOTE})
     companions: frozenset[Kind] = frozenset()

@@ -5,19 +5,19 @@ Pillow decodes 8 bits, OpenCV decodes more: Pillow would reduce the depth.
 
 from __future__ import annotations
 
-import io
 import threading
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from types import MappingProxyType
 from typing import IO, Final
 
 import cv2
 import numpy as np
 from PIL import Image as Pillow
-from PIL import ImageCms
 
 from kogao_core.base.geometry import Image
 from kogao_core.base.language import Text
+from kogao_core.photo import profiles
 from kogao_core.photo.model import channels_of
 
 _BITS, _WHITE = 8, 255
@@ -48,10 +48,10 @@ def to_array(image: Pillow.Image, bits: int = _BITS) -> tuple[Image, bytes | Non
         return np.asarray(_plain(image)), profile, notes
     if image.mode == "CMYK" and profile:
         try:
-            return *_managed(image, profile), (
-                Text("converted from {mode} to RGB by its colour profile", mode=image.mode),
-            )
-        except (ImageCms.PyCMSError, OSError):
+            pixels = np.asarray(profiles.picture_to_srgb(image, profile))
+            note = Text("converted from {mode} to RGB by its colour profile", mode=image.mode)
+            return pixels, profiles.srgb(), (note,)
+        except profiles.DAMAGED:
             pass
     return (
         np.asarray(image.convert("RGB")),
@@ -71,15 +71,6 @@ def _plain(image: Pillow.Image) -> Pillow.Image:
     if "transparency" in image.info:
         return image.convert("LA" if image.mode == "L" else "RGBA")
     return image.convert(_WIDER[image.mode]) if image.mode in _WIDER else image
-
-
-def _managed(image: Pillow.Image, profile: bytes) -> tuple[Image, bytes]:
-    srgb = ImageCms.ImageCmsProfile(ImageCms.createProfile("sRGB"))
-    source = ImageCms.ImageCmsProfile(io.BytesIO(profile))
-    converted = ImageCms.profileToProfile(image, source, srgb, outputMode="RGB")
-    if converted is None:
-        raise ImageCms.PyCMSError("no picture came back")
-    return np.asarray(converted), srgb.tobytes()
 
 
 def png_layout(image: Pillow.Image, file: IO[bytes]) -> tuple[int, bool] | None:
@@ -121,12 +112,11 @@ def _swapped(pixels: Image) -> Image:
 
 
 def with_alpha(grey: Image, transparent: int) -> Image:
-    """Convert 16-bit grey to RGBA; the grey value `transparent` becomes transparent.
+    """Add alpha to 16-bit grey, with 0 for the grey value `transparent`.
 
     OpenCV does this for colours only.
     """
-    alpha = np.where(grey == transparent, 0, _OPAQUE).astype(np.uint16)
-    return np.dstack([grey, grey, grey, alpha])
+    return np.dstack([grey, np.where(grey == transparent, 0, _OPAQUE).astype(np.uint16)])
 
 
 @contextmanager
@@ -142,10 +132,18 @@ def _silent_opencv() -> Iterator[None]:
             logging.setLogLevel(_levels.pop())
 
 
-def encoded_deep(pixels: Image, how: Sequence[int] = ()) -> bytes:
-    """Encode grey, RGB or RGBA pixels at full depth as TIFF."""
+def encoded_deep(
+    pixels: Image,
+    how: Sequence[int] = (),
+    ending: str = ".tiff",
+    blocks: Mapping[int, bytes] = MappingProxyType({}),
+) -> bytes:
+    """Encode grey, RGB or RGBA pixels at full depth, with metadata blocks by OpenCV's numbers."""
+    known = {number: np.frombuffer(block, np.uint8) for number, block in blocks.items() if block}
     with _silent_opencv():
-        done, data = cv2.imencode(".tiff", _swapped(pixels), how)
+        done, data = cv2.imencodeWithMetadata(
+            ending, _swapped(pixels), list(known), list(known.values()), how
+        )
     if not done:
         raise ValueError(Text("OpenCV can't encode it"))
     return data.tobytes()

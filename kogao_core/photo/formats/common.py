@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import io
 import math
 import os
 import struct
+from contextlib import suppress
 from fractions import Fraction
 from typing import IO, Any, Final
 
@@ -14,11 +16,12 @@ from PIL.ExifTags import Base as Tag
 
 from kogao_core.base.geometry import Image
 from kogao_core.base.language import Text
+from kogao_core.photo import profiles
 from kogao_core.photo.errors import UnreadablePhoto
 from kogao_core.photo.formats import colour, png, webp
 from kogao_core.photo.formats.base import Source
 from kogao_core.photo.jpeg import decoding, segments
-from kogao_core.photo.metadata import jpeg_extras, upright
+from kogao_core.photo.metadata import jpeg_extras, photoshop, upright
 from kogao_core.photo.metadata.upright import turn_upright
 from kogao_core.photo.model import JpegCoding, Photo, channels_of
 
@@ -46,8 +49,11 @@ def decode(source: Source, names: tuple[str, ...]) -> Photo:
     except UnidentifiedImageError:
         if _is_rare_jpeg(file):
             raise UnreadablePhoto(_RARE) from None
-        _check_damage(file, names)
-        raise
+        short = segments.short_jfif(file)
+        if not short:
+            _check_damage(file, names)
+            raise
+        opened = Pillow.open(io.BytesIO(source.data().replace(short, b"", 1)), formats=names)
     with opened as image:
         bits, is_grey = colour.png_layout(image, file) or (_USUAL, False)
         source.check(*image.size, len(image.getbands()) * max(1, bits // _USUAL))
@@ -63,12 +69,14 @@ def decode(source: Source, names: tuple[str, ...]) -> Photo:
         if sound is not None:
             pixels = sound
         elif bits == _DEEP:
-            pixels, notes = _deep_png(image, source, is_grey=is_grey)
+            pixels = _deep_png(image, source, is_grey=is_grey)
         else:
             pixels, image.info["icc_profile"], notes = colour.to_array(decoded, bits)
         if image.format == "PNG" and image.mode != "P" and "transparency" in image.info:
             notes = (*notes, Text("the transparent colour became an alpha channel"))
-        metadata = _blocks(image, file, channels_of(pixels))
+        metadata = _blocks(image, file, pixels)
+        if image.format == "AVIF" and metadata["xmp"]:  # only the boxes of the file turn it
+            metadata["xmp"] = upright.oriented_xmp(metadata["xmp"])
         turn = upright.orientation(metadata["exif"], metadata["xmp"])
         return Photo(
             turn_upright(pixels, turn),
@@ -93,17 +101,12 @@ def _check_damage(file: IO[bytes], names: tuple[str, ...]) -> None:
         raise ValueError(Text("its headers are damaged"))
 
 
-def _deep_png(
-    image: Pillow.Image, source: Source, *, is_grey: bool
-) -> tuple[Image, tuple[str, ...]]:
-    """Return the pixels of a 16-bit PNG file, and notes; grey with alpha becomes RGBA."""
-    pixels = colour.decoded_deep(source.data())
+def _deep_png(image: Pillow.Image, source: Source, *, is_grey: bool) -> Image:
+    """Return the pixels of a 16-bit PNG file."""
+    pixels = colour.decoded_deep(png.without_animation(source.data()))
     if pixels.ndim == 2 and "transparency" in image.info:
-        pixels = colour.with_alpha(pixels, image.info["transparency"])
-    if pixels.ndim == 2 or not is_grey or not image.info.get("icc_profile"):
-        return pixels, ()
-    image.info["icc_profile"] = None
-    return pixels, (Text("converted from grey to RGB, without its colour profile"),)
+        return colour.with_alpha(pixels, image.info["transparency"])
+    return pixels[..., [0, 3]] if is_grey and channels_of(pixels) == 4 else pixels
 
 
 def _decoded(image: Pillow.Image, source: Source) -> tuple[Pillow.Image, tuple[str, ...]]:
@@ -158,7 +161,7 @@ def _is_rare_jpeg(file: IO[bytes]) -> bool:
     )
 
 
-def _blocks(image: Pillow.Image, file: IO[bytes], channels: int) -> dict[str, Any]:
+def _blocks(image: Pillow.Image, file: IO[bytes], pixels: Image) -> dict[str, Any]:
     """Return the metadata blocks of an open file, by their names in `Photo`."""
     found: dict[str, Any] = {"icc_profile": image.info.get("icc_profile") or None}
     if isinstance(image, JpegImagePlugin.JpegImageFile):
@@ -172,8 +175,16 @@ def _blocks(image: Pillow.Image, file: IO[bytes], channels: int) -> dict[str, An
     found["exif"] = exif and upright.PREFIX + exif.removeprefix(upright.PREFIX)
     found["xmp"] = (xmp.encode() if isinstance(xmp, str) else xmp) or None
     if image.format == "PNG":
-        found["photoshop"] = _raw_profile(image, "iptc")
-        found["carried"] = png.carried(file, channels)
+        resources = _raw_profile(image, "iptc") or b""
+        is_bare = resources.startswith(photoshop.IPTC_START)
+        found["photoshop"] = (photoshop.with_iptc(resources) if is_bare else resources) or None
+        whole = _raw_profile(image, "icc")
+        if whole and len(whole) > png.MOST_PROFILE_BYTES:
+            found["icc_profile"] = whole
+        if (name := png.colour_name(file)) is not None:  # overrules a profile
+            with suppress(KeyError):
+                found["icc_profile"] = profiles.of_name(name, pixels)
+        found["carried"] = png.carried(file, channels_of(pixels))
     elif image.format == "WEBP":
         found["carried"] = webp.carried(file)
     return found

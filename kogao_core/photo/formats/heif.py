@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -9,8 +10,11 @@ from typing import IO, Any, Final
 
 import numpy as np
 
+from kogao_core.base.display import eight_bits
+from kogao_core.base.geometry import Image
 from kogao_core.base.installed import adding
 from kogao_core.base.language import Text
+from kogao_core.photo import profiles
 from kogao_core.photo.errors import UnreadablePhoto
 from kogao_core.photo.formats.base import FileFormat, Source
 from kogao_core.photo.formats.common import aspect
@@ -27,6 +31,10 @@ _BOXES: Final = {
     b"moov": kinds.FURTHER,
 }
 _CREDENTIALS: Final = bytes.fromhex("d8fec3d61b0e483c92975828877ec481")
+# Items that libheif's package can't decode: uncompressed, AV1, JPEG, JPEG 2000, VVC, AVC.
+_RARE: Final = re.compile(
+    rb"infe[\x02\x03].{3}(?:..|.{4})..(unci|av01|jpeg|j2k1|vvc1|avc1)", re.DOTALL
+)
 _TONE_MAP: Final = re.compile(rb"infe\x02.{3}.{4}tmap", re.DOTALL)  # ISO 21496-1's item
 # Kinds of auxiliary pictures, by a part of the name.
 _AUXILIARY: Final = {
@@ -36,7 +44,6 @@ _AUXILIARY: Final = {
     "matte": kinds.DEPTH,
     "auxid:2": kinds.DEPTH,
 }
-WIDE: Final = Text("its wide colours are named without a profile, which isn't kept")
 
 
 def _is_heif(file: IO[bytes], _: Path) -> bool:
@@ -49,18 +56,17 @@ def _decode(source: Source) -> Photo:
     image = _opened(source)
     (width, height), (layout, *depth) = image.size, image.mode.split(";")
     source.check(width, height, len(layout) * (2 if depth else 1))
-    pixels = np.array(image)  # a copy: the memory of a view goes with the image
-    if image.mode.split(";")[0] not in ("L", "RGB", "RGBA"):
+    if layout not in ("L", "I", "RGB", "RGBA"):
         raise ValueError(Text("an unknown layout {mode}", mode=image.mode))
+    pixels = np.array(image)  # a copy: the memory of a view goes with the image
+    if depth:  # libheif leaves the lowest bits empty
+        bits = image.info["bit_depth"]
+        pixels = widened(pixels >> (16 - bits), bits)
     exif, xmp = image.info.get("exif"), image.info.get("xmp") or None
     exif = exif and upright.PREFIX + exif.removeprefix(upright.PREFIX)
     ratio = image.info.get("pixel_aspect_ratio")  # of a pixel's width to its height
-    notes = []
-    primaries = image.info.get("nclx_profile", {}).get("color_primaries", 1)
-    is_srgb = primaries in (1, 2)  # ITU-T H.273: BT.709, unspecified
-    if "icc_profile" not in image.info and not is_srgb:
-        notes.append(WIDE)
-    return Photo(
+    named = image.info.get("nclx_profile")
+    photo = Photo(
         pixels,  # libheif turns them upright
         source.path,
         "HEIF",
@@ -69,9 +75,30 @@ def _decode(source: Source) -> Photo:
         xmp=xmp,
         orientation=upright.orientation(exif, xmp),
         aspect=aspect(ratio and ratio[::-1]),
-        notes=tuple(notes),
         extras=tuple(_pictures(image)),
     )
+    name = (named["color_primaries"], named["transfer_characteristics"]) if named else None
+    return with_colours(photo, name, source.bits)
+
+
+def widened(pixels: Image, bits: int) -> Image:
+    """Scale channels of 10 or 12 bits to 16 bits."""
+    return np.asarray(np.rint(pixels * (0xFFFF / (2**bits - 1))), np.uint16)
+
+
+def with_colours(photo: Photo, name: profiles.Name | None, bits: int) -> Photo:
+    """Add the colour profile of a CICP name to a photo without profile; reduce to `bits`."""
+    if photo.icc_profile is None and name is not None:
+        try:
+            icc = profiles.of_name(name, photo.pixels)
+            photo = dataclasses.replace(photo, icc_profile=icc)
+        except KeyError:
+            extras = (*photo.extras, Extra(kinds.RARE_COLOURS))
+            photo = dataclasses.replace(photo, extras=extras)
+    if bits == 8:
+        photo, pixels = profiles.tone_mapped(photo, photo.pixels)
+        photo = dataclasses.replace(photo, pixels=eight_bits(pixels))
+    return photo
 
 
 def _opened(source: Source) -> Any:
@@ -82,7 +109,19 @@ def _opened(source: Source) -> Any:
         raise UnreadablePhoto(
             Text("is a HEIC photo, which an extra reads: {how}", how=adding("heic"))
         ) from None
-    return pi_heif.open_heif(source.file, convert_hdr_to_8bit=source.bits == 8)
+    try:
+        image = pi_heif.open_heif(source.file, convert_hdr_to_8bit=False)
+        _ = image.mode
+    except (IndexError, ValueError):  # IndexError: no picture that libheif knows
+        if (coding := _RARE.search(source.data())) is not None:
+            raise UnreadablePhoto(
+                Text(
+                    "is a HEIC photo of a rare kind ({coding}); save it as JPEG or PNG first",
+                    coding=coding[1].decode(),
+                )
+            ) from None
+        raise
+    return image
 
 
 def _pictures(image: Any) -> Iterator[Extra]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import struct
-import textwrap
 import zlib
 from collections.abc import Iterator
 from typing import IO, Final
@@ -15,6 +14,7 @@ from PIL import PngImagePlugin
 from kogao_core.base.atomic import Chunks
 from kogao_core.base.geometry import Image
 from kogao_core.base.threads import default_threads, parallel_in_order
+from kogao_core.photo import profiles
 from kogao_core.photo.formats.base import BLOCKS, OF_PRINTS, Content, FileFormat
 from kogao_core.photo.metadata import kinds, trailers
 from kogao_core.photo.metadata.kinds import Extra, Kind
@@ -23,6 +23,7 @@ from kogao_core.photo.model import Photo, channels_of
 SIGNATURE: Final = b"\x89PNG\r\n\x1a\n"
 _IHDR_END: Final = 33
 _OVERHEAD: Final = 12
+_WHOLE_PROFILE: Final = b"Raw profile type icc\0"
 _TEXT: Final = (b"tEXt", b"zTXt", b"iTXt")
 # Texts with metadata blocks that are written separately.
 _ELSEWHERE: Final = (
@@ -30,6 +31,8 @@ _ELSEWHERE: Final = (
     b"Raw profile type exif\0",
     b"Raw profile type iptc\0",
 )
+# Pillow refuses a PNG with a larger profile. A text holds the whole profile.
+MOST_PROFILE_BYTES: Final = 1 << 20
 # The picture, metadata blocks that are written separately, and Apple's index of the picture.
 _PLAIN: Final = (
     *(b"IHDR", b"PLTE", b"tRNS", b"IDAT", b"IEND", b"iCCP", b"eXIf", b"pHYs", b"sRGB", b"iDOT"),
@@ -53,26 +56,35 @@ _ZLIB_HEADER: Final = b"\x78\x01"  # a window of 32 KiB, the fastest level
 def _encode(content: Content) -> Chunks:
     aspect = content.photo.aspect
     shape = () if aspect is None else (made(b"pHYs", struct.pack(">IIB", *aspect, 0)),)
+    name = profiles.name_of(content.blocks["icc_profile"])
+    named = () if name is None else (made(b"cICP", bytes([*name, 0, 1])),)
     own = [b"iCCP", *((b"pHYs",) if aspect or content.blocks["dpi"] else ())]
+    own += [b"cICP"] if name else []
     kept = [one for one in content.carried if one[4:8] not in own]
     return [
         header(content.pixels),
         *shape,
-        *_profile(content),
+        *named,
+        *_profile(content, is_named=name is not None),
         *kept,
         _metadata(content),
         *packed(content.pixels),
     ]
 
 
-def _profile(content: Content) -> list[bytes]:
+def _profile(content: Content, *, is_named: bool) -> list[bytes]:
     """Return the chunk of the colour profile, with the profile name of the source."""
     profile = content.blocks.pop("icc_profile")
-    if not profile:
-        return []
-    names = (one[8:].partition(b"\0")[0] for one in content.carried if one[4:8] == b"iCCP")
-    name = next(names, b"ICC Profile")
-    return [made(b"iCCP", name + b"\0\0" + zlib.compress(profile))]
+    stored = [one for one in content.carried if one[4:8] == b"iCCP"]
+    if not profile or (stored and is_named):  # readers without cICP use the source's profile
+        return stored if profile else []
+    name = stored[0][8:].partition(b"\0")[0] if stored else b"ICC Profile"
+    whole = []
+    if len(profile) > MOST_PROFILE_BYTES:
+        whole = [made(b"tEXt", _WHOLE_PROFILE + _as_text("icc", profile))]
+        profile = profiles.shown_part(profile)
+    is_small = len(profile) <= MOST_PROFILE_BYTES
+    return whole + is_small * [made(b"iCCP", name + b"\0\0" + zlib.compress(profile))]
 
 
 def _metadata(content: Content) -> bytes:
@@ -81,12 +93,17 @@ def _metadata(content: Content) -> bytes:
     text = PngImagePlugin.PngInfo()
     if resources:
         # PNG has no standard for IPTC. ImageMagick and ExifTool use this text.
-        lines = "\n".join(textwrap.wrap(resources.hex(), 72))
-        text.add_text("Raw profile type iptc", f"\niptc\n{len(resources):8}\n{lines}\n", zip=True)
+        text.add_text("Raw profile type iptc", _as_text("iptc", resources).decode(), zip=True)
     if xmp is not None:
         text.add_itxt("XML:com.adobe.xmp", xmp.decode("utf-8", "replace"))
     empty = Content(content.photo, np.zeros((1, 1), np.uint8), content.blocks)
     return _before_pixels(empty.saved("PNG", pnginfo=text))
+
+
+def _as_text(name: str, block: bytes) -> bytes:
+    """Return a metadata block as ImageMagick's text."""
+    lines = "\n".join(block[at : at + 36].hex() for at in range(0, len(block), 36))
+    return f"\n{name}\n{len(block):8}\n{lines}\n".encode()
 
 
 def _behind(file: IO[bytes]) -> Iterator[Extra]:
@@ -125,6 +142,18 @@ def carried(file: IO[bytes], channels: int) -> tuple[bytes, ...]:
     )
 
 
+def without_animation(data: bytes) -> bytes:
+    """Return a PNG file without the chunk that starts an animation: decoders show the still."""
+    at = data.find(b"acTL", 0, max(0, data.find(b"IDAT"))) - 4
+    return data if at < 0 else data[:at] + data[at + _OVERHEAD + 8 :]
+
+
+def colour_name(file: IO[bytes]) -> profiles.Name | None:
+    """Return the CICP name of the colours; None if missing, or not of RGB in full range."""
+    body = next((chunk[8:-4] for name, chunk in chunks(file) if name == b"cICP"), b"")
+    return (body[0], body[1]) if body[2:] == b"\0\1" else None
+
+
 def is_colour(chunk: bytes) -> bool:
     """Return True if a chunk defines the colours or contains a profile."""
     return chunk[4:8] in (*_COLOUR_NAMES, b"sRGB", b"iCCP")
@@ -133,11 +162,11 @@ def is_colour(chunk: bytes) -> bool:
 def _inside(photo: Photo, file: IO[bytes]) -> Iterator[Extra]:
     depth = _file_depth(file)
     all_of_it = list(chunks(file))
-    is_srgb = any(name in (b"sRGB", b"iCCP") for name, _ in all_of_it)
+    is_known = photo.icc_profile is not None or any(name == b"sRGB" for name, _ in all_of_it)
     found = []
     for name, chunk in all_of_it:
         kind = _kind(name, chunk, photo.channels, depth)
-        is_overruled = is_srgb and name != b"cICP"  # only cICP overrules a colour profile
+        is_overruled = is_known and name not in (b"mDCV", b"cLLI")
         if kind is not kinds.COLOURS or not (is_overruled or _says_srgb(name, chunk)):
             found.append((kind, name.decode("latin-1")))
     return kinds.grouped("PNG", found)
@@ -162,6 +191,8 @@ def _file_depth(file: IO[bytes]) -> int:
 def _kind(name: bytes, chunk: bytes, channels: int, depth: int) -> Kind | None:
     """Return the kind of a chunk. None: the picture, or metadata that is written separately."""
     if name in _TEXT:
+        if chunk[8:].startswith(_WHOLE_PROFILE) and len(chunk) > 2 * MOST_PROFILE_BYTES:
+            return None
         return None if chunk[8:].startswith(_ELSEWHERE) else kinds.TEXTS
     if name in _COLOUR_NAMES:
         return kinds.COLOURS
@@ -259,7 +290,8 @@ PNG: Final = FileFormat(
     suffixes=(".png",),
     is_lossless=True,
     encode=_encode,
-    layouts={"uint8": (1, 2, 3, 4), "uint16": (1, 3, 4)},
+    layouts={"uint8": (1, 2, 3, 4), "uint16": (1, 2, 3, 4)},
+    holds_hdr=True,
     kept=BLOCKS | OF_PRINTS | {kinds.TEXTS, kinds.COLOURS, kinds.CHUNKS},
     inside=_inside,
     behind=_behind,

@@ -9,12 +9,13 @@ from pathlib import Path
 from typing import IO, Final
 
 import numpy as np
-from PIL import ImageCms
 
 from kogao_core.base.installed import adding
 from kogao_core.base.language import Text
+from kogao_core.photo import profiles
 from kogao_core.photo.errors import UnreadablePhoto
 from kogao_core.photo.formats.base import FileFormat, Source
+from kogao_core.photo.jpeg import segments
 from kogao_core.photo.metadata import kinds, tiff, tiff_extras
 from kogao_core.photo.metadata.kinds import Extra
 from kogao_core.photo.model import Photo
@@ -23,11 +24,14 @@ _SUFFIXES: Final = (
     *(".dng", ".cr2", ".cr3", ".nef", ".nrw", ".arw", ".orf", ".raf"),
     *(".rw2", ".pef", ".srw"),
 )
+_PICTURES: Final = (segments.SOI, b"\x89PNG", b"RIFF")  # developed, in spite of the name
 
 
-def _is_raw(_: IO[bytes], path: Path) -> bool:
+def _is_raw(file: IO[bytes], path: Path) -> bool:
     """Detect a raw photo by file name: most raw files are also valid TIFF files."""
-    return path.suffix.lower() in _SUFFIXES
+    head = file.read(4)
+    file.seek(0)
+    return path.suffix.lower() in _SUFFIXES and not head.startswith(_PICTURES)
 
 
 def _decode(source: Source) -> Photo:
@@ -55,9 +59,8 @@ def _decode(source: Source) -> Photo:
         ) from None
     if pixels.shape[2] == 1:  # a monochrome camera: the profile needs 3 channels
         pixels = np.repeat(pixels, 3, axis=2)
-    profile = ImageCms.ImageCmsProfile(ImageCms.createProfile("sRGB")).tobytes()
     note = Text("developed to {bits} bits with the camera's white balance", bits=source.bits)
-    photo = Photo(pixels, path, "RAW", icc_profile=profile)
+    photo = Photo(pixels, path, "RAW", icc_profile=profiles.srgb())
     if not data.startswith(tiff.HEADS):
         more = Text("its metadata are of a kind that isn't kept")
         return dataclasses.replace(photo, notes=(note, more))

@@ -11,12 +11,13 @@ from typing import IO, Any, Final
 import cv2
 import numpy as np
 from PIL import Image as Pillow
-from PIL import TiffImagePlugin, TiffTags
+from PIL import TiffImagePlugin, TiffTags, UnidentifiedImageError
 from PIL.ExifTags import Base as Tag
 
 from kogao_core.base.atomic import Chunks
 from kogao_core.base.geometry import Image
 from kogao_core.base.language import Text
+from kogao_core.photo.errors import UnreadablePhoto
 from kogao_core.photo.formats import colour, common
 from kogao_core.photo.formats.base import OF_PRINTS, Content, FileFormat, Source
 from kogao_core.photo.metadata import kinds, photoshop, tiff, tiff_extras, trailers
@@ -37,7 +38,7 @@ _DEPTHS: Final[dict[tuple[int, int], np.dtype[Any]]] = {
 }
 _FORMATS: Final = {"u": 1, "f": 3}
 _HEADER_BYTES: Final = 8
-_WITH_ALPHA, _STRAIGHT = 4, 2
+_GREY_ALPHA, _RGB_ALPHA, _STRAIGHT = 2, 4, 2
 _NO_UNIT, _PER_INCH = 1, 2
 _BLACK_IS_ZERO, _RGB, _INTERLEAVED = 1, 2, 1
 _USUAL_STRIP: Final = 8192  # bytes, as TIFF advises
@@ -55,14 +56,19 @@ def _decode(source: Source) -> Photo:
     tags.check()
     if tags.is_deep:
         plain = read_plain(file, tags)
+        if plain is None and tags[Tag.SamplesPerPixel] == _GREY_ALPHA:  # OpenCV can't decode it
+            raise UnreadablePhoto(tiff.RARE)
         pixels = tags.meant(colour.decoded_deep(source.data()) if plain is None else plain)
         if pixels.dtype == np.float32 and profile is None:
             notes = (*notes, _SEEN)
     else:
         file.seek(0)
-        with Pillow.open(file, formats=["TIFF"]) as image:
-            image.load()
-            pixels, profile, notes = colour.to_array(image, tags[Tag.BitsPerSample])
+        try:
+            with Pillow.open(file, formats=["TIFF"]) as image:
+                image.load()
+                pixels, profile, notes = colour.to_array(image, tags[Tag.BitsPerSample])
+        except UnidentifiedImageError:
+            raise UnreadablePhoto(tiff.RARE) from None
         notes = notes or tags.converted
     is_converted = any(note.startswith(colour.CONVERTED) for note in notes)
     if tags.is_inverted:
@@ -91,22 +97,24 @@ def _decode(source: Source) -> Photo:
 def _encode(content: Content) -> Chunks:
     photo, blocks = content.photo, content.blocks
     number = photo.tiff_compression
-    if number == _UNCOMPRESSED:
+    if number == _UNCOMPRESSED or channels_of(content.pixels) == _GREY_ALPHA:
         directory, stored = laid_out(content.pixels)
     else:
         how = (cv2.IMWRITE_TIFF_COMPRESSION, number if number in tiff.LOSSLESS else _LZW)
         directory, stored = _taken_apart(colour.encoded_deep(content.pixels, how))
-    if channels_of(content.pixels) == _WITH_ALPHA:
+    if channels_of(content.pixels) in (_GREY_ALPHA, _RGB_ALPHA):
         directory[Tag.ExtraSamples] = _STRAIGHT
     density = blocks["dpi"] or photo.aspect
     if density is not None:
         directory[Tag.XResolution], directory[Tag.YResolution] = density
         directory[Tag.ResolutionUnit] = _PER_INCH if blocks["dpi"] else _NO_UNIT
+    iptc = photoshop.iptc_of(content.resources or b"")
+    is_iptc_only = iptc is not None and content.resources == photoshop.with_iptc(iptc)
     found = {
         Tag.InterColorProfile: blocks["icc_profile"],
         Tag.XMLPacket: blocks["xmp"],
-        Tag.ImageResources: content.resources,
-        Tag.IPTCNAA: photoshop.iptc_of(content.resources or b""),
+        Tag.ImageResources: None if is_iptc_only else content.resources,
+        Tag.IPTCNAA: iptc,
     }
     for tag, block in found.items():
         if block:
@@ -125,7 +133,8 @@ def _encode(content: Content) -> Chunks:
 def _inside(photo: Photo, file: IO[bytes]) -> Iterator[Extra]:
     file.seek(0)
     kept = tiff.directory_of(photo.carried[0]) if photo.carried else ()
-    return tiff_extras.found(tiff.TiffTags.read(file), photo.channels, kept)
+    tags, small = tiff.TiffTags.read(file), tiff_extras.has_only_thumbnails(file)
+    return tiff_extras.found(tags, photo.channels, kept, only_thumbnails=small)
 
 
 def _behind(file: IO[bytes]) -> Iterator[Extra]:
@@ -142,7 +151,7 @@ TIFF: Final = FileFormat(
     suffixes=(".tif", ".tiff"),
     is_lossless=True,
     encode=_encode,
-    layouts=dict.fromkeys(("uint8", "uint16", "float32"), (1, 3, 4)),
+    layouts=dict.fromkeys(("uint8", "uint16", "float32"), (1, 2, 3, 4)),
     kept=OF_PRINTS | {kinds.EXIF, kinds.XMP, kinds.ICC, kinds.TIFF_TAGS},
     moved=frozenset({kinds.MAKER_NOTE, kinds.MOVED_NOTE}),
     recognises=tiff.is_tiff,
@@ -157,7 +166,7 @@ TIFF: Final = FileFormat(
 def read_plain(file: IO[bytes], tags: tiff.TiffTags) -> Image | None:
     """Read deep pixels, upright, if the file stores them uncompressed and contiguous.
 
-    Result: uint16 or float32, (H, W) or (H, W, 3..4); None if a decoder is necessary.
+    Result: uint16 or float32, (H, W) or (H, W, 2..4); None if a decoder is necessary.
     """
     bits, formats = (tiff.numbers(tags.tags, tag) for tag in (Tag.BitsPerSample, Tag.SampleFormat))
     depth, samples = _DEPTHS.get(tags.depth), tags[Tag.SamplesPerPixel]
@@ -231,7 +240,7 @@ def laid_out(pixels: Image) -> tuple[TiffImagePlugin.ImageFileDirectory_v2, memo
     directory[Tag.BitsPerSample] = (8 * pixels.itemsize,) * samples
     directory[Tag.SampleFormat] = (_FORMATS[pixels.dtype.kind],) * samples
     directory[Tag.Compression], directory[Tag.PlanarConfiguration] = _UNCOMPRESSED, _INTERLEAVED
-    directory[Tag.PhotometricInterpretation] = _BLACK_IS_ZERO if samples == 1 else _RGB
+    directory[Tag.PhotometricInterpretation] = _RGB if samples > _GREY_ALPHA else _BLACK_IS_ZERO
     directory[Tag.SamplesPerPixel] = samples
     directory[Tag.StripOffsets] = starts
     stored = np.ascontiguousarray(pixels, pixels.dtype.newbyteorder("<"))

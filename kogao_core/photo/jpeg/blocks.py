@@ -64,7 +64,7 @@ def keep_blocks(source: bytes, before: Image, after: Image, headers: bytes, fold
     high, wide = frame.unit_px
     changed = np.zeros((-(-frame.height // high), -(-frame.width // wide)), bool)
     rows = max(1, _STRIP_PX // high)  # of units
-    with temporary_folder(folder) as place, hushed() as complaints:
+    with temporary_folder(coefficients.narrow(folder)) as place, hushed() as complaints:
         whole = coefficients.read(source, place / "source")
 
         def code(top: int) -> None:

@@ -17,6 +17,7 @@ from dataclasses import dataclass, replace
 from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
+from tempfile import gettempdir
 from typing import Any, Final
 
 import cv2
@@ -32,6 +33,7 @@ from kogao_core.photo.jpeg.segments import segments
 BLOCK_PX: Final = 8
 GREY, RGB, YCC = 1, 2, 3  # libjpeg's numbers of colour models
 _LIBRARY: Final = "cjpeglib_turbo210.*[do]"  # the fastest that jpeglib has: half of 6b's time
+_LONGEST: Final = 180  # letters of a folder, so that it opens files in it on every Windows
 _OPTIMISE: Final = 1 << 6  # flag: compute optimised Huffman tables
 _EVERY_FLAG: Final = 0xFFFFFFFF
 _NUMBERS: Final = BLOCK_PX * BLOCK_PX
@@ -114,6 +116,18 @@ def read_ahead(path: Path, pool: Executor, photo: Future[Any]) -> None:
     _ahead.append(pool.submit(work))
 
 
+def narrow(folder: Path) -> Path:
+    """Return a folder for temporary files whose path the C library can open.
+
+    On Windows the library takes neither letters outside the system's code page nor long paths.
+    """
+    if sys.platform == "win32":
+        places = [folder, Path(gettempdir()), Path(os.environ.get("PROGRAMDATA", folder))]
+        fits = (one for one in places if str(one).isascii() and len(str(one)) < _LONGEST)
+        return next(fits, folder)
+    return folder
+
+
 def read(data: bytes, copy: Path) -> Coefficients:
     """Read the coefficients of a JPEG file. Raises CannotKeepBlocks."""
     for work in _ahead.copy():
@@ -188,7 +202,7 @@ def _coded(coefficients: Coefficients, start: int, stop: int, file: Path) -> byt
     )
     if not is_done:
         file.write_bytes(bytes(sum(plane.nbytes for plane in planes)))  # raises with the reason
-        raise OSError(Text("its blocks can't be written"))
+        raise CannotKeepBlocks(Text("its blocks can't be written"))
     written = file.read_bytes()
     file.unlink()
     return written
@@ -261,7 +275,9 @@ def _usual_codes() -> set[bytes]:
 def _library() -> ctypes.CDLL:
     """Load the C library without importing jpeglib: the import is slower than many photos."""
     found = find_spec("jpeglib")
-    places = found.submodule_search_locations if found is not None else None
+    if found is None:
+        raise CannotKeepBlocks(Text("jpeglib isn't installed, or isn't available for this system"))
+    places = found.submodule_search_locations
     (file,) = Path((places or [""])[0], "cjpeglib").glob(_LIBRARY)
     library = ctypes.CDLL(str(file))
     name: Any = ctypes.c_char_p

@@ -19,6 +19,7 @@ PROFILE_AT: Final = 4 + len(_PROFILE_HEAD) + 2  # after the number of the part a
 MOST_BYTES: Final = 65533
 _JFIF_AT: Final = 11  # offset of the JFIF data if the JFIF segment is the first
 END: Final = 0xD9
+_MOST_STRAY: Final = 1 << 16  # bytes between segments
 # Within a scan: neither stuffed bytes, fill bytes nor restarts.
 _MARKER: Final = re.compile(rb"\xff[^\x00\xff\xd0-\xd7]")
 
@@ -33,7 +34,14 @@ def segments(file: IO[bytes]) -> Iterator[tuple[int, bytes]]:
         head = file.read(4)
         while len(head) == 4 and head[:2] == b"\xff\xff":  # fill bytes
             head = head[1:] + file.read(1)
-        if len(head) < 4 or head[0] != 0xFF or head[1] == START_OF_SCAN:
+        if len(head) == 4 and (
+            head[0] != 0xFF or head[1] == 0
+        ):  # stray bytes, which all decoders skip
+            start = file.seek(-4, os.SEEK_CUR)
+            marker = _MARKER.search(file.read(_MOST_STRAY))
+            file.seek(start + marker.start() if marker else start)
+            head = file.read(4) if marker else b""
+        if len(head) < 4 or head[1] == START_OF_SCAN:
             file.seek(-len(head), os.SEEK_CUR)
             return
         size = int.from_bytes(head[2:], "big")
@@ -90,6 +98,12 @@ def profiles(file: IO[bytes]) -> tuple[list[list[bytes]], list[bytes]]:
         else:
             rest += ordered
     return whole, rest
+
+
+def short_jfif(file: IO[bytes]) -> bytes:
+    """Return a JFIF segment without a version, which Pillow can't read, or b""."""
+    short = (one for code, one in segments(file) if code == _JFIF and len(one) < _JFIF_AT)
+    return next((one for one in short if one[4:8] == b"JFIF"), b"")
 
 
 def photoshop(file: IO[bytes]) -> bytes | None:

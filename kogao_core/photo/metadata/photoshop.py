@@ -6,7 +6,11 @@ from collections.abc import Iterator
 from typing import Final
 
 _SIGN: Final = b"8BIM"
+# Signatures of resources by other programs.
+_SIGNS: Final = (_SIGN, b"AgHg", b"DCSR", b"PHUT", b"MeSa")
 _IPTC: Final = 0x0404
+IPTC_START: Final = b"\x1c"
+"""First byte of an IPTC record."""
 # Two kinds of thumbnails, and copies of the EXIF and XMP blocks: all describe the original photo.
 _XMP: Final = 0x0424
 _STALE: Final = (0x0409, 0x040C, 0x0422, 0x0423, 0x0424)
@@ -17,7 +21,7 @@ _PLACES: Final = frozenset((1032, 1050, *range(2000, 2998), 2999))
 def _parts(resources: bytes) -> Iterator[tuple[int, bytes, bytes]]:
     """Yield number, content and all bytes of each resource, up to the first damaged resource."""
     at = 0
-    while resources[at : at + 4] == _SIGN and at + 12 <= len(resources):
+    while resources[at : at + 4] in _SIGNS and at + 12 <= len(resources):
         number = int.from_bytes(resources[at + 4 : at + 6], "big")
         name = 1 + resources[at + 6]
         start = at + 6 + name + name % 2 + 4

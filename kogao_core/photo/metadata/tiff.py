@@ -23,10 +23,23 @@ from kogao_core.photo.metadata import photoshop
 
 HEADS: Final = (b"II*\0", b"MM\0*")
 _BIG_HEADS: Final = (b"II+\0", b"MM\0+")
+_TEXT, _TEXT_UTF8 = 2, 129
+# Types in EXIF's directories, where Pillow would guess from the values.
+for _group, _kind, _tags in (
+    (Tag.ExifOffset, TiffTypes.UNDEFINED, (0x9101, 0x927C, 0x9286, 0xA300, 0xA301, 0xA302, 0xA40B)),
+    (Tag.ExifOffset, TiffTypes.SIGNED_RATIONAL, (0x9201, 0x9203, 0x9204, 0x9400, 0x9402, 0x9405)),
+    (Tag.GPSInfo, TiffTypes.UNDEFINED, (0x1B, 0x1C)),
+):
+    TiffTypes.TAGS_V2_GROUPS.setdefault(_group, {}).update(
+        {tag: TiffTypes.TagInfo(tag, str(tag), _kind, 1) for tag in _tags}
+    )
+# EXIF 3.0's texts, which Pillow skips, are read and written like other texts: byte by byte.
+_LOADERS: Final = TiffImagePlugin.ImageFileDirectory_v2._load_dispatch
+_LOADERS[_TEXT_UTF8] = _LOADERS[_TEXT]
 DENSITY: Final = (Tag.XResolution, Tag.YResolution, Tag.ResolutionUnit)
 _WHITE_IS_ZERO, _BLACK_IS_ZERO, _RGB, _YCBCR = 0, 1, 2, 6
-_CHANNELS: Final = {_WHITE_IS_ZERO: (1,), _BLACK_IS_ZERO: (1,), _RGB: (3, 4)}
-_UNSIGNED, _FLOAT = 1, 3
+_CHANNELS: Final = {_WHITE_IS_ZERO: (1,), _BLACK_IS_ZERO: (1, 2), _RGB: (3, 4)}
+_UNSIGNED, _SIGNED, _FLOAT = 1, 2, 3
 _UNSPECIFIED, _PREMULTIPLIED = 0, 1
 _MEANING: Final = Tag.PhotometricInterpretation
 # Values of missing tags; otherwise 0.
@@ -40,9 +53,12 @@ LOSSLESS: Final = {1, 5, 8, 32773, 32946}
 """Compressions that all readers support: none, LZW, Deflate, PackBits, old Deflate."""
 _PILLOW_READS: Final = TiffImagePlugin.COMPRESSION_INFO.keys() - {50001}
 _HEADER_BYTES = 8
+RARE: Final = Text(
+    "is a TIFF of a kind that Kogao doesn't read; save it as interleaved RGB with "
+    "8 or 16 bits, or 32-bit float, with straight alpha"
+)
 # Exceptions of different Pillow versions for damaged blocks.
 _DAMAGED: Final = (SyntaxError, struct.error, LookupError, AttributeError, TypeError, ValueError)
-_IPTC_START: Final = b"\x1c"
 # Tags that describe the picture, not the storage: names, description, make, model, software, date,
 # artist, computer, white point and primaries, ratings, copyright, Windows' texts, print matching.
 PICTURE_TAGS: Final = (
@@ -61,7 +77,7 @@ _KNOWN: Final = {
     *PICTURE_TAGS,
 }  # fmt: skip
 # Types of texts, short and signed numbers, fractions. Other types may hold file offsets.
-_WITHOUT_PLACES: Final = (2, 3, 5, 6, 8, 10, 11, 12)
+_WITHOUT_PLACES: Final = (_TEXT, 3, 5, 6, 8, 10, 11, 12, _TEXT_UTF8)
 # Tags of extreme values, of inks, of the storage of Silicon Graphics and raw photos, and of
 # geographic positions.
 _OF_PIXELS: Final = {
@@ -198,12 +214,9 @@ class TiffTags:
             and (samples == 1 or self[Tag.PlanarConfiguration] == 1)
             and self[Tag.ExtraSamples] != _PREMULTIPLIED
         ):
-            raise UnreadablePhoto(
-                Text(
-                    "is a TIFF of a kind that Kogao doesn't read; save it as interleaved RGB with "
-                    "8 or 16 bits, or 32-bit float, with straight alpha"
-                )
-            )
+            raise UnreadablePhoto(RARE)
+        if self[Tag.SampleFormat] == _SIGNED:
+            raise UnreadablePhoto(RARE)
 
     @property
     def depth(self) -> tuple[int, int]:
@@ -268,7 +281,8 @@ class TiffTags:
         for tag, kind in self.directory.tagtype.items():
             is_text = is_rare(tag) and tag not in _OF_PIXELS and kind in _WITHOUT_PLACES
             if tag in of_file or (is_text and not (is_turned or is_converted)):
-                kept.tagtype[tag], kept[tag] = kind, as_read(self.directory[tag])
+                kept.tagtype[tag] = _TEXT if kind == _TEXT_UTF8 else kind
+                kept[tag] = as_read(self.directory[tag])
         with io.BytesIO() as out:
             try:
                 kept.save(out)
@@ -303,7 +317,8 @@ def _as_bytes(value: object) -> bytes | None:
 
 def _in_order(iptc: bytes) -> bytes:
     """Restore the byte order of a record that was written as 32-bit numbers."""
-    if iptc[:1] != _IPTC_START and iptc[3:4] == _IPTC_START and len(iptc) % 4 == 0:
+    start = photoshop.IPTC_START
+    if iptc[:1] != start and iptc[3:4] == start and len(iptc) % 4 == 0:
         return np.frombuffer(iptc, np.uint32).byteswap().tobytes()
     return iptc
 

@@ -31,10 +31,15 @@ _PLACES: Final = ((273, 279), (324, 325), (513, 514))  # offsets and lengths
 _MOST_DIRECTORIES: Final = 1000
 
 
-def found(read: tiff.TiffTags, channels: int, kept: Container[int]) -> Iterator[Extra]:
-    """Yield the extras of the first directory, in tag order. `kept`: rare tags that stay."""
+def found(
+    read: tiff.TiffTags, channels: int, kept: Container[int], *, only_thumbnails: bool
+) -> Iterator[Extra]:
+    """Yield the extras of the first directory, in tag order. `kept`: rare tags that stay.
+
+    `only_thumbnails`: all other directories hold thumbnails, which show the face as it was.
+    """
     tags = read.tags
-    if tags.get_ifd(ExifTags.IFD.IFD1):
+    if tags.get_ifd(ExifTags.IFD.IFD1) and not only_thumbnails:
         yield Extra(kinds.FURTHER)
     colours = _COLOURS.get(read[Tag.PhotometricInterpretation], 1)
     if (more := read[Tag.SamplesPerPixel] - colours - (channels in (2, 4))) > 0:
@@ -46,6 +51,21 @@ def found(read: tiff.TiffTags, channels: int, kept: Container[int]) -> Iterator[
     for kind, is_kept in ((kinds.TIFF_TAGS, True), (kinds.UNKNOWN, False)):
         if some := [str(tag) for tag in rare if (tag in kept) == is_kept]:
             yield Extra(kind, Text("TIFF tags {tags}", tags=" ".join(some)))
+
+
+def has_only_thumbnails(file: IO[bytes]) -> bool:
+    """Return True if all directories after the first hold thumbnails, as GIMP 3.0 writes them."""
+    with suppress(KeyError, struct.error):
+        directories = Directories(file)
+        (start,) = directories.read(FIRST)
+        for _ in range(_MOST_DIRECTORIES):
+            (start,) = directories.read(directories.link(start))
+            if not start:
+                return True
+            kind = dict(directories.entries(start)).get(Tag.NewSubfileType)
+            if kind is None or not directories.read(kind)[0] & 1:
+                return False
+    return False
 
 
 def has_maker_note(tags: Pillow.Exif) -> bool:

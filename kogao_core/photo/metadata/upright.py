@@ -208,8 +208,13 @@ def turned_xmp(packet: bytes, turn: Turn) -> bytes:
         packet = _without(packet, b"<" + name, b"</" + name)
     if turn.orientation == 1:
         return packet
-    packet = _ORIENTATION.sub(rb"\g<1>1", packet)
+    packet = oriented_xmp(packet)
     return xmp.replaced(packet, _new(packet, turn))
+
+
+def oriented_xmp(packet: bytes) -> bytes:
+    """Set the orientation in an XMP packet, if any, to 1."""
+    return _ORIENTATION.sub(rb"\g<1>1", packet)
 
 
 def _without(text: bytes, start: bytes, end: bytes) -> bytes:

@@ -22,10 +22,10 @@ def packed(matrix: Floats) -> Packed:
 
 def write(model: Model, path: Path) -> None:
     """Write the model; the same model gives the same bytes."""
-    arrays = dict(_arrays(model))
+    arrays: dict[str, Any] = dict(_arrays(model))
     # Stored, not compressed: zlib's output differs between versions, and saves little here.
     with io.BytesIO() as stream:
-        np.savez(stream, allow_pickle=False, **arrays)
+        np.savez(stream, **arrays)
         atomic_write(stream.getvalue(), path)
 
 

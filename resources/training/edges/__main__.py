@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import click
 import cv2
@@ -39,7 +40,7 @@ def main(data: Path, labels: Path, edges: Path, model: Path, folds: int) -> None
         parameters = learn([*(one for one, _ in pairs), *more])
     names = [f"{index:02}" for index in range(len(parameters))]
     with io.BytesIO() as stream:
-        np.savez(stream, allow_pickle=False, **dict(zip(names, parameters, strict=True)))
+        np.savez(stream, **dict[str, Any](zip(names, parameters, strict=True)))
         atomic_write(stream.getvalue(), model)
 
 

@@ -11,10 +11,11 @@ from kogao_core.base.geometry import Array
 from kogao_core.faces.face import Face
 from kogao_core.faces.reshape import MIDDLE, across, reflection
 
-from ...canvas.handles import name
 from ...document import CORNERS, Mark, State
 from ...i18n import tr
-from ...view_state import Handle
+from ...view_state import Handle, ViewState
+from ..handles import name
+from .gesture import Gesture, PointerEvent
 
 _EYES: Final = 4
 FEWEST: Final = 3
@@ -22,6 +23,24 @@ FEWEST: Final = 3
 _REACH: Final = 0.5
 # A mirrored point replaces a landmark within this distance, in landmark spacings.
 _SAME: Final = 0.4
+
+
+def mark(view: ViewState, event: PointerEvent) -> Gesture:
+    """Mark a landmark at the press; the drag sets the target. The landmark is one undo step."""
+    document, landmark = view.document, _xy(event)
+    document.commit()
+    while not event.released:
+        before = document.committed
+        face = owner(before, view.face, landmark)
+        state = marked(before, face, (landmark, _xy(event)))
+        document.preview(state, tr("Mark a landmark"))
+        event = yield
+    document.commit()
+
+
+def _xy(event: PointerEvent) -> tuple[float, float]:
+    x, y = event.point_px.tolist()
+    return x, y
 
 
 def marked(state: State, face: int | None, at: Mark) -> State:

@@ -1,0 +1,1 @@
+"""Tools of the canvas: each gesture is one generator."""
