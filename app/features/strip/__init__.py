@@ -185,7 +185,8 @@ class Strip(Feature):
         places = [renamed.get(place, place) for place in self._places]
         if places != self._places:
             self._take(places)
-        self._list_again()
+        if places:
+            self._list_again()
 
     def _show_strip(self, paths: list[Path], is_new: bool) -> None:
         self.window.docks.offer("strip", bool(paths))
