@@ -162,11 +162,9 @@ def _file_of(photo: Photo, originals: Originals | None) -> Path:
         return photo.path
     with suppress(OSError):
         found = None if originals is None else originals.find(photo.path)
-        if found is not None:
-            if photo.stamp == Stamp.of(found.file.stat()):
-                return found.file
-            if found.version == _version(photo):
-                return photo.path
+        if found is not None and found.version == _version(photo):
+            is_original = photo.stamp == Stamp.of(found.file.stat())
+            return found.file if is_original else photo.path
     raise CannotWrite(_changed(photo))
 
 
