@@ -38,8 +38,8 @@ from kogao_core.base.json_reader import BadFile
 from kogao_core.faces.landmarks import source as landmark_source
 from kogao_core.photo.originals import NoOriginal, Originals
 from kogao_core.projects import project
-from kogao_core.projects.project import Project, Sheet
 from kogao_core.projects.edits import sidecar_of
+from kogao_core.projects.project import Project, Sheet
 from kogao_core.projects.sidecar import original
 from kogao_core.recipe.recipe import Recipe
 
