@@ -10,7 +10,7 @@ from typing import Any, Final, Literal
 from kogao_core.background.lines import BackgroundLine
 from kogao_core.base.display import Rgb8
 from kogao_core.base.geometry import Affine, Array, Box
-from kogao_core.pipeline import Rendering
+from kogao_core.pipeline import Measurement, Rendering
 from kogao_core.projects.sidecar import Applied
 from kogao_core.recipe.settings import DomainName
 
@@ -55,6 +55,7 @@ class RenderedFrame:
 
     revision: int  # revision of the document's state; larger is newer
     rendering: Rendering  # in px of a pyramid level, or of part of a level
+    figures: Measurement  # of `rendering`
     done: Applied  # applied edits, px of the photo
     # The pixels in the screen's colours; for a full frame also the coarser levels.
     levels: Sequence[Rgb8]
@@ -187,8 +188,8 @@ class ViewState(Watched):
     @property
     def counts(self) -> Mapping[DomainName, int]:
         """Number of pixels in each domain of the newest full result; empty if unknown."""
-        rendering = None if self.full is None else self.full.rendering
-        return rendering.pixel_counts if rendering is not None and rendering.pairs else {}
+        full = self.full
+        return full.figures.pixel_counts if full is not None and full.rendering.pairs else {}
 
     @property
     def image(self) -> Box:

@@ -56,61 +56,73 @@ def over_itself(originals: Originals | None) -> Write:
     return lambda photo, pixels, _: write_in_place(photo, pixels, originals)
 
 
+@dataclass(frozen=True, slots=True)
+class Output:
+    """Where a result goes, and how."""
+
+    write: Write
+    disclosure: Disclosure = NO_DISCLOSURE
+    export: Export = AS_IT_IS
+
+    def needs_rendering(self, photo: Photo) -> bool:
+        """Return whether pixels of full size aren't enough for this output."""
+        return self.export.reduces(photo) or self.takes_companions(photo)
+
+    def takes_companions(self, photo: Photo) -> bool:
+        """Return whether pictures inside the photo's file, such as a gain map, are warped too."""
+        return self.export.coding is None and any(
+            extra.data and extra.kind in JPEG.companions for extra in photo.extras
+        )
+
+
 @dataclass(frozen=True, eq=False)
 class Retouched:
-    """Result of `retouch`. `rendering` is None if the caller passed the pixels.
+    """Result of `retouch`.
 
     `written`: note on the written file. `notes`: warnings, such as a missing focal length, an edit
     record that an unchanged photo does not get, or the form of an identity document.
     """
 
-    rendering: Rendering | None
     written: str
     notes: tuple[str, ...]
 
 
-def retouch(
+def draw(
     photo: Photo,
-    done: Applied,
-    disclosure: Disclosure,
-    to: Write,
+    edits: Applied,
     finder: BackgroundFinder,
-    *,
-    drawn: Image | None = None,
-    look: Callable[[Rendering], object] = lambda _: None,
-    threads: int | None = None,
     export: Export = AS_IT_IS,
-) -> Retouched:
-    """Apply edits to a photo: keep the background straight, render, disclose and write.
+    threads: int | None = None,
+) -> Rendering:
+    """Render the edits of a photo in the size of `export`, and keep the background straight."""
+    recipe = optics_of(photo).settled(edits.recipe)
+    held = held_of(photo.pixels, dataclasses.replace(edits, recipe=recipe), finder)
+    return render(
+        photo.pixels, edits.faces, recipe, protection=edits.protection, held=held,
+        brushwork=edits.brushwork, threads=threads, longest_px=export.longest_px,
+    )  # fmt: skip
 
-    `drawn` is an existing result of full size; `look` receives a new rendering. `to` writes the
-    file with the coding of `export`.
 
-    Raises CannotWrite, RefusedOutput.
+def retouch(photo: Photo, edits: Applied, drawn: Rendering | Image, output: Output) -> Retouched:
+    """Disclose and write the result of a photo's edits.
+
+    `drawn`: the result of `draw`, or its pixels unless `Output.needs_rendering`. Raises
+    CannotWrite, RefusedOutput.
     """
-    optics, rendering, is_changed = optics_of(photo), None, False
-    left = optics.note(done.recipe)
-    done = dataclasses.replace(done, recipe=optics.settled(done.recipe))
-    goes_along = export.coding is None and any(
-        extra.data and extra.kind in JPEG.companions for extra in photo.extras
-    )
-    if drawn is None or export.reduces(photo) or goes_along:
-        held = held_of(photo.pixels, done, finder)
-        rendering = render(
-            photo.pixels, done.faces, done.recipe, protection=done.protection, held=held,
-            brushwork=done.brushwork, threads=threads, longest_px=export.longest_px,
-        )  # fmt: skip
-        look(rendering)
-        drawn = rendering.pixels
-        is_changed = any(lattice.phi.any() for lattice in rendering.field.lattices)
-    if not export.reduces(photo):
-        is_changed = not is_same(photo.pixels, drawn)
-    left_out = undisclosed(photo, drawn if is_changed else photo.pixels, disclosure)
-    told, pixels = export.applied(photo, drawn)
+    optics, export, disclosure = optics_of(photo), output.export, output.disclosure
+    notes = [optics.note(edits.recipe)]
+    edits = dataclasses.replace(edits, recipe=optics.settled(edits.recipe))
+    pixels = drawn.pixels if isinstance(drawn, Rendering) else drawn
+    if isinstance(drawn, Rendering) and export.reduces(photo):
+        is_changed = any(lattice.phi.any() for lattice in drawn.field.lattices)
+    else:
+        is_changed = not is_same(photo.pixels, pixels)
+    left_out = undisclosed(photo, pixels if is_changed else photo.pixels, disclosure)
+    told, pixels = export.applied(photo, pixels)
     if is_changed:
-        told, pixels = disclose(told, pixels, disclosure, what=done.what)
-    if rendering is not None and goes_along:
-        told = accompanied(told, rendering.warped, film=disclosure.film)
-    written = to(told, pixels, export.coding)
-    form = identity.note(photo.pixels, done.faces) if is_changed else ""
-    return Retouched(rendering, written, tuple(filter(None, (left, left_out, form))))
+        told, pixels = disclose(told, pixels, disclosure, what=edits.what)
+    if isinstance(drawn, Rendering) and output.takes_companions(photo):
+        told = accompanied(told, drawn.warped, film=disclosure.film)
+    written = output.write(told, pixels, export.coding)
+    notes += [left_out, identity.note(photo.pixels, edits.faces) if is_changed else ""]
+    return Retouched(written, tuple(filter(None, notes)))

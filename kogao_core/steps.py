@@ -19,8 +19,9 @@ from kogao_core.additions.brush import UNTOUCHED, Brushwork, brushed
 from kogao_core.additions.edge import attenuated_near_edge, cut_note
 from kogao_core.additions.fit import fit, grids_of
 from kogao_core.additions.guard import Limit, limited
-from kogao_core.additions.head import HeadDisplacement, giving_way, near_fixed, surrounds_of
+from kogao_core.additions.head import HeadField, give_way, head_fields
 from kogao_core.additions.lens import NO_LENS, LensCorrection
+from kogao_core.additions.pivot import attract_pivots
 from kogao_core.background.holding import NOTHING_HELD, Held, Site, hold
 from kogao_core.base.geometry import Box
 from kogao_core.faces.face import Anchor, Face
@@ -51,7 +52,7 @@ class WarpDraft:
     requested_pairs: tuple[FacePairs, ...] = ()  # `targets`, `pivots`
     pairs_in_photo: tuple[FacePairs, ...] = ()  # `edge`: moves that the photo's edge allows
     pairs: tuple[FacePairs, ...] = ()  # `heads`: moves that heads in front allow
-    heads: tuple[HeadDisplacement | None, ...] = ()  # `heads`
+    heads: tuple[HeadField | None, ...] = ()  # `heads`
     field: Field = _STILL  # `lattice`, `guard`, `background`, `brush`
     field_before_holding: Field = _STILL  # `lattice`, `guard`
     limits: tuple[Limit, ...] = ()  # `guard`
@@ -109,7 +110,7 @@ def targets(draft: WarpDraft) -> WarpDraft:
 def pivots(draft: WarpDraft) -> WarpDraft:
     """Move pivots towards heads in front and protected places nearby, and targets with them."""
     faces, strokes = draft.corrected_faces, draft.protection.strokes
-    pairs = near_fixed(draft.requested_pairs, faces, strokes, draft.people.others)
+    pairs = attract_pivots(draft.requested_pairs, faces, strokes, draft.people.others)
     return draft.updated(requested_pairs=pairs, pairs_in_photo=pairs, pairs=pairs)
 
 
@@ -123,7 +124,7 @@ def edge(draft: WarpDraft) -> WarpDraft:
 
 def heads(draft: WarpDraft) -> WarpDraft:
     """Move the whole head along, or room beside the outline; give way to heads in front."""
-    fields = surrounds_of(
+    fields = head_fields(
         draft.corrected_faces,
         [pair.started for pair in draft.pairs],
         draft.recipes,
@@ -132,7 +133,7 @@ def heads(draft: WarpDraft) -> WarpDraft:
         draft.correction,
         draft.people.others,
     )
-    pairs = giving_way(draft.pairs, fields) if draft.recipe.guard else draft.pairs
+    pairs = give_way(draft.pairs, fields) if draft.recipe.guard else draft.pairs
     return draft.updated(heads=fields, pairs=pairs)
 
 

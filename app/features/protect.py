@@ -124,7 +124,7 @@ class Protect(Feature):
 
     def _show_reduced(self) -> None:
         frame, message = self.view.frame, ""
-        shares = () if frame is None else frame.rendering.protected_shares
+        shares = () if frame is None else frame.figures.protected_shares
         if slowed := reduced(shares):
             message = tr(
                 "{n} of {count} outline points move less, one by {percent:.0f} % of its way",

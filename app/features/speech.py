@@ -8,13 +8,13 @@ import numpy as np
 from PySide6.QtGui import QAction
 
 from kogao_core.base.geometry import Array
-from kogao_core.pipeline import Rendering
+from kogao_core.field.one_to_one import OneToOne
 
 from ..accessibility import announce
 from ..canvas import handles
 from ..canvas.spoken import LEAST_PX, face_name, ways
 from ..i18n import bare, tr
-from ..view_state import Handle
+from ..view_state import Handle, RenderedFrame
 from ..widgets.controls import WarningLabel
 from .faces import Faces
 from .feature import Context, Feature
@@ -96,11 +96,11 @@ class Speech(Feature):
         """Announce moves and warnings once the full photo is rendered."""
         frame = self.view.frame
         if frame is not None and not self.document.in_gesture and self.live.is_final(frame):
-            said = [*self._move(frame.rendering), *self._warnings()]
+            said = [*self._move(frame), *self._warnings()]
             if said:
                 self._say(", ".join(said))
 
-    def _move(self, rendering: Rendering) -> list[str]:
+    def _move(self, frame: RenderedFrame) -> list[str]:
         """Return the shift of the selected point, and whether the warp folds."""
         point = self.view.selected
         if point is None or point != self._point:
@@ -109,7 +109,7 @@ class Speech(Feature):
         away, self._at = to - self._at, to
         if np.abs(away).max() < LEAST_PX:
             return []
-        return [self._points.name_of(point), *ways(away), _verdict(rendering)]
+        return [self._points.name_of(point), *ways(away), _verdict(frame.figures.one_to_one)]
 
     def _warnings(self) -> list[str]:
         """Return warnings that appeared or disappeared since the last call."""
@@ -137,8 +137,7 @@ class Speech(Feature):
         announce(self.window.canvas, text)
 
 
-def _verdict(rendering: Rendering) -> str:
-    check = rendering.one_to_one
+def _verdict(check: OneToOne) -> str:
     if check.folds:
         return tr("folds in {n} cells", n=len(check.folded_cells))
     return tr("no folds") if check.edges_proven and check.settled else tr("small folds possible")

@@ -14,7 +14,7 @@ from kogao_core.background.find import Background, BackgroundFinder
 from kogao_core.background.holding import NOTHING_HELD, Held
 from kogao_core.base.geometry import Affine, Image
 from kogao_core.field.protection import Protection
-from kogao_core.pipeline import render
+from kogao_core.pipeline import measure, render
 from kogao_core.resample.canvas import Canvas
 
 from ..document import State
@@ -100,11 +100,9 @@ class Surface:
         result.refresh(rendering.changed)
         self._back = canvas, result
         took_ms = (time.perf_counter() - start) * 1e3
-        # Compute cached properties here, off the GUI thread: panels read these values at once.
-        _ = rendering.one_to_one, rendering.residual, rendering.achieved
-        if part is None:
-            _ = rendering.pixel_counts
-        return RenderedFrame(revision, rendering, state.done, result.shown, back, took_ms, part)
+        figures = measure(rendering, counts=part is None)
+        shown, done = result.shown, state.done
+        return RenderedFrame(revision, rendering, figures, done, shown, back, took_ms, part)
 
     def _mapped_to(self, there: Affine, what: _Mapped) -> _Mapped:
         known = self._mapped.get(type(what))

@@ -13,7 +13,7 @@ import numpy as np
 
 from kogao_core.additions.edge import zero_on_edges
 from kogao_core.additions.exact import exact, norm_px
-from kogao_core.additions.head import HeadDisplacement
+from kogao_core.additions.head import HeadField
 from kogao_core.additions.limits import MOST_CONTROL_POINTS, MOST_TOGETHER, OutOfBounds
 from kogao_core.base.geometry import Array, Box
 from kogao_core.base.language import Text
@@ -63,7 +63,7 @@ def fit(
     pairs: Sequence[FacePairs],
     anchors: Sequence[Anchor],
     recipes: Sequence[Recipe],
-    heads: Sequence[HeadDisplacement | None] = (),
+    heads: Sequence[HeadField | None] = (),
     photo: Box | None = None,
 ) -> tuple[Lattice, ...]:
     """Fit one lattice to each face, by the fit of its recipe.
@@ -121,7 +121,7 @@ def inside(
 
 
 def _with_features(
-    problem: Problem, recipe: Recipe, head: HeadDisplacement | None
+    problem: Problem, recipe: Recipe, head: HeadField | None
 ) -> tuple[Problem, Array]:
     """Return a problem with the points round eyes and mouth, and the tolerance of each point."""
     tolerance = np.zeros(len(problem.target_px))
@@ -170,7 +170,7 @@ def _check_control_points(
     anchors: Sequence[Anchor],
     grids: Sequence[Grid],
     recipes: Sequence[Recipe],
-    heads: Sequence[HeadDisplacement | None],
+    heads: Sequence[HeadField | None],
 ) -> None:
     total = 0.0
     for pair, anchor, grid, recipe, head in zip(pairs, anchors, grids, recipes, heads, strict=True):
@@ -214,7 +214,7 @@ def _check_together(problems: Sequence[Problem]) -> None:
             )
 
 
-def _sampled(head: HeadDisplacement, grid: Grid) -> Lattice | None:
+def _sampled(head: HeadField, grid: Grid) -> Lattice | None:
     """Sample a head's displacement at the control points; None if all are zero."""
     corners = head.corners_px
     columns, rows = (

@@ -35,13 +35,13 @@ _ARMS: Final = (1.0, 2.0, 4.0)  # distances between the two places of a row
 _CHECKED: Final = 2.0  # from this distance on, the edge must also be seen halfway
 # Edges as long as this shall not shift across either: where nothing else moves them, they stay.
 _LONG: Final = 4.0
-_WEIGHT: Final = 1500.0  # weight of a row of full contrast; larger: edges turn and bend less
+_WEIGHT: Final = 2200.0  # weight of a row of full contrast; larger: edges turn and bend less
 _STAYS: Final = 60.0  # the same against a shift of a long edge; larger: hair beside gives way
 # Subtracted from each weight, so that rows fade out instead of coming and going.
 _LEAST: Final = 2e-3
 # Up to about this weight, rows count with the square of their weight, so that a faint edge that
 # noise makes come and go does little. Larger: faint edges turn more, shaken photos change less.
-_FAINT: Final = 0.03
+_FAINT: Final = 0.045
 # Rows so near to a line that is let go lose all weight; from twice as far, none.
 _LOOSE: Final = 1.2
 _PERSON: Final = 0.3  # places of less opacity are left out; from there to 1 they count more

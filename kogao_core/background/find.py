@@ -205,7 +205,9 @@ def measure(
     holds, bounds = done.recipe.hold_background and found.told, rendering.domain.bounds
     lines = long_enough(found.lines, photo)
     lines = lines[_touches(lines, bounds)]
-    face_px = float(np.median([np.ptp(face.outline[:, 0]) for face in done.faces]))
+    # Like `np.median`, which would import numpy's masked arrays.
+    widths_px = sorted(float(np.ptp(face.outline[:, 0])) for face in done.faces)
+    face_px = (widths_px[len(widths_px) // 2] + widths_px[(len(widths_px) - 1) // 2]) / 2.0
     turned = turns(rendering.field, lines, photo, face_px, rendering.unheld)
     if holds:
         turned = [_marked(line, found, done.loose) for line in turned]

@@ -43,9 +43,7 @@ _TOUCHING: Final = 1.0
 _ABOVE: Final = 0.25
 # Weights; 1 is that of a difference of neighbouring control points.
 _NEIGHBOUR: Final = 3e4  # of a neighbour close to the face
-_PERSON: Final = 60.0  # of a place on the person's hair and ears, where the change is to be zero
-_CLOTHES: Final = 10.0  # the same below the chin, where a line behind may shear neck and clothes
-_CHIN: Final = 0.15  # width of the change from one to the other, in heights of the outline
+_PERSON: Final = 90.0  # of a place on the person's hair and clothes, where the change is to be zero
 _WITHIN: Final = 60.0  # the same of a place within the face
 _INSIDE: Final = 1.5  # between those
 # Of neighbours clear of the face, corners of eyes and mouth, and the photo's edge. Larger values
@@ -314,9 +312,8 @@ class _Steady:
         count, edges = self._edges, edges or no_edges()
         on = self.room.reaches(edges.people_px)
         places = [inside, corners, edges.people_px[on]]
-        below = _below_chin(places[2], outline)
-        people = (_PERSON + below * (_CLOTHES - _PERSON)) * edges.opacities[on]
-        weights = [np.full(len(inside), _WITHIN), np.full(len(corners), _STILL), people]
+        weights = [np.full(len(inside), _WITHIN), np.full(len(corners), _STILL)]
+        weights.append(_PERSON * edges.opacities[on])
         rows_of_basis = np.concatenate([self._basis_rows(np.vstack(places)), self._rows[count:]])
         still += _squared(rows_of_basis, np.concatenate([*weights, self.weights[count:]]))
         lines = np.asarray(self._rows[:count], np.float32)
@@ -401,13 +398,6 @@ def _edge_places(site: Site, room: Lattice) -> Iterator[tuple[int, Array]]:
                 places = np.empty((len(along), 2))
                 places[:, axis], places[:, 1 - axis] = edge, along
                 yield axis, places
-
-
-def _below_chin(places: Array, outline: Array) -> Array:
-    """Return 0 at places above the chin, 1 below, and values between near its height."""
-    top, chin = (outline[0] + outline[-1]) / 2.0, outline[len(outline) // 2]
-    down = (chin - top) / max(1e-9, float((chin - top) @ (chin - top)))
-    return np.asarray(np.clip(((places - chin) @ down) / _CHIN + 0.5, 0.0, 1.0))
 
 
 def _face_places(outline: Array, h: float) -> Array:

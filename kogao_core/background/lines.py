@@ -21,8 +21,8 @@ from kogao_core.field.field import Field, shown_at
 
 HoldingName = Literal["held", "gave way", "let go", ""]
 SEEN_DEGREES: Final = 3.0  # an eye begins to see that a line beside a head leans
-# An eye sees turned lines if the root of the sum of squares of their clear lengths is at least
-# this, in the photo's longer side. Shorter lines are leaves, letters, curls and cloth.
+# Least root of the sum of squares of the clear lengths of turned lines that an eye sees, in the
+# photo's longer side. Shorter lines are leaves, letters, curls and cloth.
 SEEN_LENGTH: Final = 0.16
 _SHORTEST: Final = 0.04  # in the photo's longer side; shorter lines are texture
 _MEASURED: Final = 0.08  # in the longer side; shorter parts turn unseen
@@ -108,25 +108,9 @@ def off_faces(lines: Array, outlines: Sequence[Array]) -> Array:
 def turns(
     field: Field, lines: Array, photo: Image, face_px: float, unheld: Field | None = None
 ) -> list[BackgroundLine]:
-    """Measure how far the warp turns lines.
+    """Measure how far the warp turns lines (N, 2, 2), px. Result: the most turned first.
 
-    Parameters
-    ----------
-    field : Field
-        The warp.
-    lines : array of shape (N, 2, 2)
-        Ends (x, y) of each line, px.
-    photo : Image
-        Tells how clear a line is.
-    face_px : float
-        Width of the face, the unit of the rise.
-    unheld : Field, optional
-        The warp without held lines.
-
-    Returns
-    -------
-    list of BackgroundLine
-        The most turned first.
+    `photo` tells how clear a line is; `face_px`: width of the face, the unit of the rise.
     """
     side = max(photo.shape[:2])
     lengths = np.linalg.norm(lines[:, 1] - lines[:, 0], axis=1) / side

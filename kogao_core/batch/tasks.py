@@ -27,13 +27,12 @@ from kogao_core.field.protection import NOTHING
 from kogao_core.photo import Photo, bits_of, read
 from kogao_core.photo.picture import sha256_of
 from kogao_core.photo.profiles import for_search
-from kogao_core.pipeline import Rendering
 from kogao_core.projects import interchange
 from kogao_core.projects.edits import Edits
 from kogao_core.projects.project import load
 from kogao_core.projects.results import Results, objects_in
 from kogao_core.projects.sidecar import Applied, apply, is_resized
-from kogao_core.retouch import RetouchJob, retouch, to_file
+from kogao_core.retouch import Output, RetouchJob, draw, retouch, to_file
 
 Status = Literal["done", "skipped", "result", "no face", "failed"]
 _CHUNK_BYTES: Final = 1 << 20
@@ -115,18 +114,15 @@ def _read(task: Task) -> Photo:
 
 
 def _render(task: Task, photo: Photo) -> tuple[tuple[dict[str, Any], ...], str, bool]:
-    output, job, seen = Path(task.output), task.job, list[Rendering]()
+    output, job = Path(task.output), task.job
 
     def written(photo: Photo, pixels: Image, coding: int | None) -> str:
         output.parent.mkdir(parents=True, exist_ok=True)
         return to_file(output, force=True)(photo, pixels, coding)
 
     done = _replayed(task, photo) if task.project else _found(task, photo)
-    made = retouch(
-        photo, done, job.disclosure, written, _background(),
-        look=seen.append, threads=1, export=job.export,
-    )  # fmt: skip
-    (rendering,) = seen
+    rendering = draw(photo, done, _background(), job.export, threads=1)
+    made = retouch(photo, done, rendering, Output(written, job.disclosure, job.export))
     notes = [done.note, *made.notes, rendering.note, made.written]
     rows = measured(task.output, task.source, rendering, done.faces)
     # With a project, the note is about the photo; otherwise the note is about doubtful faces.

@@ -67,11 +67,6 @@ def run(arguments: Sequence[str] | None) -> int:
             tr("the report can't be printed: {reason}", reason=reason),
             UNREADABLE,
         )
-    except ImportError as error:
-        from kogao_core.cli.doctor import incomplete  # slow to import and rarely needed
-
-        lacks = incomplete()
-        return _end(lacks, BROKEN) if lacks else _unforeseen(error)
     except Exception as error:  # every error ends in one line
         return _unforeseen(error)
     return code if isinstance(code, int) else 0
@@ -89,6 +84,10 @@ def _unforeseen(error: Exception) -> int:
             tr("not enough memory; close other programs, or use a smaller photo or fewer faces"),
             UNEXPECTED,
         )
+    from kogao_core.cli.doctor import incomplete  # slow to import and rarely needed
+
+    if lacks := incomplete():
+        return _end(lacks, BROKEN)
     text = " ".join(f"{type(error).__name__}: {error}".split())[:_LONGEST_ERROR]
     return _end(
         tr(

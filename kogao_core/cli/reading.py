@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from concurrent.futures import Future
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, Literal
 
 from kogao_core.base import assets
 from kogao_core.base.geometry import Box
@@ -24,7 +24,6 @@ from kogao_core.photo import (
     CannotDisclose,
     Photo,
     UnreadablePhoto,
-    bits_of,
     formats,
     read,
 )
@@ -76,14 +75,13 @@ def input_paths(inputs: Sequence[Path], sample: bool, *, named: bool = False) ->
 def read_photo(
     path: Path,
     max_megapixels: float,
-    output: Path | None = None,
+    bits: Literal[8, 16] = 16,
     early: Future[Photo] | None = None,
 ) -> Photo:
-    """Read a photo with 8 or 16 bits, as the output format can store. Raises Stop.
+    """Read a photo with 8 or 16 bits, as the output can store. Raises Stop.
 
     `early`: the photo, if a thread is already reading it.
     """
-    bits = 16 if output is None else bits_of(output)
     with ending.stopping(UnreadablePhoto, ending.UNREADABLE):
         return early.result() if early else read(path, max_megapixels=max_megapixels, bits=bits)
 

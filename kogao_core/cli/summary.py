@@ -16,7 +16,7 @@ from kogao_core.cli import common
 from kogao_core.faces.face import Face
 from kogao_core.field.measures import asked_percent, reduced
 from kogao_core.photo import Photo
-from kogao_core.pipeline import STAGES, Rendering
+from kogao_core.pipeline import STAGES, Measurement, Rendering
 from kogao_core.recipe.recipe import SETTINGS, Recipe
 
 _LABEL_COLUMNS: Final = 15
@@ -24,7 +24,7 @@ _LEAST_PERCENT: Final = 0.005  # a smaller change prints "unchanged"
 _DEFAULTS: Final = Recipe()
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class WarpReport:
     """Everything known about a saved result."""
 
@@ -32,6 +32,7 @@ class WarpReport:
     output: Path
     faces: Sequence[Face]
     rendering: Rendering
+    measurement: Measurement
     lines: MeasuredLines
     file_note: str  # unchanged share of a JPEG, lost metadata
     notes: Sequence[str]  # further sentences
@@ -48,19 +49,19 @@ class WarpReport:
             "timings_ms": rendering.timings_ms,
             "domains": {
                 name: {"pixels": count, "percent": 100.0 * count / (photo.width * photo.height)}
-                for name, count in rendering.pixel_counts.items()
+                for name, count in self.measurement.pixel_counts.items()
             },
             "dose": [
                 {"asked_percent": requested, "achieved_percent": achieved}
-                for requested, achieved in _amounts(rendering)
+                for requested, achieved in _amounts(rendering, self.measurement)
             ],
-            "residual": dataclasses.asdict(rendering.residual),
+            "residual": dataclasses.asdict(self.measurement.residual),
             "shares": list(rendering.shares),
             "limits": [dataclasses.asdict(limit) for limit in rendering.limits],
             "brush_shares": list(rendering.brush_shares),
-            "protected_shares": [list(shares) for shares in rendering.protected_shares],
+            "protected_shares": [list(shares) for shares in self.measurement.protected_shares],
             "threshold_px": rendering.threshold_px,
-            "one_to_one": dataclasses.asdict(rendering.one_to_one),
+            "one_to_one": dataclasses.asdict(self.measurement.one_to_one),
             "lines": [dataclasses.asdict(line) for line in self.lines.lines],
             "notes": [*filter(None, [*self.notes, self.file_note])],
         }
@@ -71,7 +72,7 @@ class WarpReport:
             "{output}: {faces}, {change}",
             output=self.output,
             faces=common.count_of_faces(len(self.faces)),
-            change=_change(self.rendering, self.faces),
+            change=_change(self.rendering.recipe, self.faces, self.measurement.achieved),
         )
         return translated(Text.joined("; ", [done, self.file_note]))
 
@@ -94,7 +95,7 @@ class WarpReport:
             yield Text(
                 "brush strokes limited to {limits}, more would fold the picture", limits=limits
             )
-        if slowed := reduced(rendering.protected_shares):
+        if slowed := reduced(self.measurement.protected_shares):
             yield Text.counted(
                 len(slowed),
                 "{n} outline point moves less because of protection, {least:.0f} % of its way",
@@ -115,7 +116,7 @@ class WarpReport:
                 "{n} straight lines in the background turn by up to {degrees:.0f}°",
                 degrees=max(one.turn_degrees for one in turned),
             )
-        found = rendering.one_to_one
+        found = self.measurement.one_to_one
         if found.folded_cells:
             yield Text.counted(
                 len(found.folded_cells),
@@ -149,7 +150,7 @@ class WarpReport:
                 requested=requested,
                 achieved=achieved,
             )
-            for requested, achieved in _amounts(rendering)
+            for requested, achieved in _amounts(rendering, self.measurement)
         ]
         if len(set(amounts)) == 1:
             yield Text("amount"), amounts[0]
@@ -161,14 +162,14 @@ class WarpReport:
                 )
         yield (
             Text("accuracy"),
-            Text("largest error at the targets {px:.2f} px", px=rendering.residual.max_px),
+            Text("largest error at the targets {px:.2f} px", px=self.measurement.residual.max_px),
         )
         yield (
             Text("folds"),
             Text(
                 "{count}; smallest Jacobian determinant of the samples {det:.2f}",
-                count=len(rendering.one_to_one.folded_cells),
-                det=rendering.one_to_one.min_det,
+                count=len(self.measurement.one_to_one.folded_cells),
+                det=self.measurement.one_to_one.min_det,
             ),
         )
         domains = SETTINGS["domain"]
@@ -178,7 +179,7 @@ class WarpReport:
                 domain=domains.alternative(name).word,
                 percent=pixels / percent_px,
             )
-            for name, pixels in rendering.pixel_counts.items()
+            for name, pixels in self.measurement.pixel_counts.items()
         )
         yield Text("domain"), Text.joined(", ", parts)
         yield from self._lines()
@@ -211,7 +212,7 @@ class WarpReport:
         }
         if kept:
             yield (
-                Text("kept from turning"),
+                Text("kept straight"),
                 Text(
                     "{count} would have turned by {degrees:.0f}° or more",
                     count=len(kept),
@@ -220,12 +221,12 @@ class WarpReport:
             )
 
 
-def _change(rendering: Rendering, faces: Sequence[Face]) -> Text:
+def _change(recipe: Recipe, faces: Sequence[Face], achieved: Sequence[float]) -> Text:
     """Return the achieved amount in words, or "reshaped" if other settings changed the face."""
-    recipes = [rendering.recipe, *(face.recipe for face in faces)]
-    if any(recipe is not None and _reshapes(recipe) for recipe in recipes):
+    recipes = [recipe, *(face.recipe for face in faces)]
+    if any(each is not None and _reshapes(each) for each in recipes):
         return Text("reshaped")
-    low, high = min(rendering.achieved, default=0.0), max(rendering.achieved, default=0.0)
+    low, high = min(achieved, default=0.0), max(achieved, default=0.0)
     if low < -_LEAST_PERCENT and high > _LEAST_PERCENT:
         return Text("reshaped")
     if max(-low, high) < _LEAST_PERCENT:
@@ -251,7 +252,7 @@ def _rounded(percent: float) -> str:
     return f"{percent:.2g}" if percent < 1.0 else f"{round(percent, 1):g}"
 
 
-def _amounts(rendering: Rendering) -> list[tuple[float, float]]:
+def _amounts(rendering: Rendering, measurement: Measurement) -> list[tuple[float, float]]:
     """Return the requested and the achieved amount of each face, in % of the distance."""
     requested = (asked_percent(pairs) for pairs in rendering.pairs)
-    return list(zip(requested, rendering.achieved, strict=True))
+    return list(zip(requested, measurement.achieved, strict=True))

@@ -8,12 +8,14 @@ import sys
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Future
 from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 from kogao_core.additions.limits import OutOfBounds, check_protection
-from kogao_core.background.find import BackgroundFinder, MeasuredLines, measure
+from kogao_core.background import find
+from kogao_core.background.find import BackgroundFinder, MeasuredLines
 from kogao_core.base.geometry import Box
 from kogao_core.base.json_reader import BadFile
 from kogao_core.base.language import Text
@@ -25,23 +27,35 @@ from kogao_core.photo import (
     CannotWrite,
     Photo,
     RefusedOutput,
+    bits_of,
     check_holds,
     check_in_place,
     check_output,
 )
 from kogao_core.photo.export import Export
 from kogao_core.photo.originals import Originals
-from kogao_core.pipeline import Rendering
+from kogao_core.pipeline import Rendering, measure
 from kogao_core.projects import project, sidecar
 from kogao_core.projects.edits import Edits, sidecar_of
 from kogao_core.projects.results import Results
 from kogao_core.projects.sidecar import Applied, apply
 from kogao_core.recipe.recipe import Recipe
-from kogao_core.retouch import over_itself, retouch, to_file
+from kogao_core.retouch import Output, draw, over_itself, retouch, to_file
+
+
+@dataclass(frozen=True, kw_only=True)
+class WarpOrder:
+    """A photo, its edits and the files to write. All options are checked."""
+
+    photo: Photo
+    found: Sequence[Face]  # all faces of the photo; empty with a project
+    edits: Applied
+    output: Output
+    path: Path  # the file to write
 
 
 def warp(
-    args: SimpleNamespace,
+    options: SimpleNamespace,
     path: Path,
     recipe: Recipe,
     files: ExitStack,
@@ -51,84 +65,109 @@ def warp(
 
     `files` deletes temporary files.
     """
-    is_piped = args.output == common.STDOUT
-    job = reading.job_of(args, recipe)
-    is_searched = args.project_file is None and args.points is None
-    known = landmark_source(job.landmarks) if is_searched else None
-    to = _checked_output(path, args, job.export)
-    common.check_report(args.json_file, args.force)
-    if args.evidence_file is not None:
-        common.check_free(args.evidence_file, args.force)
-    if not (args.results or args.in_place or args.sample):
+    order = _checked(options, path, recipe, files, early)
+    report = _written(options, order)
+    files.close()
+    if options.evidence_file is not None:
+        with ending.writing(options.evidence_file):
+            report.rendering.save_evidence(options.evidence_file, order.photo.sha256)
+    _tell(options, report)
+
+
+def _checked(
+    options: SimpleNamespace,
+    path: Path,
+    recipe: Recipe,
+    files: ExitStack,
+    early: Future[Photo] | None,
+) -> WarpOrder:
+    """Check the options, read the photo and find the faces. Raises Stop before anything is made."""
+    job = reading.job_of(options, recipe)
+    is_searched = options.project_file is None and options.points is None
+    source = landmark_source(job.landmarks) if is_searched else None
+    output = _checked_output(path, options, job.export)
+    common.check_report(options.json_file, options.force)
+    if options.evidence_file is not None:
+        common.check_free(options.evidence_file, options.force)
+    if not (options.results or options.in_place or options.sample):
         reading.refuse_result(path)
-    if args.save_project:
-        _check_project(path, args)
-    photo = reading.read_photo(path, job.max_megapixels, to, early)
-    if is_piped:
-        to = files.enter_context(common.sent(reading.suffix_for(photo)))
-    _check_photo(photo, to, args.in_place, job.export)
+    if options.save_project:
+        _check_project(path, options)
+    bits = 8 if output is None else bits_of(output)
+    photo = reading.read_photo(path, job.max_megapixels, bits, early)
+    if output is None:
+        output = files.enter_context(common.sent(reading.suffix_for(photo)))
+    _check_photo(photo, output, options.in_place, job.export)
     found: list[Face] = []
-    if args.project_file is not None:
-        with _usable(args.project_file):
-            made_before = project.load(args.project_file)
+    if options.project_file is not None:
+        with _usable(options.project_file):
+            made_before = project.load(options.project_file)
             edits = apply(made_before, photo.pixels, Edits.of_user().name_in(made_before, photo))
     else:
-        protection = _protection(photo, args.lines, args.width_px)
-        found = reading.find_faces(photo, job.landmarks, args.points, known)
+        protection = _protection(photo, options.lines, options.width_px)
+        found = reading.find_faces(photo, job.landmarks, options.points, source)
         chosen = reading.chosen(photo, found, job.which, job.doubtful)
         edits = Applied(chosen.faces, job.recipe, protection, chosen.note, others=chosen.others)
-    finder = BackgroundFinder()
-    lines = MeasuredLines(())
+    originals = None if options.temporary else Originals.of_user(evicts=options.anyway)
+    write = over_itself(originals) if options.in_place else to_file(output, force=options.force)
+    return WarpOrder(
+        photo=photo, found=found, edits=edits,
+        output=Output(write, job.disclosure, job.export), path=output,
+    )  # fmt: skip
 
-    def look(rendering: Rendering) -> None:
-        nonlocal lines
-        counts = args.verbose or args.json_file is not None
-        lines = _measured(photo, rendering, edits, finder, counts=counts)
 
-    originals = None if args.temporary else Originals.of_user(evicts=args.anyway)
-    write = over_itself(originals) if args.in_place else to_file(to, force=args.force)
+def _written(options: SimpleNamespace, order: WarpOrder) -> summary.WarpReport:
+    """Render, measure and write the photo, and its project. Raises Stop."""
+    photo, edits, finder = order.photo, order.edits, BackgroundFinder()
     with _writing():
-        made = retouch(photo, edits, job.disclosure, write, finder, look=look, export=job.export)
-    if not (args.in_place or is_piped):
-        Results.of_user().add(path, to)
+        rendering = draw(photo, edits, finder, order.output.export)
+        # Measure before any file is written.
+        counts = options.verbose or options.json_file is not None
+        measurement = measure(rendering, counts=counts)
+        lines = _measured_lines(photo, rendering, edits, finder)
+        made = retouch(photo, edits, rendering, order.output)
+    if not (options.in_place or (options.output == common.STDOUT)):
+        Results.of_user().add(photo.path, order.path)
     file_notes = [made.written]
-    if args.save_project:
+    if options.save_project:
         try:
-            place = _save_project(photo, found, edits, args.project_file)
+            place = _save_project(order, options.project_file)
         except ending.Stop as stop:
-            problem = Text("{output} is written, but {reason}", output=to, reason=stop.message)
+            problem = Text(
+                "{output} is written, but {reason}", output=order.path, reason=stop.message
+            )
             raise ending.Stop(problem, stop.code) from stop
         file_notes.append(Text("edits saved to {place}", place=place))
-    files.close()
-    assert made.rendering is not None
-    if args.evidence_file is not None:
-        with ending.writing(args.evidence_file):
-            made.rendering.save_evidence(args.evidence_file, photo.sha256)
-    report = summary.WarpReport(
-        photo,
-        common.STDOUT if is_piped else to,
-        edits.faces,
-        made.rendering,
-        lines,
-        Text.joined("; ", file_notes),
-        [*filter(None, (edits.note, *made.notes, made.rendering.note, lines.note))],
+    return summary.WarpReport(
+        photo=photo,
+        output=Path(common.STDOUT) if (options.output == common.STDOUT) else order.path,
+        faces=edits.faces,
+        rendering=rendering,
+        measurement=measurement,
+        lines=lines,
+        file_note=Text.joined("; ", file_notes),
+        notes=[*filter(None, (edits.note, *made.notes, rendering.note, lines.note))],
     )
 
+
+def _tell(options: SimpleNamespace, report: summary.WarpReport) -> None:
+    """Print the report, or write it as JSON."""
+
     def text() -> str:
-        if args.json_file != common.STDOUT:
+        if options.json_file != common.STDOUT:
             for warning in report.warnings():
                 ending.print_message(Text("warning: {problem}", problem=warning))
-        if args.quiet:
+        if options.quiet:
             return ""
         # The details count pixels, which takes longer than the warp.
-        details = [report.details()] if args.verbose else []
+        details = [report.details()] if options.verbose else []
         return "\n".join([report.headline(), *details])
 
-    common.tell(report.to_dict, text, args.json_file, err=is_piped)
+    common.tell(report.to_dict, text, options.json_file, err=(options.output == common.STDOUT))
 
 
-def _checked_output(path: Path, args: SimpleNamespace, export: Export) -> Path:
-    """Return the output path. Raises Stop if the path can't be used."""
+def _checked_output(path: Path, args: SimpleNamespace, export: Export) -> Path | None:
+    """Return the output path, None for standard output. Raises Stop if it can't be used."""
     if args.in_place:
         _check_in_place(args)
         if export.coding is not None:
@@ -139,7 +178,7 @@ def _checked_output(path: Path, args: SimpleNamespace, export: Export) -> Path:
     if args.output == common.STDOUT:
         if sys.stdout.isatty():
             raise ending.Stop(Text("standard output is a terminal; redirect it or name a file"))
-        return Path("stdout.jpg")  # a placeholder until the format of the photo is known
+        return None
     output: Path | None = args.output
     if output is None:
         raise ending.Stop(Text("no output given; use -o FILE or --in-place"))
@@ -178,18 +217,11 @@ def _check_photo(photo: Photo, output: Path, in_place: bool, export: Export) -> 
             check_holds(output, photo.pixels)
 
 
-def _measured(
-    photo: Photo, rendering: Rendering, edits: Applied, finder: BackgroundFinder, *, counts: bool
+def _measured_lines(
+    photo: Photo, rendering: Rendering, edits: Applied, finder: BackgroundFinder
 ) -> MeasuredLines:
-    """Measure everything the report contains, before any file is written.
-
-    `counts`: whether the report contains the pixels of the domains, which are slow to count.
-    """
-    _ = rendering.residual, rendering.one_to_one, rendering.achieved, rendering.protected_shares
-    if counts:
-        _ = rendering.pixel_counts
     try:
-        return measure(photo.pixels, rendering, edits, finder)
+        return find.measure(photo.pixels, rendering, edits, finder)
     except Exception as error:  # a failed measurement must not prevent saving
         why = f"{type(error).__name__}: {error}"
         return MeasuredLines((), Text("straight lines can't be measured: {why}", why=why))
@@ -230,8 +262,9 @@ def _check_project(photo: Path, args: SimpleNamespace) -> None:
         )
 
 
-def _save_project(photo: Photo, found: Sequence[Face], edits: Applied, file: Path | None) -> Path:
+def _save_project(order: WarpOrder, file: Path | None) -> Path:
     """Write the edits next to the photo. Raises Stop."""
+    photo, edits = order.photo, order.edits
     original = sidecar.original(photo)
     if file is not None:
         with _usable(file):
@@ -239,8 +272,8 @@ def _save_project(photo: Photo, found: Sequence[Face], edits: Applied, file: Pat
         kept = dataclasses.replace(kept, original=original)
     else:
         chosen = {id(face) for face in edits.faces}
-        off = frozenset(n for n, face in enumerate(found) if id(face) not in chosen)
-        sheet = project.Sheet(tuple(found), off, edits.recipe)
+        off = frozenset(n for n, face in enumerate(order.found) if id(face) not in chosen)
+        sheet = project.Sheet(tuple(order.found), off, edits.recipe)
         kept = project.Project(original, "automatic", sheet, None, edits.protection, edits.loose)
     place = sidecar_of(photo.path)
     with ending.writing(place):

@@ -30,7 +30,7 @@ _ABOVE: Final = 0.6
 _WALL: Final = 1.4
 # The pivot comes down from the crown by less than this times the free space, so that a head doesn't
 # jump when a photo is cropped or shaken. Larger: it does, and with little space chins rise less.
-_FOLLOWS: Final = 1.6
+_FOLLOWS: Final = 1.3
 # Space below the chin counts up to about this much. Larger values raise the chin more.
 _BELOW: Final = 0.5
 # A neck that the photo's edge cuts counts as this much space below the chin.

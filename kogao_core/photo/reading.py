@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from io import BufferedReader
 from pathlib import Path
+from types import ModuleType
 from typing import IO, Final, Literal
 
 from PIL import Image as Pillow
@@ -136,6 +137,9 @@ def _read_open(file: BufferedReader, path: Path, max_megapixels: float, bits: in
                 Text("doesn't fit into memory; make it smaller or close other programs")
             ) from None
         except Exception as error:  # decoders raise almost anything on damaged files
+            # A function that a library lacks is no fault of the file.
+            if isinstance(error, ImportError) or isinstance(getattr(error, "obj", 0), ModuleType):
+                raise
             raise UnreadablePhoto(
                 Text("is damaged or incomplete; copy it again from where it came")
             ) from error

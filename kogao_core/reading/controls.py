@@ -62,7 +62,7 @@ class Match:
                 "{doubt:.2f} %",
                 number=number,
                 moved=reading.moved_percent,
-                doubt=float(np.median(reading.doubt[: last + 1])),
+                doubt=reading.moved_doubt_percent,
             ),
             Text(
                 "width at the cheeks {cheeks:+.1f} %, at the jaw {jaw:+.1f} %",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Final
@@ -14,7 +15,7 @@ from kogao_core.base.language import Text
 from kogao_core.base.threads import one_blas_thread
 from kogao_core.faces.face import Face
 from kogao_core.faces.landmarks.pixels import Pyramid
-from kogao_core.reading.flow import NotRead, aligned, at, contrast, flow
+from kogao_core.reading.flow import Alignment, NotRead, aligned, at, contrast, flow
 
 # Width of the outline in the square in which a face is measured, and the side of the square, px.
 _FACE_PX: Final = 360.0
@@ -37,6 +38,8 @@ _LEAST_FACE_PX: Final = 70.0
 _MOST_UNLIKE: Final = 0.06
 _MOUTH_UNLIKE: Final = 0.0108
 _MOUTH_SHARE: Final = 0.27
+# Half width of the interval of a mean move, doubts of the flow: measured on thin plates.
+_FLOW_DOUBTS: Final = 2.0
 _MOST_DOUBT: Final = 0.5  # median of a face, % of the width
 
 
@@ -48,6 +51,7 @@ class Reading:
     points: Array  # (N, 2): outline, eyes, mouth, ears and, where known, hairline
     moved: Array  # (N, 2): where the copy shows them
     doubt: Array  # (N,): how far both directions of the flow disagree there
+    shift_doubt: float  # of the alignment: standard deviation of corners in the background
     to_copy: Affine  # from px of the original to px of the copy, measured beside the heads
 
     @property
@@ -69,13 +73,21 @@ class Reading:
         away = np.linalg.norm(self.outline - self.face.outline, axis=1).mean()
         return float(100.0 * away / width_px(self.face))
 
+    @property
+    def moved_doubt_percent(self) -> float:
+        """Half width of an interval of about 95 % of `moved_percent`, % of the outline's width."""
+        flow = float(np.median(self.doubt[: len(self.face.outline)]))
+        return math.hypot(_FLOW_DOUBTS * flow, self.shift_doubt)
+
     def to_dict(self) -> dict[str, Any]:
         """Return the JSON form."""
         return {
             "points": self.points.round(3).tolist(),
             "moved": self.moved.round(3).tolist(),
             "doubt_percent": self.doubt.round(3).tolist(),
+            "shift_doubt_percent": round(self.shift_doubt, 3),
             "moved_percent": round(self.moved_percent, 3),
+            "moved_doubt_percent": round(self.moved_doubt_percent, 3),
         }
 
 
@@ -93,12 +105,12 @@ def read_faces(before: Image, after: Image, faces: Sequence[Face]) -> list[Readi
         raise NotRead(Text("no face was found in the original"))
     with one_blas_thread():
         ours, theirs = Pyramid(before), Pyramid(after)
-        to_after = aligned(ours, theirs, faces)
-        return [_read(ours, theirs, to_after, face) for face in faces]
+        alignment = aligned(ours, theirs, faces)
+        return [_read(ours, theirs, alignment, face) for face in faces]
 
 
-def _read(before: Pyramid, after: Pyramid, to_after: Affine, face: Face) -> Reading:
-    width = width_px(face)
+def _read(before: Pyramid, after: Pyramid, alignment: Alignment, face: Face) -> Reading:
+    width, to_after = width_px(face), alignment.to_after
     if min(1.0, to_after.scale) * width < _LEAST_FACE_PX:
         raise NotRead(
             Text("the face is too small to read: less than {n:g} px wide", n=_LEAST_FACE_PX)
@@ -124,7 +136,8 @@ def _read(before: Pyramid, after: Pyramid, to_after: Affine, face: Face) -> Read
     near, wide = (at(_mean(flows, weights, around), here) for around in _AROUND_PX)
     doubt = wide[:, 2:] * 100.0 / _FACE_PX
     moved = here + near[:, :2] + (wide - near)[:, :2] * doubt**2 / (doubt**2 + _DOUBTED**2)
-    return Reading(face, points, view(moved), doubt[:, 0], to_after)
+    shift = 100.0 * alignment.doubt_px / width
+    return Reading(face, points, view(moved), doubt[:, 0], shift, to_after)
 
 
 def _points(face: Face) -> Array:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from typing import Any, Final
 
 import cv2
@@ -25,9 +26,14 @@ _ENDS: Final = np.array([(0, 0), (_SIDE_PX, 0), (0, _SIDE_PX), (_SIDE_PX, _SIDE_
 _AGREE_PX: Final = 0.5
 _TEXTURE: Final = 3e-4
 _LEAST_POINTS: Final = 15
-_LEAST_SHARE: Final = 0.5
-_CLEARLY: Final = 0.1
+_MEDIAN: Final = 1.177  # median length of a normal vector in a plane, standard deviations
 _NEAR_PX: Final = 0.7
+# Two pictures show one scene if so large a share of the corners lies within so many px: a smooth
+# warp moves the background, too.
+_LEAST_SHARE: Final = 0.5
+_SCENE_PX: Final = 5.0
+# The frame of the original is left for a map that leaves at most so large a share of its misfits.
+_CLEARLY: Final = 0.5
 # A smaller correction at all corners is noise of the measurement: the copy has the same frame.
 _SAME_FRAME_PX: Final = 0.3
 _ROUNDED_PX: Final = 1.5
@@ -68,14 +74,48 @@ def at(picture: Image, points: Array) -> Array:
     return np.asarray(values.reshape(len(points), -1), np.float64)
 
 
-def aligned(before: Pyramid, after: Pyramid, faces: Sequence[Face]) -> Affine:
+@dataclass(frozen=True, eq=False)
+class Alignment:
+    """A map from px of the original to px of the copy, and how far corners lie off the map."""
+
+    to_after: Affine
+    errors: Array  # (N,): of corners beside the heads, px of the square in which they are found
+    scale: float  # px of the original per px of the square
+
+    @property
+    def doubt_px(self) -> float:
+        """Standard deviation of a coordinate of the corners, px of the original; 0 without corners.
+
+        From the median, as for normal errors, so that few corners that move alone don't count.
+        """
+        return self.scale * float(np.median(self.errors)) / _MEDIAN if len(self.errors) else 0.0
+
+    def share(self, near_px: float) -> float:
+        """Return the share of corners within a distance of the map, px of the square.
+
+        1 where there are too few corners to tell.
+        """
+        few = len(self.errors) < _LEAST_POINTS
+        return 1.0 if few else float(np.mean(self.errors < near_px))
+
+    @property
+    def is_scene(self) -> bool:
+        """Whether both pictures show one scene."""
+        return self.share(_SCENE_PX) > _LEAST_SHARE
+
+
+def aligned(before: Pyramid, after: Pyramid, faces: Sequence[Face]) -> Alignment:
     """Return the map from px of `before` to px of `after`, measured beside the heads.
 
     The frame of `before` is kept unless another map fits clearly better. Raises NotRead.
     """
     for start in _starts(before, after):
-        found, share = _settled(before, after, start, faces)
-        if share is None or share > _LEAST_SHARE:
+        tried = list(_tried(before, after, start, faces))
+        first, best = tried[0], max(tried, key=lambda one: one.share(_NEAR_PX))
+        misfits = [1.0 - one.share(_NEAR_PX) for one in (first, best)]
+        is_first = first.is_scene and misfits[1] > _CLEARLY * misfits[0]
+        found = first if is_first else best
+        if found.is_scene:
             return found
     raise NotRead(Text("the two pictures don't show the same scene"))
 
@@ -89,27 +129,20 @@ def _starts(before: Pyramid, after: Pyramid) -> Iterator[Affine]:
         yield matched
 
 
-def _settled(
+def _tried(
     before: Pyramid, after: Pyramid, start: Affine, faces: Sequence[Face]
-) -> tuple[Affine, float | None]:
-    """Return the start or a clearly better map, and the share of corners that lie on it.
-
-    The share is None where there are too few corners.
-    """
-    found, most, here = start, None, start
+) -> Iterator[Alignment]:
+    """Yield a start and better and better maps."""
+    here, view = start, _square(before)
     for _ in range(_MOST_STEPS):
         points, moved = _corners(before, after, here, faces)
+        yield Alignment(here, np.linalg.norm(moved - points, axis=1), view.scale)
         if len(points) < _LEAST_POINTS:
             break
-        share = float((np.linalg.norm(moved - points, axis=1) < _NEAR_PX).mean())
-        if most is None or share > most + (_CLEARLY if found is start else 0.0):
-            found, most = here, share
         step, _ = _similarity(points, moved, _NEAR_PX)
         if step is None or np.abs(step(_ENDS) - _ENDS).max() < _SAME_FRAME_PX:
             break
-        view = _square(before)
         here = here.after(view).after(step).after(view.inverse)
-    return found, most
 
 
 def _square(picture: Pyramid) -> Affine:

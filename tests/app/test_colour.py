@@ -21,7 +21,7 @@ from test_overlays import at, hide_marks, pixels_of
 
 from kogao_core.base.display import rgb8
 from kogao_core.base.geometry import Box
-from kogao_core.photo import Photo, read, write
+from kogao_core.photo import Photo, profiles, read, write
 
 pytestmark = pytest.mark.usefixtures("one_window")
 
@@ -167,6 +167,19 @@ def test_thumbnails_are_shown_alike(tmp_path):
     picture = thumbnail(path).pixelColor(20, 20)
     shown = np.array([[picture.red(), picture.green(), picture.blue()]])
     assert apart(shown, pixels[:1, 0], "Adobe RGB").max() < 1.5
+
+
+def test_the_thumbnail_of_a_png_that_names_pq_is_neither_grey_nor_flat(tmp_path):
+    levels = np.array([0, 89, 148], np.uint8)  # 0, 18 and 203 cd/m² as PQ
+    pixels = np.repeat(np.repeat(levels, 20)[None, :, None], 40, axis=0).repeat(3, axis=2)
+    icc = profiles.of_name((9, 16), pixels)
+    path = tmp_path / "pq.png"
+    write(with_profile(pixels, icc), pixels, path)
+    picture = thumbnail(path)
+    seen = [picture.pixelColor(x, 20).red() for x in (10, 30, 50)]
+    assert seen[0] < 10
+    assert 75 < seen[1] < 95
+    assert seen[2] > 250
 
 
 @pytest.fixture

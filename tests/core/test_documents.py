@@ -134,6 +134,12 @@ def test_every_module_of_the_core_is_in_its_map():
     assert modules | packages == set(re.findall(r"^  (\w+(?:\.py|/))", rooms, re.MULTILINE))
 
 
+def test_figures_show_todays_engine():
+    """Mend them with ``python docs/figures.py``."""
+    drawn = runpy.run_path(str(ROOT / "docs" / "figures.py"))["figures"]()
+    assert {name: read(ROOT / "docs" / "figures" / f"{name}.svg") for name in drawn} == drawn
+
+
 def test_decisions_that_are_named_are_there():
     named = {int(n) for path in DOCUMENTS for n in re.findall(r"\bdecisions?[ /](\d+)", read(path))}
     assert named <= set(range(1, len(PAGES) + 1))

@@ -269,8 +269,8 @@ def test_cielab_is_the_same_on_processors_with_fewer_instructions():
     colours = np.stack(np.meshgrid(levels, levels, levels), axis=-1).reshape(-1, 87, 3)
     wanted = zlib.crc32(cv2.cvtColor(colours, cv2.COLOR_RGB2LAB))
     found = [name for name in __cpu_dispatch__ if __cpu_features__[name]]
-    for some in ([], *([name] for name in found), found):
-        environment = {**os.environ, "NPY_DISABLE_CPU_FEATURES": " ".join(some)}
+    for some in dict.fromkeys([*found, " ".join(found)]):
+        environment = {**os.environ, "NPY_DISABLE_CPU_FEATURES": some}
         done = subprocess.run(
             [sys.executable, "-W", "ignore", "-c", program],
             env=environment, capture_output=True, text=True, check=True,

@@ -200,11 +200,13 @@ def test_the_still_of_an_animated_png_is_read(tmp_path, channels, within):
     kind = 2 if channels == 3 else 6
     parts = [
         files.chunk(b"IHDR", struct.pack(">IIBBBBB", 30, 20, 16, kind, 0, 0, 0)),
-        files.chunk(b"acTL", struct.pack(">II", 1 + within, 0)),
+        files.chunk(b"acTL", struct.pack(">II", 2 + within, 0)),
         *([frame(0)] if within else []),
         files.chunk(b"IDAT", packed_rows(red)),
         frame(int(within)),
         files.chunk(b"fdAT", struct.pack(">I", 1 + within) + packed_rows(blue)),
+        frame(2 + within),
+        files.chunk(b"fdAT", struct.pack(">I", 3 + within) + packed_rows(blue // 2)),
         files.chunk(b"IEND", b""),
     ]
     source = read(tmp_path, b"\x89PNG\r\n\x1a\n" + b"".join(parts), "in.png")

@@ -379,3 +379,11 @@ def test_a_name_may_be_as_long_as_the_file_system_takes(tmp_path, picture):
     with pytest.raises(CannotWrite, match=r"name too long.*a shorter name"):
         photo.write(photo.read(path), 255 - picture, path, force=True)
     np.testing.assert_array_equal(photo.read(path).pixels, picture)
+
+
+def test_a_function_that_a_library_lacks_is_no_fault_of_the_photo(tmp_path, monkeypatch):
+    path = tmp_path / "deep.png"
+    cv2.imwrite(str(path), np.full((9, 9, 3), 40_000, np.uint16))
+    monkeypatch.delattr(cv2, "imdecode")
+    with pytest.raises(AttributeError, match="cv2"):
+        photo.read(path)

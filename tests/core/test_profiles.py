@@ -18,6 +18,7 @@ from PIL import Image, ImageCms
 from scenes import textured_photo
 
 from kogao_core import photo
+from kogao_core.cli import ending, reading
 from kogao_core.photo import profiles
 from kogao_core.photo.export import Export
 from kogao_core.photo.formats import avif
@@ -403,3 +404,27 @@ def test_faces_are_searched_in_colours_and_not_in_channels():
     assert profiles.for_search(plain) is scrambled
     damaged = dataclasses.replace(source, icc_profile=icc[:300])
     assert profiles.for_search(damaged) is scrambled
+
+
+def test_the_command_line_searches_faces_in_these_colours():
+    class Source:
+        name = "none"
+
+        def find(self, image):
+            self.image = image
+            return []
+
+    scrambled = textured_photo(40, 30)
+    source = photo.Photo(scrambled, Path("x.jpg"), "JPEG", icc_profile=table_profile())
+    known = Source()
+    with pytest.raises(ending.Stop, match="no face"):
+        reading.find_faces(source, None, known=known)
+    np.testing.assert_array_equal(known.image, profiles.for_search(source))
+    assert known.image is not scrambled
+
+
+def test_an_8_bit_picture_beside_a_deep_gain_map_has_8_bits(tmp_path):
+    data = boxed(chart(), b"\0\0\0\x0cav1C\x81\x00\x4c\x00", associate=False)
+    (tmp_path / "in.avif").write_bytes(data)
+    source = photo.read(tmp_path / "in.avif")
+    assert (source.bits, source.notes) == (8, ())

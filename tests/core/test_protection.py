@@ -12,7 +12,7 @@ from few_cases import few_of
 from scenes import oval_face, textured_photo
 
 from kogao_core.additions.brush import Brushwork
-from kogao_core.additions.head import near_fixed
+from kogao_core.additions.pivot import attract_pivots
 from kogao_core.background.lines import straight_lines
 from kogao_core.base.geometry import Affine
 from kogao_core.faces.targets import aim
@@ -136,7 +136,7 @@ def test_a_stroke_that_approaches_a_face_moves_its_targets_gradually():
     pairs, step = aim(face, RECIPE), 3.0
     x = np.arange(5.0, face.outline[:, 0].max(), step)
     strokes = [(Stroke([(at, 300.0), (at, 500.0)], 4.0),) for at in x]
-    targets = np.array([near_fixed([pairs], [face], one)[0].target_px for one in strokes])
+    targets = np.array([attract_pivots([pairs], [face], one)[0].target_px for one in strokes])
     np.testing.assert_array_equal(targets[0], pairs.target_px)
     shifts = np.hypot(*np.diff(targets[:, 0], axis=0).T)
     assert 0.0 < shifts.max() < 0.3 * step
@@ -157,13 +157,13 @@ def test_targets_placed_by_hand_and_faces_that_move_alone_ignore_protected_place
     targets[3] = face.outline[3] + (2.0, 5.0)
     by_hand = dataclasses.replace(face, targets=targets)
     before = aim(by_hand, RECIPE)
-    (after,) = near_fixed([before], [by_hand], near)
+    (after,) = attract_pivots([before], [by_hand], near)
     moved = np.hypot(*(after.target_px - before.target_px).T)
     assert moved[3] == 0.0
     np.testing.assert_allclose(np.delete(moved, 3), moved[0])
     assert moved[0] > 1.0
     alone = aim(face, Recipe(percent=8, scope="face"))
-    (unchanged,) = near_fixed([alone], [face], near)
+    (unchanged,) = attract_pivots([alone], [face], near)
     np.testing.assert_array_equal(unchanged.target_px, alone.target_px)
     np.testing.assert_array_equal(unchanged.center_px, alone.center_px)
 

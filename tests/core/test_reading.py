@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from real_photos import picture_of
 from scenes import oval_face
+from scipy.interpolate import RBFInterpolator
 
 from kogao_core.base.geometry import Box
 from kogao_core.faces.landmarks import MeshSource
@@ -76,6 +77,38 @@ def test_nothing_moved_reads_as_nothing_moved(scene):
     assert max(abs(reading.narrower(row)) for row in range(8)) < 0.5
 
 
+def thin_plate(picture, face, percent):
+    """Return a copy whose outline shrinks and whose border stays, and where it shows the outline.
+
+    Such a warp moves the background around the head, too.
+    """
+    height, width = picture.shape[:2]
+    ring = [(x * (width - 1), y * (height - 1)) for x in (0, 0.5, 1) for y in (0, 0.5, 1)]
+    fixed = [*face.points[len(face.outline) :], *(one for one in ring if one != ring[4])]
+    middle = face.outline.mean(axis=0)
+    targets = face.outline + percent / 100.0 * (middle - face.outline)
+    backward = RBFInterpolator(
+        np.vstack([targets, fixed]), np.vstack([face.outline, fixed]), kernel="thin_plate_spline"
+    )
+    grid = np.stack(np.meshgrid(np.arange(0, width + 8, 8), np.arange(0, height + 8, 8)), axis=-1)
+    coarse = backward(grid.reshape(-1, 2).astype(float)).reshape(grid.shape).astype(np.float32)
+    y, x = np.mgrid[:height, :width].astype(np.float32) / 8.0
+    way = cv2.remap(coarse, x, y, cv2.INTER_LINEAR)
+    return cv2.remap(picture, way, None, cv2.INTER_CUBIC), targets
+
+
+@pytest.mark.parametrize("percent", [2.0, 8.0])
+def test_a_background_that_moves_too_widens_the_interval(scene, percent):
+    """The interval holds the true move, and is wider than with a still background."""
+    picture, face = scene
+    copy, outline = thin_plate(picture, face, percent)
+    (reading,) = read_faces(picture, copy, [face])
+    true = np.linalg.norm(outline - face.outline, axis=1).mean() / width_px(face) * 100.0
+    assert abs(reading.moved_percent - true) < reading.moved_doubt_percent
+    (still,) = read_faces(picture, retouched(picture, face, percent=percent)[0], [face])
+    assert 1.5 * still.moved_doubt_percent < reading.moved_doubt_percent < true
+
+
 def test_another_picture_and_a_small_face_are_refused(scene):
     picture, face = scene
     with pytest.raises(NotRead):
@@ -112,4 +145,4 @@ def test_hair_round_a_close_head_is_no_background():
     close = cv2.resize(small, (600, 600), interpolation=cv2.INTER_CUBIC)
     face = oval_face(600, 600, size=0.62)
     found = aligned(Pyramid(close), Pyramid(np.roll(close, 3, axis=0)), [face])
-    np.testing.assert_array_equal(found.opencv, np.eye(2, 3))
+    np.testing.assert_array_equal(found.to_after.opencv, np.eye(2, 3))

@@ -10,11 +10,14 @@ import math
 import random
 import re
 import shutil
+import subprocess
+from collections import Counter
 from datetime import datetime
 from pathlib import Path
 
 import numpy as np
 import pytest
+from benchmarks import study as simulated
 from PIL import Image
 from pseudolocale import PseudoTranslations
 from ratings import answered, begun, judged, save, taken_back
@@ -36,7 +39,8 @@ from kogao_core.lab.study import (
 from kogao_core.lab.study.design import LATTICES, Variant, variants
 from kogao_core.lab.study.plan import Study
 from kogao_core.lab.study.results import Record, Session
-from kogao_core.lab.study.tally import Grades, Share, tally
+from kogao_core.lab.study.shares import Correlations, Judgement, Share
+from kogao_core.lab.study.tally import Grades, tally
 from kogao_core.lab.subjects import Subject
 from kogao_core.paper.table1 import DISTANCES, UNNATURAL
 from kogao_core.photo import Photo
@@ -395,7 +399,31 @@ def test_a_study_file_cant_name_files_elsewhere(tmp_path):
     ],
 )
 def test_intervals_are_wilsons(hits, answers, low, high):
-    np.testing.assert_allclose(Share(hits, answers).interval, (low, high), atol=6e-5)
+    one_each = tuple(Judgement(n, n, n < hits) for n in range(answers))
+    np.testing.assert_allclose(Share(one_each).interval, (low, high), atol=6e-5)
+
+
+def test_raters_who_agree_with_themselves_count_once():
+    """Twelve raters with one answer each to all faces are nearly twelve answers, not 72."""
+    rows = tuple(Judgement(r, f, r < 5) for r in range(12) for f in range(6))
+    mixed = tuple(Judgement(r, f, (7 * r + 5 * f) % 12 < 5) for r in range(12) for f in range(6))
+    assert sum(row.is_unnatural for row in mixed) == sum(row.is_unnatural for row in rows)
+    found = Correlations.of([rows])
+    assert found.rater > 0.98
+    assert found.face == 0.0
+    low, high = Share(rows, found).interval
+    few = Share(tuple(Judgement(r, r, r < 5) for r in range(12))).interval
+    assert low < few[0] + 0.01
+    assert high > few[1] - 0.01
+    narrow = Share(mixed, Correlations.of([mixed])).interval
+    assert narrow[1] - narrow[0] < 0.5 * (high - low)
+
+
+@pytest.mark.slow
+def test_intervals_hold_the_share_of_all_raters_and_faces():
+    """Of 95 % intervals, 92 to 98.5 % contain the true share in 400 small studies."""
+    for found in simulated.coverage(12, 6, 400, seed=3):
+        assert 0.92 <= found <= 0.985
 
 
 def rated(folder, rater, said, count=None, place=plan.RATINGS_FOLDER, took_ms=900):
@@ -472,7 +500,7 @@ def test_bots_are_named_left_out_and_move_no_cell(copy):
     assert [one.rsplit(", ", 1)[1] for one in captions] == ["counted raters", "all raters"]
     said = " ".join(report.notes(found))
     for bot in ("b1", "b2", "b3"):
-        assert f"rater {bot}: 100 % of answers in under 200 ms; the same answer to all" in said
+        assert f"rater {bot}: 100 % of answers in under 200 ms; natural for all 50 warps" in said
     assert [table.note[:18] for table in made.tables[:2]] == [
         "2 faces, 3 raters,",
         "2 faces, 6 raters,",
@@ -504,6 +532,60 @@ def test_raters_who_guess_are_left_out_without_catch_pictures(copy):
     assert all("no better than chance (AUC 0." in str(one.reasons[0]) for one in found.left_out)
     assert min(found.raters[f"h{n}"].follows for n in range(6)) > 0.75
     assert [row[8] for row in report.care(found).rows][:1] == [f"{found.raters['g0'].follows:.2f}"]
+
+
+def test_tolerant_raters_count_and_sleepers_dont(tmp_path):
+    """Both find every warp natural; the tolerant rater sees the faces that are cut in two."""
+    folder = tmp_path / "faces"
+    making.make([subject(1)], folder, making.Choices(variants=variants(catch=True)))
+    rated(folder, "tolerant", lambda meaning: meaning.variant.kind == "catch")
+    rated(folder, "sleeper", lambda _: False)
+    rated(folder, "alarmed", lambda _: True)
+    found = counted(folder)
+    said = {one.rater: [str(reason) for reason in one.reasons] for one in found.left_out}
+    assert said == {
+        "alarmed": ["unnatural for all 24 warps"],
+        "sleeper": ["0 of 1 catch pictures seen"],
+    }
+
+
+def test_the_rule_on_guessing_needs_enough_answers_of_both_kinds(tmp_path):
+    """Ten answers of an honest rater can follow the distance as badly as chance does."""
+    ten = tuple(
+        Variant("table1", percent, center, 1.0) for percent in DISTANCES for center in (2, 3)
+    )
+    folder = tmp_path / "faces"
+    making.make([subject(1)], folder, making.Choices(variants=ten))
+    unsure = {(6.0, 2), (8.0, 2), (8.0, 3), (10.0, 3)}
+    rated(
+        folder,
+        "honest",
+        lambda meaning: (meaning.variant.percent, meaning.variant.center) in unsure,
+    )
+    found = counted(folder)
+    assert 0.8 < found.raters["honest"].follows < 0.95
+    assert found.left_out == []
+
+
+def test_photos_of_one_name_are_two_faces_to_the_answers(tmp_path):
+    """Folders per person often hold files of one name. A photo given again is one face."""
+    faces = [
+        dataclasses.replace(subject(seed), name="face.jpg", sha256=digest)
+        for seed, digest in ((1, "a" * 64), (2, "b" * 64))
+    ]
+    folders = [tmp_path / "first", tmp_path / "second"]
+    kinds = making.Choices(variants=variants(satisfaction=True)[-4:])
+    making.make(faces, folders[0], kinds)
+    making.make(faces[1:], folders[1], kinds)
+    for folder in folders:
+        rated(folder, "r1", strict)
+    found = tally([(folder, plan.key_path(folder)) for folder in folders])
+    rows = list(csv.DictReader(io.StringIO(data.files(found)["answers.csv"])))
+    numbers = Counter((row["study"], row["subject"]) for row in rows)
+    first, second = (key.identity for key in found.keys)
+    assert numbers == {
+        (first, "face.jpg"): 4, (first, "face.jpg (2)"): 4, (second, "face.jpg (2)"): 4
+    }  # fmt: skip
 
 
 def test_answers_before_the_least_time_dont_count(copy):
@@ -636,6 +718,67 @@ def test_r_jamovi_and_jasp_import_the_tables(tmp_path):
             }
             assert len(kinds) < 2, column[:3]
             assert not {"NA", "nan", "NaN", "None", "True", "False", "T", "F"} & {*column}
+
+
+def simulated_answers(signs, raters=12, faces=6, threshold=6.0, steps=(3.0, 5.0, 7.0, 9.0)):
+    """Rows of answers.csv by raters of one mean threshold in each direction, % of D."""
+    draw = random.Random(5)
+    of_rater = [draw.gauss(0.0, 0.8) for _ in range(raters)]
+    of_face = [draw.gauss(0.0, 0.5) for _ in range(faces)]
+    rows = [["study", "rater", "subject", "kind", "percent", "achieved_percent", "center",
+             "unnatural", "counts"]]  # fmt: skip
+    for r, f in itertools.product(range(raters), range(faces)):
+        for sign, center in itertools.product(signs, (2, 3)):
+            for step in steps:
+                limit = threshold + of_rater[r] + of_face[f] + draw.gauss(0.0, 0.9)
+                signed = step * sign
+                rows.append(["s", f"{r:02d}", f"face{f}", "table1", signed, signed, center,
+                             int(step > limit), 1])  # fmt: skip
+    return rows
+
+
+def said_by_r(folder, rows):
+    """Return the lines that model.R prints about thresholds."""
+    if shutil.which("Rscript") is None:
+        pytest.skip("needs R with lme4 (apt-get install r-cran-lme4)")
+    folder.mkdir(exist_ok=True)
+    with (folder / "answers.csv").open("w", newline="") as file:
+        csv.writer(file).writerows(rows)
+    script = Path(data.__file__).with_name("model.R")
+    shutil.copy(script, folder)
+    done = subprocess.run(
+        ["Rscript", "model.R"], cwd=folder, capture_output=True, text=True, check=True, timeout=240
+    )
+    return [line for line in done.stdout.splitlines() if " % " in line or "single" in line]
+
+
+@pytest.mark.slow
+def test_r_finds_one_threshold_for_each_direction(tmp_path):
+    """A straight line over signed distances gave 1.5 % for 5 % in both directions."""
+    lines = said_by_r(tmp_path / "both", simulated_answers((-1, 1)))
+    for line, name in zip(lines, ("Larger", "Smaller"), strict=True):
+        found, low, high = map(float, re.findall(r"-?\d+\.\d+", line))
+        assert line.startswith(f"{name}: 50 % unnatural at")
+        assert low < 6.0 < high
+        assert abs(found - 6.0) < 0.8
+        assert 0.4 < high - low < 2.5
+
+
+@pytest.mark.slow
+def test_r_names_what_a_study_cant_tell(tmp_path):
+    lines = said_by_r(tmp_path / "one", simulated_answers((1,), raters=1, faces=6))
+    assert lines[0] == "A single rater: the results hold for this rater only."
+    # Answers that change at once have no slope.
+    sharp = simulated_answers((1,))
+    sharp[1:] = [[*row[:7], int(row[4] > 4.0), 1] for row in sharp[1:]]
+    (line,) = said_by_r(tmp_path / "sharp", sharp)
+    assert (
+        line
+        == "Smaller: 50 % unnatural between 3.00 and 5.00 % of D; answers change there at once."
+    )
+    mild = simulated_answers((1,), threshold=6.0, steps=(2.0, 3.0, 4.0, 5.0))
+    (line,) = said_by_r(tmp_path / "mild", mild)
+    assert line.endswith(", extrapolated from 2.00 to 5.00 %")
 
 
 def test_a_copy_and_an_early_copy_count_once(copy):

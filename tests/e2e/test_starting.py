@@ -82,3 +82,18 @@ def test_what_is_no_fault_of_the_installation_is_told_as_such(tmp_path):
     )
     assert done.returncode == 70
     assert "internal error" in done.stderr
+
+
+def test_a_failing_search_beside_another_opencv_says_what_doctor_says(tmp_path):
+    """As after the installation of mediapipe, which needs opencv-contrib-python."""
+    info = tmp_path / "opencv_contrib_python-5.1.0.95.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text(
+        "Metadata-Version: 2.1\nName: opencv-contrib-python\nVersion: 5.1.0.95\n"
+    )
+    (tmp_path / "broken.py").write_text("import cv2; raise cv2.error('OpenCV: !empty()')")
+    breaks = "from kogao_core.cli import warp; warp.run = lambda _: __import__('broken'); "
+    done = start(
+        ALL_LIBRARIES + breaks + CLI, "warp", "--sample", "-o", "x.png", PYTHONPATH=tmp_path
+    )
+    ends_in_a_sentence(done, "opencv-contrib-python conflict", "repair it: ", " -m pip uninstall")

@@ -161,11 +161,11 @@ class Folds(FrameOverlay):
     @classmethod
     def is_there(cls, view: ViewState) -> bool:
         """Return whether there are folded cells."""
-        return view.frame is not None and bool(len(view.frame.rendering.one_to_one.folded_cells))
+        return view.frame is not None and bool(len(view.frame.figures.one_to_one.folded_cells))
 
     def draw_frame(self, painter: QPainter, place: Place, frame: RenderedFrame) -> None:
         """Fill each folded cell and mark it."""
-        for left, top, width, height in frame.rendering.one_to_one.folded_cells:
+        for left, top, width, height in frame.figures.one_to_one.folded_cells:
             ends = frame.to_photo([(left, top), (left + width, top + height)])
             cell = place.rect(*ends.ravel().tolist())
             painter.fillRect(cell, glyphs.translucent(glyphs.FOLD, 130))

@@ -25,7 +25,7 @@ from kogao_core.projects.project import Project, to_bytes
 from kogao_core.projects.results import MARK, Provenance
 from kogao_core.projects.sidecar import sheet_of
 from kogao_core.recipe.recipe import Recipe
-from kogao_core.retouch import over_itself, retouch, to_file
+from kogao_core.retouch import Output, draw, over_itself, retouch, to_file
 
 from ...actions import call
 from ...ahead import Ahead, FaceSearch
@@ -440,6 +440,10 @@ def save_copy(
     `drawn` is the rendered result, if available. With `originals` the photo itself is overwritten
     and backed up in `originals`; otherwise the dialog has confirmed overwriting.
     """
-    to = to_file(path, force=True) if originals is None else over_itself(originals)
-    made = retouch(photo, state.done, disclosure, to, finder, drawn=drawn, export=export)
+    write = to_file(path, force=True) if originals is None else over_itself(originals)
+    output = Output(write, disclosure, export)
+    if drawn is None or output.needs_rendering(photo):
+        made = retouch(photo, state.done, draw(photo, state.done, finder, export), output)
+    else:
+        made = retouch(photo, state.done, drawn, output)
     return " ".join(sentence(note) for note in (*made.notes, made.written) if note)

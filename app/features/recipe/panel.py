@@ -10,7 +10,6 @@ from PySide6.QtCore import QSignalBlocker, Qt
 from PySide6.QtWidgets import QCheckBox, QLabel, QSizePolicy, QVBoxLayout, QWidget
 
 from kogao_core.additions import fit
-from kogao_core.pipeline import Rendering
 from kogao_core.recipe.recipe import SETTINGS, SHAPE, Recipe
 from kogao_core.recipe.settings import Setting
 
@@ -184,13 +183,13 @@ class RecipePanel(QWidget):
             return
         rendering = frame.rendering
         on = self._on if len(self._on) == len(rendering.shares) else range(len(rendering.shares))
-        verdict, sound = _warning(rendering, on) if self.plain else _verdict(rendering)
+        verdict, sound = _warning(frame, on) if self.plain else _verdict(frame)
         self.one_to_one.warn(not sound)
         self._note_edge(frame.rendering.note)
-        left = frame.rendering.residual
+        left = frame.figures.residual
         residual = tr(
             "achieved {percent} % of D\nresidual {mean:.2f} px, contour up to {contour:.2f} px",
-            percent=_range(frame.rendering.achieved),
+            percent=_range(frame.figures.achieved),
             mean=left.mean_px * frame.scale,
             contour=left.contour_max_px * frame.scale,
         )
@@ -306,14 +305,15 @@ def _range(percents: Sequence[float]) -> str:
     return low if low == high else f"{low}\N{EN DASH}{high}"
 
 
-def _warning(rendering: Rendering, on: Sequence[int]) -> tuple[str, bool]:
+def _warning(frame: RenderedFrame, on: Sequence[int]) -> tuple[str, bool]:
     """Return a warning in everyday words (empty if fine), and whether the result is as requested.
 
     `on` contains the indices of the rendered faces.
     """
-    if _verdict(rendering)[1]:
+    rendering = frame.rendering
+    if _verdict(frame)[1]:
         return "", True
-    if rendering.one_to_one.folds:
+    if frame.figures.one_to_one.folds:
         return tr("⚠ The picture folds over itself; choose a smaller amount."), False
     kept = min(rendering.shares)
     held = [str(on[k] + 1) for k, share in enumerate(rendering.shares) if share < 1.0]
@@ -332,9 +332,10 @@ def _warning(rendering: Rendering, on: Sequence[int]) -> tuple[str, bool]:
     return tr("⚠ The picture may fold in small places; choose a smaller amount."), False
 
 
-def _verdict(rendering: Rendering) -> tuple[str, bool]:
+def _verdict(frame: RenderedFrame) -> tuple[str, bool]:
     """Return whether the warp is one-to-one, as text, and whether the result is as requested."""
-    check, kept = rendering.one_to_one, min(rendering.shares)
+    rendering, check = frame.rendering, frame.figures.one_to_one
+    kept = min(rendering.shares)
     det = check.min_det
     if check.folds:
         cells = len(check.folded_cells)

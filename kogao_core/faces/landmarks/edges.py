@@ -206,10 +206,7 @@ def cielab(rgb: Image) -> Image:
     light = np.rint(levels * linear).astype(np.int64)[rgb]
     xyz = _shifted_right(light @ np.rint(_TO_XYZ.T * 2**12).astype(np.int64), 12)
     t = np.arange(levels + 2, dtype=np.float32) / np.float32(levels)
-    # Cut off after the bits of float32, like OpenCV's. Last bits, in which processors and C
-    # libraries differ, then change nothing.
-    root = (np.cbrt(t.astype(np.float64)).view(np.int64) >> 29 << 29).view(np.float64)
-    root = np.where(t < 216 / 24389, t * np.float32(841 / 108) + np.float32(4 / 29), root)
+    root = np.where(t < 216 / 24389, t * np.float32(841 / 108) + np.float32(4 / 29), np.cbrt(t))
     x, y, z = np.moveaxis(np.rint(2**15 * root).astype(np.int64)[xyz], -1, 0)
     middle = 128 * 2**15
     # L* is 116 y - 16; both factors are rounded like OpenCV's.
@@ -251,15 +248,6 @@ class EdgeNetwork:
         even = resampled(moved, len(outline))
         return cut.to_image(even[:, :2]), np.clip(even[:, 2], 0.0, 1.0)
 
-    def confidence(self, image: Pyramid, eyes: Array, outline: Array) -> Array:
-        """Return the confidence of each point of an outline that stays as it is, (N,): 0 to 1."""
-        cut = Cut.of(image, eyes, outline)
-        lines = lines_of(cut.to_image.inverse(outline))
-        seen, unseen = split(forward(self._parameters, planes(cut.strip(lines))[None])[0])
-        own, visible = _evidence(seen, unseen, beards=self._beards)
-        sure = _agreed(own, visible, np.zeros(ALONG))
-        return np.clip(resampled(np.column_stack([lines.points, sure]), len(outline))[:, 2], 0, 1)
-
 
 def split(outputs: Floats) -> tuple[Floats, Floats]:
     """Return the log-odds of each move, shape (..., 41, 55), and of unseen edges, (..., 41)."""
@@ -273,16 +261,6 @@ def settle(seen: Floats, unseen: Floats, *, beards: bool = True) -> tuple[Array,
     The moves form a chain with similar neighbours, solved forwards and backwards. `seen` (41, 55);
     `unseen` (41,). `moves` (41,): steps outwards; `confidence` (41,): 0 to 1.
     """
-    own, visible = _evidence(seen, unseen, beards=beards)
-    alone = own**_OWN_SHARE
-    alone /= alone.sum(axis=1, keepdims=True)
-    likely = visible * alone * _SEEN + (1.0 - visible) * _UNSEEN / _UNSEEN.sum()
-    moves = _along_chain(likely) @ MOVES
-    return moves, _agreed(own, visible, moves)
-
-
-def _evidence(seen: Floats, unseen: Floats, *, beards: bool) -> tuple[Array, Array]:
-    """Return each line's probabilities of the moves, (41, 55), and of a visible edge, (41, 1)."""
     own = np.exp(seen - seen.max(axis=1, keepdims=True)).astype(np.float64)
     own /= own.sum(axis=1, keepdims=True)
     visible = 1.0 / (1.0 + np.exp(np.clip(unseen.astype(np.float64), -30.0, 30.0)))[:, None]
@@ -290,18 +268,15 @@ def _evidence(seen: Floats, unseen: Floats, *, beards: bool) -> tuple[Array, Arr
         own = own * _OF_CHIN + 1e-12
         share = own.sum(axis=1, keepdims=True)
         visible, own = visible * share, own / share
-    return own, visible
-
-
-def _agreed(own: Array, visible: Array, moves: Array) -> Array:
-    """Return the confidence of moves (41,).
-
-    Each line's own evidence predicts errors better than the overconfident chain: areas under the
-    curve for errors above 5 % are 0.86 and 0.72.
-    """
+    alone = own**_OWN_SHARE
+    alone /= alone.sum(axis=1, keepdims=True)
+    likely = visible * alone * _SEEN + (1.0 - visible) * _UNSEEN / _UNSEEN.sum()
+    moves = _along_chain(likely) @ MOVES
+    # Each line's own evidence predicts errors better than the overconfident chain: areas under the
+    # curve for errors above 5 % are 0.86 and 0.72.
     near = np.abs(MOVES - moves[:, None]) <= _SAME
     agreed = visible[:, 0] * (own * near).sum(axis=1)
-    return np.convolve(np.pad(agreed, 2, mode="edge"), _NEIGHBOURS, "valid")
+    return moves, np.convolve(np.pad(agreed, 2, mode="edge"), _NEIGHBOURS, "valid")
 
 
 def _along_chain(likely: Array) -> Array:

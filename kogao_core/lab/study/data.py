@@ -46,8 +46,8 @@ ANSWERS: Final[Sequence[Column[Answered]]] = (
     Column("rater", "the rater's code", lambda _, row: row.session.rater),
     Column("trial", "position in the rater's session, from 1", lambda _, row: row.place),
     Column("picture", "the picture's file", lambda _, row: row.record.picture),
-    Column("subject", "the face: its photo's file",
-           lambda _, row: row.key.subjects[row.meaning.subject].name),
+    Column("subject", "the face: its photo's file; other photos of that name are numbered",
+           lambda _, row: row.subject),
     Column("kind",
            "table1, figure11, control (original photo), catch (cut in two) or "
            "satisfaction (the rater's own face)",

@@ -11,8 +11,9 @@ from kogao_core.lab.reports.report import NONE, Heading, Part, Report, Row, Tabl
 from kogao_core.lab.study import tables
 from kogao_core.lab.study.design import Variant
 from kogao_core.lab.study.plan import PictureFigures
+from kogao_core.lab.study.shares import Share
 from kogao_core.lab.study.tables import PUBLISHED_SATISFACTION, of_kind
-from kogao_core.lab.study.tally import Quality, Share, Tally
+from kogao_core.lab.study.tally import Quality, Tally
 
 _TITLE: Final = Text("How natural do the faces look?")
 _LEAD: Final = Text("Raters called pictures natural or unnatural, without knowing the settings.")

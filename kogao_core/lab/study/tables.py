@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Callable, Mapping, Sequence
 from statistics import fmean
@@ -11,7 +12,8 @@ from kogao_core.base.language import Text
 from kogao_core.lab.reports.charts import Chart, Series
 from kogao_core.lab.reports.report import NONE, Table
 from kogao_core.lab.study.design import Group, Kind, Variant
-from kogao_core.lab.study.tally import Share, Tally
+from kogao_core.lab.study.shares import Share
+from kogao_core.lab.study.tally import Tally
 from kogao_core.paper.table1 import DISTANCES, STUDENTS, SUBJECTS, UNNATURAL
 from kogao_core.recipe.recipe import SETTINGS
 
@@ -22,8 +24,8 @@ _ACHIEVED: Final = Text(
     "requested distances."
 )
 _INDEPENDENCE: Final = Text(
-    "Intervals: Wilson, 95 %. Answers of one rater, or about one face, are dependent, so the true "
-    "uncertainty is larger."
+    "Intervals of 95 % for new raters and new faces: answers of one rater, or about one face, are "
+    "dependent."
 )
 Shares = Mapping[Variant, Share]
 
@@ -202,7 +204,8 @@ def _named(group: Group, shares: Mapping[Variant, object]) -> Text:
 
 def _share(shares: Shares, percent: float, group: Group) -> Share:
     found = [s for v, s in of_kind(shares, "table1") if (v.percent, v.group) == (percent, group)]
-    return Share(sum(s.hits for s in found), sum(s.answers for s in found))
+    judgements = [one for share in found for one in share.judgements]
+    return dataclasses.replace(found[0], judgements=tuple(judgements)) if found else Share()
 
 
 def _published(percent: float, center: int) -> float | None:

@@ -6,62 +6,31 @@ import dataclasses
 import itertools
 import math
 import statistics
-from collections import Counter, defaultdict
+from collections import defaultdict
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
 import numpy as np
+import numpy.typing as npt
 
+from kogao_core.base.geometry import Array
 from kogao_core.base.json_reader import BadFile
 from kogao_core.base.language import Text
 from kogao_core.lab.study import plan, results
 from kogao_core.lab.study.design import Rules, Variant
 from kogao_core.lab.study.plan import Key, Meaning, PictureFigures
 from kogao_core.lab.study.results import Record, Session
+from kogao_core.lab.study.shares import Correlations, Judgement, Share
 
 _MOST_FILES: Final = 10_000
-# Standard normal quantile of 97.5 %.
-_Z: Final = 1.959963984540054
 # Distances of table 1, % of D, that nearly all students called natural, and that most called
 # unnatural. The rule on equal answers applies to raters who saw both.
 _NATURAL_PERCENT: Final = 2.0
 _UNNATURAL_PERCENT: Final = 10.0
-
-
-@dataclass(frozen=True, slots=True)
-class Share:
-    """A share of answers with its 95 % interval, 0 to 1."""
-
-    # Number of "unnatural" answers and of all answers.
-    hits: int
-    answers: int
-
-    @property
-    def value(self) -> float:
-        """The share; NaN without answers."""
-        return self.hits / self.answers if self.answers else math.nan
-
-    @property
-    def interval(self) -> tuple[float, float]:
-        """Wilson's score interval (J. Amer. Statist. Assoc. 22, 1927, 209-212), without correction.
-
-        With n answers, share p and quantile z the middle is ``(p + z²/2n) / (1 + z²/n)`` and the
-        half width ``z sqrt(p (1 - p) / n + z²/4n²) / (1 + z²/n)``. The interval is within 0 to 1.
-        Unlike the Wald interval, the interval has a width if all answers agree. Without answers
-        the interval is 0 to 1.
-        """
-        if not self.answers:
-            return 0.0, 1.0
-        share, extra = self.value, _Z * _Z / self.answers
-        middle = (share + extra / 2.0) / (1.0 + extra)
-        spread = share * (1.0 - share) / self.answers + extra / (4.0 * self.answers)
-        half = _Z * math.sqrt(spread) / (1.0 + extra)
-        # Rounding must not move the ends beyond a share of exactly 0 or 1.
-        low = 0.0 if self.hits == 0 else max(0.0, middle - half)
-        high = 1.0 if self.hits == self.answers else min(1.0, middle + half)
-        return low, high
+# Largest AUC that the rule on guessing asks for: reached from about 24 answers, 8 of each kind, on.
+_HIGHEST_LIMIT: Final = 0.8
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,6 +57,7 @@ class Answered:
     session: Session
     place: int  # position in the session, from 1
     record: Record
+    subject: str  # face: file name of the photo; numbered if photos differ but have one name
 
     @property
     def meaning(self) -> Meaning:
@@ -119,8 +89,8 @@ class Quality:
     answers: int
     median_ms: float
     quick: float  # share of answers below the minimum time, 0 to 1
-    is_straight: bool  # whether all answers are the same
-    unnatural: float | None  # share of "unnatural"; None without such answers
+    judged: int  # answers "natural" and "unnatural", without catch pictures
+    unnatural: float | None  # share of "unnatural" of `judged`; None without such answers
     distances: tuple[float, float]  # smallest and largest requested distance, % of D
     longest_run: int  # longest run of equal answers
     # Number of pairs of identical pictures, and of pairs with equal answers.
@@ -151,15 +121,19 @@ class Quality:
             reasons.append(share)
         low, high = self.distances
         ends = low <= _NATURAL_PERCENT and high >= _UNNATURAL_PERCENT
-        if ends and self.answers >= rules.straight and self.is_straight:
-            reasons.append(Text("the same answer to all {n} pictures", n=self.answers))
+        if ends and self.judged >= rules.straight:
+            # A tolerant rater can find every warp natural; catch pictures tell sleepers.
+            if self.unnatural == 0.0 and not self.catches:
+                reasons.append(Text("natural for all {n} warps", n=self.judged))
+            if self.unnatural == 1.0:
+                reasons.append(Text("unnatural for all {n} warps", n=self.judged))
         if self.catches and self.caught < rules.least_caught * self.catches:
             caught = Text("{n} of {of} catch pictures seen", n=self.caught, of=self.catches)
             reasons.append(caught)
         if ends and self.follows is not None and self.guess_error is not None:
             least = 0.5 + rules.least_follows * self.guess_error
-            # Few answers of one kind: chance explains any order.
-            if least < 1.0 and self.follows < least:
+            # With few answers of one kind, chance explains orders that honest raters reach, too.
+            if least <= _HIGHEST_LIMIT and self.follows < least:
                 reasons.append(
                     Text("answers follow the warp distance no better than chance "
                          "(AUC {auc:.2f})", auc=self.follows)
@@ -212,14 +186,15 @@ class Tally:
 
     def shares(self, rows: Iterable[Answered] | None = None) -> dict[Variant, Share]:
         """Return the share of "unnatural" per variant, of `rows` or of the answers that count."""
-        hits, answers = Counter[Variant](), Counter[Variant]()
+        judgements = defaultdict[Variant, list[Judgement]](list)
         for row in self.counted if rows is None else rows:
-            if row.record.answer is not None:
-                answers[row.variant] += 1
-                hits[row.variant] += bool(row.is_unnatural)
+            if row.is_unnatural is not None:
+                answer = Judgement(row.session.rater, row.subject, row.is_unnatural)
+                judgements[row.variant].append(answer)
         kinds = {one.variant for key in self.keys for one in key.pictures.values()}
         judged = sorted(one for one in kinds if one.is_judged)
-        return {variant: Share(hits[variant], answers[variant]) for variant in judged}
+        correlations = Correlations.of([judgements[variant] for variant in judged])
+        return {variant: Share(tuple(judgements[variant]), correlations) for variant in judged}
 
     def grades(self) -> tuple[Grades, Grades, int]:
         """Return grades of the own face, grades of other faces, and the number of skipped pictures.
@@ -271,6 +246,7 @@ def tally(
         _check(study, key, key_file)
         total.keys.append(key)
         known[study.identity] = study, key
+    names = _face_names(total.keys)
     files = [path for folder, _ in studies for path in _rating_files(folder)]
     by_session = defaultdict(list)
     for path in [*files, *others]:
@@ -286,7 +262,7 @@ def tally(
                 raise BadFile(Text("ratings of another study, {study}", study=identity))
             study, key = known[identity]
             ratings = results.newest([ratings for _, ratings in copies])
-            _add(ratings.session(study), key, total)
+            _add(ratings.session(study), key, names[identity], total)
         except BadFile as problem:
             total.refused += [
                 (path, Text("{path}: {problem}", path=path, problem=problem)) for path, _ in copies
@@ -310,14 +286,30 @@ def _check(study: plan.Study, key: Key, key_file: Path) -> None:
         )
 
 
-def _add(session: Session, key: Key, total: Tally) -> None:
+def _face_names(keys: Sequence[Key]) -> dict[str, list[str]]:
+    """Return a name for each subject of each study; photos of one digest have one name."""
+    names: dict[tuple[object, ...], str] = {}
+    files: dict[str, int] = defaultdict(int)
+    found: dict[str, list[str]] = {}
+    for key in keys:
+        for index, photo in enumerate(key.subjects):
+            face = (photo.name, photo.sha256 or (key.identity, index))
+            if face not in names:
+                files[photo.name] += 1
+                number = files[photo.name]
+                names[face] = photo.name if number == 1 else f"{photo.name} ({number})"
+            found.setdefault(key.identity, []).append(names[face])
+    return found
+
+
+def _add(session: Session, key: Key, names: Sequence[str], total: Tally) -> None:
     if session.current is not None:
         total.unfinished.append(session)
     places = {name: place for place, name in enumerate(session.order, start=1)}
     total.answers += [
-        Answered(key, session, places[record.picture], record)
+        Answered(key, session, places[record.picture], record, names[meaning.subject])
         for record in session.answered
-        if key.pictures[record.picture].variant.kind != "practice"
+        if (meaning := key.pictures[record.picture]).variant.kind != "practice"
     ]
 
 
@@ -346,12 +338,13 @@ def of_rater(rows: Sequence[Answered], rules: Rules) -> Quality:
     shown = [row.record.display for row in rows if row.record.display is not None]
     twins = _twins(others)
     sessions = {id(row.session): row.session for row in rows}.values()
+    results = [row for row in judged if row.variant.is_judged]
     return Quality(
         rows[0].session.rater,
         len(rows),
         statistics.median(times),
         sum(ms < rules.least_ms for ms in times) / len(times),
-        len(set(said)) == 1,
+        len(said),
         sum(bool(row.is_unnatural) for row in others) / len(said) if said else None,
         (min(asked, default=0.0), max(asked, default=0.0)),
         max(runs, default=0),
@@ -359,24 +352,28 @@ def of_rater(rows: Sequence[Answered], rules: Rules) -> Quality:
         sum(first == second for first, second in twins),
         len(catches),
         sum(bool(row.is_unnatural) for row in catches),
-        *_follows(rows),
+        *follows(
+            np.array([abs(row.meaning.measured.achieved) for row in results]),
+            np.array([bool(row.is_unnatural) for row in results], bool),
+        ),
         sum(row.record.away_ms for row in rows),
         sum(record.back for session in sessions for record in session.records),
         tuple(sorted({one.shown for one in shown}, key=[one.shown for one in shown].count)[::-1]),
     )
 
 
-def _follows(rows: Sequence[Answered]) -> tuple[float | None, float | None]:
-    """Return the AUC of "unnatural" over distance, and the standard error of guessing."""
-    judged = [row for row in rows if row.variant.is_judged]
-    distance = np.array([abs(row.meaning.measured.achieved) for row in judged])
-    worse = np.array([bool(row.is_unnatural) for row in judged], bool)
-    few, many = np.count_nonzero(worse), np.count_nonzero(~worse)
+def follows(
+    distances: Array, unnatural: npt.NDArray[np.bool_]
+) -> tuple[float | None, float | None]:
+    """Return the AUC of "unnatural" over distance, and the standard error of guessing.
+
+    Both are None if all answers are alike. The variance is that of Mann and Whitney (1947).
+    """
+    few, many = np.count_nonzero(unnatural), np.count_nonzero(~unnatural)
     if not few * many:
         return None, None
-    farther = np.sign(np.subtract.outer(distance[worse], distance[~worse]))
-    # Variance of Mann and Whitney (1947) for two groups.
-    error = math.sqrt((len(judged) + 1) / (12.0 * few * many))
+    farther = np.sign(np.subtract.outer(distances[unnatural], distances[~unnatural]))
+    error = math.sqrt((len(distances) + 1) / (12.0 * few * many))
     return float(0.5 + 0.5 * farther.mean()), error
 
 

@@ -33,7 +33,7 @@ _LOSSLESS: Final = 100  # below, OpenCV halves the resolution of colours
 _SPEED: Final = 8  # a quarter of the time of 6, and 2 % longer
 _BRANDS: Final = {b"avif", b"avis"}
 _HEAD_BYTES: Final = 64
-_DEEP: Final = re.compile(rb"av1C\x81.([\x00-\xff])", re.DOTALL)
+_CODING: Final = re.compile(rb"av1C(\x81..)", re.DOTALL)
 _HIGH, _TWELVE = 0x40, 0x20
 _WRITTEN_BITS: Final = 10  # of 16-bit pixels
 _LONGEST_PX: Final = 16384
@@ -65,7 +65,9 @@ def _decode(source: Source) -> Photo:
         photo = common.decode(source, ("AVIF",))
     except ValueError:
         photo = _lenient(source, properties)
-    deep = max((one[1][0] & (_HIGH | _TWELVE) for one in _DEEP.finditer(data)), default=0)
+    coding = properties.get(b"av1C")  # of the picture; else of its tiles
+    codings = _CODING.findall(data) if coding is None else [coding]
+    deep = max((one[2] & (_HIGH | _TWELVE) for one in codings), default=0)
     stored = as_stored(photo.pixels, photo.orientation)
     if deep and photo.bits == 8 and cv2.haveImageWriter(".avif"):
         source.check(photo.width, photo.height, 2 * photo.channels)

@@ -122,9 +122,9 @@ def narrow(folder: Path) -> Path:
     On Windows the library takes neither letters outside the system's code page nor long paths.
     """
     if sys.platform == "win32":
-        places = [folder, Path(gettempdir()), Path(os.environ.get("PROGRAMDATA", folder))]
-        fits = (one for one in places if str(one).isascii() and len(str(one)) < _LONGEST)
-        return next(fits, folder)
+        others = map(Path, (gettempdir(), os.environ.get("PROGRAMDATA", folder)))
+        places = (one for one in (folder, *others) if len(str(one)) < _LONGEST)
+        return next((one for one in places if str(one).isascii()), folder)
     return folder
 
 

@@ -4,12 +4,21 @@
 GIMP's Python has none of Kogao's libraries, so Kogao runs as a separate program.
 """
 
+import os
 import sys
 from functools import partial
 
 import common
-import gi
 from kogao_outside import AMOUNT, AMOUNT_LABEL, CLOSED, LARGEST, is_result
+
+SYSTEM_PYTHON = "/usr/bin/python3"
+try:
+    import gi
+except ModuleNotFoundError:
+    # An environment that is first on PATH has no library of GIMP.
+    if sys.executable == SYSTEM_PYTHON or not os.path.exists(SYSTEM_PYTHON):
+        raise
+    os.execv(SYSTEM_PYTHON, [SYSTEM_PYTHON, *sys.argv])
 
 gi.require_version("Gimp", "3.0")
 gi.require_version("GimpUi", "3.0")
@@ -84,7 +93,17 @@ def save(image, path):
     flat = image.duplicate()
     keep_source(flat)
     flat.merge_visible_layers(Gimp.MergeType.CLIP_TO_IMAGE).resize_to_image_size()
-    Gimp.file_save(Gimp.RunMode.NONINTERACTIVE, flat, Gio.File.new_for_path(path), None)
+    if flat.get_base_type() == Gimp.ImageBaseType.GRAY:
+        flat.convert_rgb()  # Kogao reads no grey with alpha in 16 or 32 bits
+    export = Gimp.get_pdb().lookup_procedure("file-tiff-export")
+    config = export.create_config()
+    config.set_property("run-mode", Gimp.RunMode.NONINTERACTIVE)
+    config.set_property("image", flat)
+    config.set_property("file", Gio.File.new_for_path(path))
+    for thumbnail in ("save-thumbnail", "include-thumbnail"):  # of 3.0 and of 3.2
+        if config.find_property(thumbnail):
+            config.set_property(thumbnail, False)
+    export.run(config)
     flat.delete()
     Gimp.progress_init("Kogao")  # replaces the message about the exported file
 

@@ -8,8 +8,13 @@ from functools import partial
 from pathlib import Path
 
 from krita import Extension, InfoObject, Krita
-from PyQt5.QtCore import QEventLoop, QProcess, QProcessEnvironment
-from PyQt5.QtWidgets import QInputDialog, QMessageBox
+
+try:  # Krita 6
+    from PyQt6.QtCore import QEventLoop, QProcess, QProcessEnvironment
+    from PyQt6.QtWidgets import QInputDialog, QMessageBox
+except ImportError:  # Krita 5
+    from PyQt5.QtCore import QEventLoop, QProcess, QProcessEnvironment
+    from PyQt5.QtWidgets import QInputDialog, QMessageBox
 
 from .kogao_outside import (
     AMOUNT,
@@ -84,9 +89,9 @@ class Scripts(Extension):
         process.finished.connect(loop.quit)
         process.errorOccurred.connect(loop.quit)
         process.start(command[0], [*command[1:], path])
-        if process.state() != QProcess.NotRunning:
-            loop.exec_()  # keeps Krita's windows alive
-        if process.error() == QProcess.FailedToStart:
+        if process.state() != QProcess.ProcessState.NotRunning:
+            loop.exec()  # keeps Krita's windows alive
+        if process.error() == QProcess.ProcessError.FailedToStart:
             return 1, cannot_start(command[0], "krita"), ""
         errors, output = (
             bytes(stream).decode(errors="replace")

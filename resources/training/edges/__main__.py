@@ -38,9 +38,9 @@ def main(data: Path, labels: Path, edges: Path, model: Path, folds: int) -> None
         if folds:
             _cross_validate(pairs, more, folds)
         parameters = learn([*(one for one, _ in pairs), *more])
-    names = [f"{index:02}" for index in range(len(parameters))]
+    named: dict[str, Any] = {f"{index:02}": one for index, one in enumerate(parameters)}
     with io.BytesIO() as stream:
-        np.savez(stream, **dict[str, Any](zip(names, parameters, strict=True)))
+        np.savez(stream, **named)
         atomic_write(stream.getvalue(), model)
 
 
