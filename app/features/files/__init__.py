@@ -71,6 +71,7 @@ class Files(Feature):
     saved = Signal(object)
     # (file: Path): the photo of a project isn't beside the project.
     wants_photo = Signal(object)
+    # (): a copy was asked for, and the file holds another picture.
     stale = Signal()
     # Photos that no copy may replace, unless Kogao made them.
     photos: Callable[[], Sequence[Path]] = tuple

@@ -26,6 +26,7 @@ EVERY_MS: Final = 700
 class Watch(Feature):
     """Compares the open photo with its file, follows a renamed file and asks about another one."""
 
+    # (before: Path, now: Path): the open photo was renamed.
     followed = Signal(object, object)
 
     def __init__(self, context: Context, files: Files, faces: Faces, saver: Saver) -> None:
