@@ -43,7 +43,7 @@ def test_a_batch_of_a_folder_leaves_results_alone_and_says_so(opened, photo, tmp
     copied(opened, tmp_path / "copy.png")
     folder, went = tmp_path / "out", []
     order = Order((photo, tmp_path / "copy.png"), folder, RetouchJob())
-    carry_out(order, storage, lambda: False, lambda _: None, went.append)
+    carry_out(order, storage, lambda: False, lambda *_: None, went.append)
     done, result = sorted(went, key=lambda one: one.status)  # they come as they are ready
     assert (done.status, result.status) == ("done", "result")
     assert "own result of portrait.png" in result.reason
