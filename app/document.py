@@ -155,7 +155,7 @@ class State(Sheet):
         Doubtful faces start switched off.
         """
         sheet = self.sheet("automatic")
-        new = [face for face in faces if not any(_same_place(face, one) for one in sheet.faces)]
+        new = [face for face in faces if not any(is_same_place(face, one) for one in sheet.faces)]
         there, every = len(sheet.faces), (*sheet.faces, *new)
         off = sheet.off | {index for index in doubtful(every, image) if index >= there}
         return self._with_automatic(every, off)
@@ -181,7 +181,8 @@ class State(Sheet):
 _FIELDS: Final = tuple(field.name for field in dataclasses.fields(State))
 
 
-def _same_place(one: Face, other: Face) -> bool:
+def is_same_place(one: Face, other: Face) -> bool:
+    """Return whether two faces can only be one."""
     apart = float(np.linalg.norm(one.eye_center - other.eye_center))
     return apart < min(one.interocular_px, other.interocular_px)
 
@@ -291,6 +292,11 @@ class Document(QObject, Watched):
         self.photo, self.pyramid, self._optics = photo, pyramid, optics_of(photo)
         self._begin(State(recipe=recipe or self.first_recipe))
         self.opened.emit()
+        self._tell()
+
+    def follow(self, photo: Photo) -> None:
+        """Replace path and metadata of the open photo; the pixels are the same."""
+        self.photo = photo
         self._tell()
 
     def recolour(self, pyramid: PicturePyramid) -> None:

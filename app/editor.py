@@ -24,6 +24,7 @@ from .features.faces import Faces
 from .features.feature import Context
 from .features.files import Files
 from .features.files.saver import Saver
+from .features.files.watch import Watch
 from .features.groups import Groups
 from .features.help import Documentation
 from .features.history import History
@@ -116,6 +117,9 @@ class Editor(QObject):
         self.projects = Projects(context, self.saver, self.files, self.faces)
         self.recovery = Recovery(context, self.saver, self.files)
         self.strip = Strip(context, self.files, self.projects, self.faces)
+        self.watch = Watch(context, self.files, self.faces, self.saver)
+        for feature in (self.projects, self.strip):
+            self.watch.followed.connect(feature.follow)
         self.sync = Sync(context, self.strip, self.faces, self.projects, self.saver)
         self.errand = Errand(context, self.files, self.strip, self.faces)
         self.recent = Recent(context, self.files, self.strip)

@@ -11,7 +11,8 @@ from pathlib import Path
 from PySide6.QtCore import QSettings, QStandardPaths
 
 from kogao_core.base.installed import data_folder
-from kogao_core.projects import results
+from kogao_core.projects import edits
+from kogao_core.projects.edits import Edits
 from kogao_core.projects.results import Results
 
 _ESCAPE = re.compile(r"\\(?:x([0-9a-fA-F]+)|([0-7]+)|([abfnrtv\"?'\\])|\r?\n|.)|\"")
@@ -47,14 +48,14 @@ class Storage:
         return self.data / "recovery"
 
     @property
-    def edits(self) -> Path:
-        """The folder of edits stored apart from photos, and of undo steps."""
-        return self.data / "edits"
+    def edits(self) -> Edits:
+        """The saved edits of photos, with undo steps."""
+        return Edits(self.data / edits.FOLDER)
 
     @property
     def results(self) -> Results:
-        """The list of results made from photos."""
-        return Results(self.data / results.NAME)
+        """The results made from photos."""
+        return Results(self.data)
 
     @property
     def originals(self) -> Path:

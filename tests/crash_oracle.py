@@ -12,7 +12,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from kogao_app.features import files, projects, recovery
+from kogao_app.features import files, recovery
+
+from kogao_core.projects import edits
 
 _SLOW_S = 0.3
 POINT = 10
@@ -49,7 +51,7 @@ def through(disks: list[Disk]) -> Iterator[None]:
 
     with pytest.MonkeyPatch.context() as patch:
         for module, name, kind in (
-            *((files, "save_copy", "copy"), (projects, "save", "project")),
+            *((files, "save_copy", "copy"), (edits, "save", "project")),
             *((recovery, "save", "recovery"), (files, "open_photo", "photo")),
         ):
             patch.setattr(module, name, partial(led, kind, getattr(module, name)))

@@ -10,6 +10,7 @@ from __future__ import annotations
 import contextlib
 import gc
 import shutil
+import sqlite3
 import time
 from collections import Counter
 from collections.abc import Callable, Mapping
@@ -36,7 +37,7 @@ from PySide6.QtWidgets import (
 from scenes import KnownFaces, oval_face, textured_photo
 from timeouts import LONGEST_S
 
-from kogao_core.projects.sidecar import kept
+from kogao_core.base.index import NAME
 
 _SIZE = (240, 180)
 
@@ -138,10 +139,17 @@ class Interleaving:
         for path in self._storage.recovery.glob("*.json"):
             with contextlib.suppress(FileNotFoundError):  # being removed at this moment
                 shutil.copy2(path, storage.recovery)
-        if self._storage.edits.exists():
+        edits = self._storage.edits.folder
+        if edits.exists():
             # What is being written aside goes at any moment.
             aside = shutil.ignore_patterns(".kogao-*")
-            shutil.copytree(self._storage.edits, storage.edits, ignore=aside)
+            shutil.copytree(edits, storage.edits.folder, ignore=aside)
+        if (index := self._storage.data / NAME).exists():
+            with (
+                contextlib.closing(sqlite3.connect(index)) as before,
+                contextlib.closing(sqlite3.connect(home / NAME)) as after,
+            ):
+                before.backup(after)
         self._end()
         self._gesture = False
         self._start(home)
@@ -289,7 +297,7 @@ class Interleaving:
         return again or held[1] == self._books.work
 
     def _newest(self) -> Path | None:
-        return kept(self._folder / self._books.name, self._storage.edits)
+        return self._storage.edits.newest(self._folder / self._books.name)
 
     def _needs_recovery(self) -> bool:
         return bool(self._books.name) and not self._is_safe()
@@ -437,14 +445,14 @@ class Interleaving:
         for row in range(film.count()):
             film.item(row).setSelected(film.path(row) in others)
         percent = round(editor.document.state.recipe.percent, 4)
-        files = {path: kept(path, self._storage.edits) for path in others}
+        files = {path: self._storage.edits.newest(path) for path in others}
         signs = {path: sign_in(file) for path, file in files.items() if file is not None}
         editor.sync.start()
         self._until(lambda: not editor.sync.busy)
         for path in others:
             if self._restored and path == editor.document.path:
                 continue  # it was opened meanwhile, with other edits
-            newest, before = kept(path, self._storage.edits), signs.get(path)
+            newest, before = self._storage.edits.newest(path), signs.get(path)
             held = None if newest is None else sign_in(newest)
             if held is None or held[0] != path.name:
                 continue  # the strip doesn't show this photo, or its faces aren't found yet

@@ -93,7 +93,7 @@ def carry_out(
     order: Order,
     storage: Storage,
     stop: Callable[[], bool],
-    planned: Callable[[int], None],
+    planned: Callable[[int, int], None],
     went: Callable[[Outcome], None],
 ) -> None:
     """Export the photos in worker processes until all are done or `stop` returns True.
@@ -105,14 +105,13 @@ def carry_out(
         order.photos,
         order.folder,
         order.job,
-        projects=True,
         report=report,
         edits=storage.edits,
         results=storage.results,
     )
     if not report.exists():  # never replace files that Kogao has not exported
         batch.check_free(tasks)
-    planned(len(tasks))
+    planned(len(tasks), batch.outdated(tasks))
     try:
         outcomes = batch.run(tasks, Workers.processes(_JOBS), stop)
         batch.record(outcomes, report, storage.results, went)
@@ -128,8 +127,8 @@ def carry_out(
 class Batch(Feature):
     """Exports several photos, one order at a time."""
 
-    # (photos: int): the work is planned; from a worker.
-    _planned = Signal(int)
+    # (photos: int, edits that may look different: int): the work is planned; from a worker.
+    _planned = Signal(int, int)
     # (outcome: Outcome): a photo is finished; from a worker.
     _finished = Signal(object)
 
@@ -197,8 +196,10 @@ class Batch(Feature):
         planned, finished = self._planned.emit, self._finished.emit
         self._running.submit(lambda: carry_out(order, storage, stopping, planned, finished))
 
-    def _begin(self, total: int) -> None:
+    def _begin(self, total: int, outdated: int = 0) -> None:
         self._progress = BatchProgress(total)
+        if outdated:
+            self.say(tr("Edits of an older version that may look different now: {n}", n=outdated))
         self._advance()
 
     def _take(self, outcome: Outcome) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
 
 from PySide6.QtCore import QTimer, Signal
@@ -13,7 +13,8 @@ from kogao_core.faces.face import Face
 from kogao_core.photo import Photo
 from kogao_core.photo.model import Stamp
 from kogao_core.projects import sidecar
-from kogao_core.projects.project import Project, load, save
+from kogao_core.projects.edits import SUFFIX, Edits, own_place, sidecar_of
+from kogao_core.projects.project import load, save
 
 from ..document import State, UndoSteps
 from ..i18n import reason, sentence, tr
@@ -28,6 +29,7 @@ from .files.opening import (
     Opened,
     is_project,
     is_sample,
+    places_of,
     stamp_of,
     stamps_of,
     to_keep_beside,
@@ -40,6 +42,14 @@ class _ChangedSince(Exception):
 
     def __init__(self, file: Path) -> None:
         super().__init__(tr("{file} was changed elsewhere.", file=file.name))
+
+
+@dataclass(frozen=True, slots=True)
+class Keeping:
+    """Where edits go: beside the photo if possible, or in the user's folder."""
+
+    edits: Edits
+    beside: bool
 
 
 class Projects(Feature):
@@ -86,10 +96,10 @@ class Projects(Feature):
         if then is None and not replace and (held_up or (self.document.saved and not anyway)):
             return
         self.document.commit()
-        steps, places, state = self.document.steps, self.places(path), self.document.committed
+        steps, keeping, state = self.document.steps, self.keeping(path), self.document.committed
 
         def write(photo: Photo, to_keep: State) -> str:
-            return str(self._put(photo, to_keep, steps, places, replace))
+            return str(self._put(photo, to_keep, steps, keeping, replace))
 
         def kept(request: Request, file: str) -> None:
             self._keeping = False
@@ -105,42 +115,46 @@ class Projects(Feature):
                 self._saver.ask(then, sentence(problem))
 
         self._keeping = True
-        self._saver.save(places[0], write, kept, failed, then, holds="all", quiet=True)
+        self._saver.save(sidecar_of(path), write, kept, failed, then, holds="all", quiet=True)
 
-    def places(self, path: Path) -> list[Path]:
-        """Return the possible files for the edits of a photo; the data folder is last."""
-        own = sidecar.own_place(path, self.storage.edits)
+    def keeping(self, path: Path) -> Keeping:
+        """Return where the edits of a photo go."""
         apart = is_sample(path) or preferences.preferred(self.settings, preferences.EDITS)
-        return [own] if apart else [sidecar.sidecar_of(path), own]
+        return Keeping(self.storage.edits, not apart)
 
     def _put(
-        self, photo: Photo, state: State, steps: UndoSteps, places: list[Path], replace: bool
+        self, photo: Photo, state: State, steps: UndoSteps, keeping: Keeping, replace: bool
     ) -> Path:
-        """Write to the first writable file of `places`. Raises OSError, _ChangedSince."""
-        project = to_keep_beside(state, photo)
-        *beside, own = places
-        ours = [place for place in beside if replace or self._is_ours(place, photo)]
-        place = save_first(project, [*ours, own])
+        """Save beside the photo or in the user's folder. Raises OSError, _ChangedSince."""
+        project, edits, path = to_keep_beside(state, photo), keeping.edits, photo.path
+        beside = keeping.beside and edits.holds(path, photo)
+        beside = beside and (replace or self._is_ours(sidecar_of(path), photo))
+        if not (beside or replace):
+            self._is_ours(own_place(path, edits.folder), photo)
+        packed = history.packed(steps, (photo.width, photo.height))
+        place = edits.keep(project, path, packed, beside=beside)
         self._stamps[place] = stamp_of(place)
-        keep_history(project, photo.path, place, self.storage.edits, steps)
         return place
 
     def _is_ours(self, place: Path, photo: Photo) -> bool:
-        """Return True if the file is missing or unchanged since the last access.
+        """Return True if the file is missing, unchanged since the last access, or of another photo.
 
         Return False if the file is no project for this photo. Raises _ChangedSince.
         """
         if stamp_of(place) in (None, self._stamps.get(place)):
             return True
         try:
-            sidecar.match(load(place), photo.pixels)
+            project = load(place)
+            if self.storage.edits.name_in(project, photo) != project.original.sha256:
+                return True
+            sidecar.match(project, photo.pixels)
         except BadFile:
             return False
         raise _ChangedSince(place)
 
     def _tell_where(self, path: Path, file: Path) -> None:
-        wanted = self.places(path)[0]
-        if file != wanted and path.parent != self._told:
+        is_apart = file.name != sidecar_of(path).name
+        if self.keeping(path).beside and is_apart and path.parent != self._told:
             self._told = path.parent
             text = tr("{name}: edits saved in Kogao's folder", name=path.name)
             self.did.emit(text)
@@ -167,13 +181,13 @@ class Projects(Feature):
         if path is None:
             return
         self._saver.forget()
-        file = sidecar.sidecar_of(path)
+        file = sidecar_of(path)
         dialog = ask_path(
             self.window,
             tr("Save the project"),
             lambda chosen: self.save_to(chosen, then),
             "new",
-            filters=[tr("Projects ({patterns})", patterns=f"*{sidecar.SUFFIX}")],
+            filters=[tr("Projects ({patterns})", patterns=f"*{SUFFIX}")],
             at=Path.home() / file.name if is_sample(path) else file,
         )
         # The name belongs to the open photo only.
@@ -185,7 +199,7 @@ class Projects(Feature):
         elsewhere = BarAction(tr("Choose another place…"), self.save)
         if not is_project(file):
             # The dialog has confirmed the name without the suffix only.
-            file = file.with_name(file.name + sidecar.SUFFIX)
+            file = file.with_name(file.name + SUFFIX)
             if os.path.exists(file):
                 text = tr("There is another project already: {file}.", file=file.name)
                 self.say(text, elsewhere)
@@ -210,9 +224,13 @@ class Projects(Feature):
 
     def adopt(self, path: Path) -> bool:
         """Accept files that this program wrote for the open photo; return True for a new file."""
-        before, now = {**self._stamps}, stamps_of(self.places(path))
+        before, now = {**self._stamps}, stamps_of(places_of(path, self.storage.edits))
         self._stamps |= now
         return any(before.get(place) != stamp for place, stamp in now.items())
+
+    def follow(self, _: Path, now: Path) -> None:
+        """Accept the edits beside a renamed photo, which came along."""
+        self._stamps |= stamps_of(places_of(now, self.storage.edits))
 
     def _take_up(self, work: EarlierWork, note: str) -> None:
         if work.file is None:
@@ -241,23 +259,3 @@ class Projects(Feature):
         if photo is self.document.photo:
             state = State(recipe=self.document.first_recipe).with_found(faces, self.document.image)
             self.document.step(state, tr("Reset photo"))
-
-
-def save_first(project: Project, places: list[Path]) -> Path:
-    """Save to the first writable place and return it; the last one is in the user's folder."""
-    for place in places[:-1]:
-        with suppress(OSError):
-            save(project, place)
-            return place
-    places[-1].parent.mkdir(parents=True, exist_ok=True)
-    save(project, places[-1], private=True)
-    return places[-1]
-
-
-def keep_history(project: Project, photo: Path, file: Path, store: Path, steps: UndoSteps) -> None:
-    """Write a photo's undo steps and record where its project is, if the store is writable."""
-    original = project.original
-    with suppress(OSError):  # the edits are saved; only undo and the record are missing
-        store.mkdir(parents=True, exist_ok=True)
-        history.write(photo, (original.width, original.height), store, steps)
-        sidecar.record(photo, original.sha256, file, store)

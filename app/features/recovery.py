@@ -22,7 +22,7 @@ from ..widgets.messages import BarAction
 from .feature import Context, Feature
 from .files import Files
 from .files.history import project_of
-from .files.opening import EarlierWork, digest_of, hash_of
+from .files.opening import EarlierWork
 from .files.saver import Saver
 
 _AGAIN_MS: Final = 1000
@@ -51,8 +51,6 @@ class Recovery(Feature):
         self._left: list[Leftover] = []
         self._waiting: list[Leftover] = []
         self._taken_over: list[Leftover] = []
-        self._hashed: Photo | None = None
-        self._digest = ""
         self._complained = False
         # A separate thread, so that other jobs don't delay the recovery file.
         self._own_pool = QThreadPool(self)
@@ -62,8 +60,6 @@ class Recovery(Feature):
         self._again = QTimer(self, singleShot=True, interval=_AGAIN_MS)
         self._again.timeout.connect(self._write)
         self._looking = self.lane(self._take, self._not_looked)
-        self._checking = self.lane(self._warn, self._not_checked)
-        self._hashing = self.lane(self._take_hash, self._not_checked)
         self.document.undo.indexChanged.connect(self._write)
         self.document.marked.connect(self._write)
         self.document.opened.connect(self._begin)
@@ -107,14 +103,9 @@ class Recovery(Feature):
             return
         state = None if self.document.saved else self.document.committed
         kept = _Kept(state, tuple(self._taken_over))
-        if state is not None and self._hashed is not photo:
-            # Hashing a large photo is slow: write the file without the hash until then.
-            self._hashed, self._digest = photo, ""
-            self._hashing.submit(lambda: (photo, hash_of(photo)))
-        digest = self._digest
-        self._writing.submit(lambda: self._put(kept, photo, digest))
+        self._writing.submit(lambda: self._put(kept, photo))
 
-    def _put(self, kept: _Kept, photo: Photo, digest: str) -> _Kept:
+    def _put(self, kept: _Kept, photo: Photo) -> _Kept:
         if kept.state is None:
             if os.path.exists(self._file):
                 self._file.unlink(missing_ok=True)
@@ -122,7 +113,7 @@ class Recovery(Feature):
             self._folder.mkdir(parents=True, exist_ok=True)
             if self._lock is None:
                 self._lock = locked(self._file)
-            original = Original(str(photo.path), digest, photo.width, photo.height)
+            original = Original(str(photo.path), photo.picture, photo.width, photo.height)
             save(project_of(kept.state, original), self._file, private=True)
         return kept
 
@@ -136,12 +127,6 @@ class Recovery(Feature):
             if left in self._taken_over:
                 self._taken_over.remove(left)
                 self._delete(left)
-
-    def _take_hash(self, hashed: tuple[Photo, str]) -> None:
-        photo, digest = hashed
-        if photo is self._hashed:
-            self._digest = digest
-            self._write()
 
     def _complain(self, problem: Exception) -> None:
         self._again.start()
@@ -214,14 +199,8 @@ class Recovery(Feature):
                 self._taken_over.append(left)
                 self.window.bar.refresh()
                 self._write()
-                self._checking.submit(lambda: _is_changed(photo, project))
-
-    def _not_checked(self, problem: Exception) -> None:
-        text = tr(
-            "Can't tell whether the photo has changed ({why}). Check the result.",
-            why=reason(problem),
-        )
-        self.say(text)
+                known = project.original.sha256
+                self._warn(known not in ("", photo.picture, photo.sha256))
 
     def _warn(self, changed: bool) -> None:
         if changed:
@@ -229,11 +208,6 @@ class Recovery(Feature):
             self.say(text)
         else:
             self.offer()
-
-
-def _is_changed(photo: Photo, project: Project) -> bool:
-    known = project.original.sha256
-    return bool(known) and digest_of(photo) != known
 
 
 @dataclass(frozen=True, eq=False, slots=True)

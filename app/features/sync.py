@@ -17,6 +17,7 @@ from kogao_core.base.wording import printable
 from kogao_core.faces.face import Face
 from kogao_core.photo import read
 from kogao_core.projects import sidecar
+from kogao_core.projects.edits import Edits, SavedEdits
 from kogao_core.projects.project import Project, load
 from kogao_core.recipe.recipe import SETTINGS, SHAPE, Recipe
 
@@ -27,9 +28,8 @@ from .faces import Faces
 from .feature import Context, Feature
 from .files import history
 from .files.history import project_of, state_of
-from .files.opening import hash_of
 from .files.saver import Saver
-from .projects import Projects, keep_history, save_first
+from .projects import Keeping, Projects
 from .strip import Strip
 from .strip.facts import Preview, Sample
 
@@ -201,12 +201,12 @@ class Sync(Feature):
             return
         path, settings = self._waiting.pop(0), self._settings
         sample, first = self._samples.get(path), self.document.first_recipe
-        places, search = self._projects.places(path), self._faces.search()
+        keeping, search = self._projects.keeping(path), self._faces.search()
         done = self._total - len(self._waiting)
         self.working.emit(tr("Settings: {n} of {total}…", n=done, total=self._total))
         self._strip.panel.show_running(tr("{n} of {total}", n=done, total=self._total), self.start)
         faces = None if sample is None else sample.project.automatic.faces
-        self._syncing.submit(partial(synced, path, settings, places, search, first, faces))
+        self._syncing.submit(partial(synced, path, settings, keeping, search, first, faces))
 
     def _synced(self, synced: tuple[Path, bool]) -> None:
         path, was_edited = synced
@@ -234,29 +234,30 @@ class Sync(Feature):
 
 def loaded(
     path: Path,
-    store: Path,
+    edits: Edits,
     search: FaceSearch,
     first: Recipe,
     faces: Collection[Face] | None = None,
-) -> tuple[Project, sidecar.SavedEdits | None]:
+) -> tuple[Project, SavedEdits | None]:
     """Return the saved project of a photo and its place, or a new project with the faces found.
 
     `faces` are known faces. Raises UnreadablePhoto, BadFile, OSError.
     """
-    kept = sidecar.find(path, store)
+    kept = edits.find(path, reads=True).edits
     if kept is not None:
         return load(kept.file), kept
     photo = read(path)
+    edits.note(photo)
     found = search.run(photo) if faces is None else list(faces)
-    original = sidecar.original(path, hash_of(photo), photo.pixels)
     image = Box.of(photo.pixels)
-    return project_of(State(recipe=first).with_found(found, image), original), None
+    state = State(recipe=first).with_found(found, image)
+    return project_of(state, sidecar.original(photo)), None
 
 
 def synced(
     path: Path,
     settings: Settings,
-    places: list[Path],
+    keeping: Keeping,
     search: FaceSearch,
     first: Recipe,
     faces: Collection[Face] | None = None,
@@ -265,11 +266,10 @@ def synced(
 
     Raises UnreadablePhoto, BadFile, OSError.
     """
-    store = places[-1].parent
-    project, kept = loaded(path, store, search, first, faces)
+    project, kept = loaded(path, keeping.edits, search, first, faces)
     after = settings.of_project(project)
     state, size_px = state_of(project), (project.original.width, project.original.height)
-    steps = kept and history.read(kept.photo, size_px, store, state)
+    steps = kept and history.find(keeping.edits, kept, project)
     steps = steps or UndoSteps((state,), (), 0)
     recipes = (after.automatic.recipe, after.manual and after.manual.recipe)
     if recipes == (project.automatic.recipe, project.manual and project.manual.recipe):
@@ -279,9 +279,6 @@ def synced(
         states = (*steps.states[: steps.index + 1], state_of(after))
         texts = (*steps.texts[: steps.index], tr("Sync settings"))
         steps = UndoSteps(states, texts, steps.index + 1)
-    if kept is not None and kept.file in places:
-        places = places[places.index(kept.file) :]
     after = replace(after, original=replace(after.original, path=printable(path.name)))
-    with history.TOGETHER:
-        keep_history(after, path, save_first(after, places), store, steps)
+    keeping.edits.keep(after, path, history.packed(steps, size_px), beside=keeping.beside)
     return path, kept is not None

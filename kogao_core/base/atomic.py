@@ -124,7 +124,8 @@ def _resemble(old: Path, new: Path) -> None:
         attributes = old.stat().st_file_attributes & ~stat.FILE_ATTRIBUTE_READONLY
         ctypes.windll.kernel32.SetFileAttributesW(str(new), attributes)
         return
-    shutil.copymode(old, new)
+    with suppress(OSError):  # a drive without permissions: the bytes matter more
+        shutil.copymode(old, new)
 
 
 def _flush(folder: Path) -> None:

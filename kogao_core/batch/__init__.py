@@ -3,7 +3,7 @@
 Imports every package except `cli` and `lab`.
 """
 
-from kogao_core.batch.planning import NothingToDo, check_free, plan
+from kogao_core.batch.planning import NothingToDo, check_free, outdated, plan
 from kogao_core.batch.tasks import Outcome, Task, measures_of, record, work
 from kogao_core.batch.workers import Workers, run
 from kogao_core.projects.results import REPORT
@@ -16,6 +16,7 @@ __all__ = [
     "Workers",
     "check_free",
     "measures_of",
+    "outdated",
     "plan",
     "record",
     "run",

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import itertools
 import os
+import unicodedata
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 
 from kogao_core.base.atomic import is_temporary
@@ -11,10 +14,11 @@ from kogao_core.base.json_reader import BadFile
 from kogao_core.base.language import Text
 from kogao_core.batch.tasks import Task, keys_of
 from kogao_core.photo.formats import READABLE
+from kogao_core.projects.edits import Edits
 from kogao_core.projects.interchange import file_for
 from kogao_core.projects.project import load
 from kogao_core.projects.results import Results
-from kogao_core.projects.sidecar import kept, sheet_of
+from kogao_core.projects.sidecar import sheet_of
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.retouch import RetouchJob
 
@@ -28,34 +32,26 @@ def plan(
     folder: Path,
     job: RetouchJob,
     *,
-    projects: bool = False,
     suffix: str = ".jpg",
     report: Path | None = None,
-    edits: Path | None = None,
+    edits: Edits | None = None,
     results: Results | None = None,
     points: Path | None = None,
 ) -> list[Task]:
     """Return the tasks for files and folders, in order. Subfolders are kept in the output.
 
-    `points`: file of landmarks, or folder with one file per photo name. `edits`: the user's folder
-    of projects that are not stored next to their photos. `results`: list of photos that Kogao made
-    and that are skipped. Raises NothingToDo, BadFile.
+    `points`: file of landmarks, or folder with one file per photo name. `edits`: the
+    saved edits to apply, if any. `results`: the photos that Kogao made and that are skipped. Two
+    names that are one on a drive without case get a second name. Raises NothingToDo, BadFile.
     """
-    found: dict[Path, Path] = {}
+    wanted = list[tuple[Path, Path, Path, Path | None]]()
     for path in inputs:
         for photo, place in _photos(path, folder):
-            percent = _percent(photo, job.recipe, projects, edits)
-            output = folder / job.export.place(place, len(found) + 1, percent, suffix)
-            if found.setdefault(output, photo) != photo:
-                raise NothingToDo(
-                    Text(
-                        "{found} and {photo} would both become {output}; work on "
-                        "their folders one by one",
-                        found=found[output],
-                        photo=photo,
-                        output=output,
-                    )
-                )
+            project = edits.newest(photo) if edits else None
+            percent = _percent(project, job.recipe)
+            output = folder / job.export.place(place, len(wanted) + 1, percent, suffix)
+            wanted.append((photo, place, output, project))
+    found = _named(wanted)
     if not found:
         raise NothingToDo(Text("no photos there; name files or folders that hold some"))
     _check_places(found, folder)
@@ -65,13 +61,59 @@ def plan(
             str(photo),
             str(output),
             job,
-            project=str(kept(photo, edits) or "") if projects else "",
+            project=str(project or ""),
+            edits=str(edits.folder) if edits else "",
             done=keys.get(str(output), ""),
-            results=str(results.file) if results else "",
+            results=str(results.folder) if results else "",
             points="" if points is None else str(file_for(photo, points)),
         )
-        for output, photo in found.items()
+        for (photo, *_, project), output in zip(wanted, found, strict=True)
     ]
+
+
+def _named(wanted: Sequence[tuple[Path, Path, Path, Path | None]]) -> dict[Path, Path]:
+    """Return the photo of each output; outputs that would be one file get different names.
+
+    A photo with the output's name keeps it; IMG_1.heic beside IMG_1.jpg becomes IMG_1.heic.jpg.
+    Raises NothingToDo for photos of different folders.
+    """
+    keeps = {_folded(output): photo for photo, place, output, _ in reversed(wanted)
+             if place.name == output.name}  # fmt: skip
+    found, taken = dict[Path, Path](), dict[str, Path]()
+    for photo, place, output, _ in wanted:
+        other = taken.get(_folded(output), photo)
+        if output in found and _folded(other.with_suffix("")) != _folded(photo.with_suffix("")):
+            raise NothingToDo(
+                Text(
+                    "{found} and {photo} would both become {output}; work on "
+                    "their folders one by one",
+                    found=other,
+                    photo=photo,
+                    output=output,
+                )
+            )
+        numbers = (output.with_stem(f"{output.stem}-{n}") for n in itertools.count(2))
+        names = itertools.chain((output, output.with_name(place.name + output.suffix)), numbers)
+        name = next(
+            one for one in names
+            if _folded(one) not in taken and keeps.get(_folded(one), photo) == photo
+        )  # fmt: skip
+        found[name] = taken[_folded(name)] = photo
+    return found
+
+
+def _folded(path: Path) -> str:
+    """Return a path as drives without case compare it."""
+    return unicodedata.normalize("NFC", str(path)).casefold()
+
+
+def outdated(tasks: Sequence[Task]) -> int:
+    """Return the number of edits of an older version that may look different now."""
+    count = 0
+    for task in tasks:
+        with suppress(BadFile):  # the task reports the error later
+            count += bool(task.project) and load(task.project).looks_different
+    return count
 
 
 def check_free(tasks: Sequence[Task]) -> None:
@@ -116,9 +158,8 @@ def _real(path: Path) -> Path:
     return Path(os.path.realpath(path))  # unlike `resolve`, accepts circular links
 
 
-def _percent(photo: Path, recipe: Recipe, projects: bool, edits: Path | None) -> float:
+def _percent(project: Path | None, recipe: Recipe) -> float:
     """Return the Amount for the file name: from the photo's project, or from the recipe."""
-    project = kept(photo, edits) if projects else None
     try:
         return sheet_of(load(project)).recipe.percent if project else recipe.percent
     except BadFile:  # the task reports the error later

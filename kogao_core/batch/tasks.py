@@ -5,16 +5,19 @@ from __future__ import annotations
 import errno
 import hashlib
 import json
+import os
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import KW_ONLY, asdict, dataclass
 from functools import cache
 from pathlib import Path
-from typing import Any, Final, Literal
+from typing import Any, BinaryIO, Final, Literal
 
 from kogao_core.background.find import BackgroundFinder
 from kogao_core.base.atomic import appended
 from kogao_core.base.geometry import Box, Image
+from kogao_core.base.index import locked
 from kogao_core.base.json_reader import BadFile
 from kogao_core.base.language import Text
 from kogao_core.batch.measures import COLUMNS, measured
@@ -22,11 +25,13 @@ from kogao_core.faces.doubt import AllDoubted, choose
 from kogao_core.faces.landmarks import source
 from kogao_core.field.protection import NOTHING
 from kogao_core.photo import Photo, bits_of, read
+from kogao_core.photo.picture import sha256_of
 from kogao_core.photo.profiles import for_search
 from kogao_core.projects import interchange
-from kogao_core.projects.project import load, sha256_of
+from kogao_core.projects.edits import Edits
+from kogao_core.projects.project import load
 from kogao_core.projects.results import Results, objects_in
-from kogao_core.projects.sidecar import Applied, apply
+from kogao_core.projects.sidecar import Applied, apply, is_resized
 from kogao_core.retouch import Output, RetouchJob, draw, retouch, to_file
 
 Status = Literal["done", "skipped", "result", "no face", "failed"]
@@ -48,8 +53,9 @@ class Task:
     output: str  # path to write
     job: RetouchJob  # the same for all photos
     project: str = ""  # project file to apply instead of the recipe, or ""
+    edits: str = ""  # the user's folder of edits, which knows earlier names of a picture
     done: str = ""  # `Outcome.key` of an earlier run for the same source and options, or ""
-    results: str = ""  # list of Kogao's own results to skip; "" processes them again
+    results: str = ""  # data folder with Kogao's own results to skip; "" processes them again
     points: str = ""  # file of landmarks to use instead of face detection, or ""
 
 
@@ -83,7 +89,11 @@ def work(task: Task) -> Outcome:
             return Outcome(task.source, task.output, "skipped", key=task.done)
         if task.results and (origin := Results(Path(task.results)).origin(Path(task.source))):
             return Outcome(task.source, task.output, "result", reason=origin.why)
-        rows, note, doubtful = _render(task)
+        photo = _read(task)
+        rows, note, doubtful = _render(task, photo)
+        key = _key(task)
+        if not photo.is_as_read:  # the key is of another file than the result
+            raise OSError(Text("the photo changed while it was in work; run the batch again"))
         seconds = round(time.perf_counter() - start, 3)
         edit = sha256_of(task.project) if task.project else ""
         achieved = tuple(round(row["achieved_percent"], 3) for row in rows)
@@ -92,7 +102,7 @@ def work(task: Task) -> Outcome:
             task.output,
             "done",
             reason=note,
-            key=_key(task),
+            key=key,
             faces=len(rows),
             seconds=seconds,
             achieved_percent=achieved,
@@ -108,14 +118,18 @@ def work(task: Task) -> Outcome:
         return Outcome(task.source, task.output, "failed", reason=_sentence(error))
 
 
-def _render(task: Task) -> tuple[tuple[dict[str, Any], ...], str, bool]:
+def _read(task: Task) -> Photo:
+    bits = bits_of(task.output)
+    return read(Path(task.source), max_megapixels=task.job.max_megapixels, bits=bits)
+
+
+def _render(task: Task, photo: Photo) -> tuple[tuple[dict[str, Any], ...], str, bool]:
     output, job = Path(task.output), task.job
 
     def written(photo: Photo, pixels: Image, coding: int | None) -> str:
         output.parent.mkdir(parents=True, exist_ok=True)
         return to_file(output, force=True)(photo, pixels, coding)
 
-    photo = read(Path(task.source), max_megapixels=job.max_megapixels, bits=bits_of(output))
     done = _replayed(task, photo) if task.project else _found(task, photo)
     rendering = draw(photo, done, _background(), job.export, threads=1)
     made = retouch(photo, done, rendering, Output(written, job.disclosure, job.export))
@@ -139,7 +153,11 @@ def _found(task: Task, photo: Photo) -> Applied:
 
 def _replayed(task: Task, photo: Photo) -> Applied:
     try:
-        return apply(load(task.project), photo.pixels, sha256_of(task.source))
+        project = load(task.project)
+        known = Edits(Path(task.edits)).name_in(project, photo)
+        if known != project.original.sha256 and not is_resized(project, photo):
+            raise BadFile(Text("it was made from another picture; open it to take over settings"))
+        return apply(project, photo.pixels, known)
     except BadFile as error:
         raise BadFile(
             Text("its project {project} can't be used: {error}", project=task.project, error=error)
@@ -196,13 +214,30 @@ def record(
         with report.open("rb") as file:
             if not _START.startswith(file.read(len(_START))):
                 raise FileExistsError(errno.EEXIST, Text("it is no report of a batch"), str(report))
-    with appended(report) as lines:
+    name = hashlib.sha256(os.fsencode(os.path.realpath(report))).hexdigest()[:32]
+    with ExitStack() as opened:
+        try:
+            opened.enter_context(locked(results.folder / "locks", name))
+        except BlockingIOError:
+            busy = Text("another export into this folder is running")
+            raise FileExistsError(errno.EAGAIN, busy, str(report)) from None
+        lines, made = opened.enter_context(appended(report)), list[str]()
         for outcome in outcomes:
             lines.write(outcome.to_json().encode() + b"\n")
             lines.flush()
+            _check_there(report, lines)
             if outcome.status == "done":
+                made.append(outcome.output)
                 results.add(Path(outcome.source), Path(outcome.output), outcome.edit)
             then(outcome)
+        for output in made:
+            Path(output).stat()
+
+
+def _check_there(report: Path, lines: BinaryIO) -> None:
+    """Raise FileNotFoundError if the report or its folder was removed or replaced."""
+    if not os.path.samestat(os.fstat(lines.fileno()), report.stat()):
+        raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(report))
 
 
 def keys_of(report: Path | None) -> dict[str, str]:

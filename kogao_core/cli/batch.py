@@ -18,8 +18,8 @@ from kogao_core.base.language import Text, tr, translated
 from kogao_core.batch import Outcome, Workers
 from kogao_core.batch.measures import codebook_of, write
 from kogao_core.cli import common, ending, options, reading
+from kogao_core.projects.edits import Edits
 from kogao_core.projects.results import Results
-from kogao_core.projects.sidecar import own_folder
 
 
 def run(args: SimpleNamespace) -> int:
@@ -38,8 +38,8 @@ def run(args: SimpleNamespace) -> int:
     ):
         tasks = batch.plan(
             _expanded(args.inputs), args.folder, job,
-            projects=args.projects, suffix=f".{args.suffix}",
-            report=None if args.again else report, points=args.points, edits=own_folder(),
+            suffix=f".{args.suffix}", report=None if args.again else report, points=args.points,
+            edits=Edits.of_user() if args.projects else None,
             results=None if args.results else Results.of_user(),
         )  # fmt: skip
         if not args.force and not report.exists():
@@ -51,6 +51,11 @@ def run(args: SimpleNamespace) -> int:
                 ) from None
     reading.check_networks()
     reading.mention_fallback(args.landmarks)
+    if count := batch.outdated(tasks):
+        ending.print_message(
+            Text.counted(count, "warning: {n} edit of an older version may look different now",
+                         "warning: {n} edits of an older version may look different now")
+        )  # fmt: skip
     progress = _Progress(len(tasks))
     with ending.refusing(
         lambda reason: Text(

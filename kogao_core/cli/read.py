@@ -37,7 +37,7 @@ def run(args: SimpleNamespace) -> None:
         photo = reading.read_photo(before, args.max_megapixels)
         found.append((photo, after, _matches(photo, after, args.max_megapixels, args.landmarks)))
     if args.project_file is not None:
-        made = original(photo.path, reading.hash_of(photo.path), photo.pixels)
+        made = original(photo)
         sheet = Sheet(tuple(one.face for one in found[0][2]))
         with ending.writing(args.project_file):
             save(Project(made, "automatic", sheet), args.project_file)

@@ -32,7 +32,6 @@ from kogao_core.photo.disclosure.label import check_label
 from kogao_core.photo.export import Export
 from kogao_core.photo.profiles import for_search
 from kogao_core.projects import interchange
-from kogao_core.projects.project import sha256_of
 from kogao_core.projects.results import Results
 from kogao_core.recipe.export import EXPORT_SETTINGS
 from kogao_core.recipe.recipe import Recipe
@@ -172,12 +171,6 @@ def selected(faces: Sequence[Face], which: str) -> list[Face]:
     """Return the faces selected by ``--face``. Raises Stop if a number doesn't exist."""
     with ending.stopping(ValueError, ending.USAGE):
         return select(faces, which)
-
-
-def hash_of(path: Path) -> str:
-    """Return the SHA-256 of a photo's file. Raises Stop."""
-    with ending.stopping(OSError, ending.UNREADABLE):
-        return sha256_of(path)
 
 
 def disclosure_of(args: SimpleNamespace) -> Disclosure:

@@ -35,8 +35,9 @@ from kogao_core.photo.export import Export
 from kogao_core.photo.originals import Originals
 from kogao_core.pipeline import Rendering, measure
 from kogao_core.projects import project, sidecar
+from kogao_core.projects.edits import Edits, sidecar_of
 from kogao_core.projects.results import Results
-from kogao_core.projects.sidecar import Applied, apply, sidecar_of
+from kogao_core.projects.sidecar import Applied, apply
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.retouch import Output, RetouchJob, draw, over_itself, retouch, to_file
 
@@ -73,7 +74,6 @@ class WarpOrder:
     """A photo, its edits and the files to write. All options are checked."""
 
     photo: Photo
-    sha256: str  # of the photo's file; empty if no file needs it
     found: Sequence[Face]  # all faces of the photo; empty with a project
     edits: Applied
     output: Output
@@ -99,7 +99,7 @@ def warp(
     files.close()
     if options.evidence_file is not None:
         with ending.writing(options.evidence_file):
-            report.rendering.save_evidence(options.evidence_file, order.sha256)
+            report.rendering.save_evidence(options.evidence_file, order.photo.sha256)
     _tell(options, report)
 
 
@@ -126,12 +126,11 @@ def _checked(
     if output is None:
         output = files.enter_context(common.sent(reading.suffix_for(photo)))
     _check_photo(photo, output, options.in_place, job.export)
-    is_hashed = options.project_file or options.save_project or options.evidence_file
-    sha256 = reading.hash_of(path) if is_hashed else ""
     found: list[Face] = []
     if options.project_file is not None:
         with _usable(options.project_file):
-            edits = apply(project.load(options.project_file), photo.pixels, sha256)
+            made_before = project.load(options.project_file)
+            edits = apply(made_before, photo.pixels, Edits.of_user().name_in(made_before, photo))
     else:
         protection = _protection(photo, options.lines, options.width_px)
         found = reading.find_faces(photo, job.landmarks, options.points, source)
@@ -140,7 +139,7 @@ def _checked(
     originals = None if options.temporary else Originals.of_user(evicts=options.anyway)
     write = over_itself(originals) if options.in_place else to_file(output, force=options.force)
     return WarpOrder(
-        photo=photo, sha256=sha256, found=found, edits=edits,
+        photo=photo, found=found, edits=edits,
         output=Output(write, job.disclosure, job.export), path=output,
     )  # fmt: skip
 
@@ -294,7 +293,7 @@ def _check_project(photo: Path, options: WarpOptions) -> None:
 def _save_project(order: WarpOrder, file: Path | None) -> Path:
     """Write the edits next to the photo. Raises Stop."""
     photo, edits = order.photo, order.edits
-    original = sidecar.original(photo.path, order.sha256, photo.pixels)
+    original = sidecar.original(photo)
     if file is not None:
         with _usable(file):
             kept = project.load(file).at_size(photo.width, photo.height)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 import os
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import Final
 
@@ -98,16 +98,16 @@ def write_in_place(photo: Photo, pixels: Image, originals: Originals | None) -> 
 
     def keep(pieces: Chunks) -> None:
         nonlocal replaced_a_result, evicted
-        _file_of(photo, originals)
         if originals is None:
+            _file_of(photo, originals)
             return
-        replaced_a_result = originals.find(photo.path) is not None
-        evicted = _keep_original(photo, originals, pieces)
+        replaced_a_result, evicted = _keep_original(photo, originals, pieces, locks)
 
-    notes = [write(source, pixels, photo.path, force=True, before=keep)]
-    if originals is not None:
-        with suppress(OSError):  # photo and original are saved already
-            originals.note_written(photo.path)
+    with ExitStack() as locks:
+        notes = [write(source, pixels, photo.path, force=True, before=keep)]
+        if originals is not None:
+            with suppress(OSError):  # photo and original are saved already
+                originals.note_written(photo.path)
     if evicted:
         notes.append(
             Text.counted(
@@ -126,10 +126,18 @@ def write_in_place(photo: Photo, pixels: Image, originals: Originals | None) -> 
     return Text.joined("; ", notes)
 
 
-def _keep_original(photo: Photo, originals: Originals, pieces: Chunks) -> int:
-    """Store the original of a photo. Return the number of deleted originals. Raises CannotWrite."""
+def _keep_original(
+    photo: Photo, originals: Originals, pieces: Chunks, locks: ExitStack
+) -> tuple[bool, int]:
+    """Lock the store and store the original of a photo. Raises CannotWrite.
+
+    Return whether the store had an original, and the number of deleted originals.
+    """
     try:
-        return originals.keep(photo.path, pieces, _version(photo))
+        locks.enter_context(originals.locked())
+        _file_of(photo, originals)  # another program may have changed the photo meanwhile
+        was_kept = originals.find(photo.path) is not None
+        return was_kept, originals.keep(photo.path, pieces, _version(photo))
     except StoreFull:
         raise CannotWrite(
             Text(
@@ -162,11 +170,9 @@ def _file_of(photo: Photo, originals: Originals | None) -> Path:
         return photo.path
     with suppress(OSError):
         found = None if originals is None else originals.find(photo.path)
-        if found is not None:
-            if photo.stamp == Stamp.of(found.file.stat()):
-                return found.file
-            if found.version == _version(photo):
-                return photo.path
+        if found is not None and found.version == _version(photo):
+            is_original = photo.stamp == Stamp.of(found.file.stat())
+            return found.file if is_original else photo.path
     raise CannotWrite(_changed(photo))
 
 
@@ -191,4 +197,6 @@ def _changed(photo: Photo) -> Text:
 
 
 def _version(photo: Photo) -> str:
-    return "" if photo.stamp is None else f"{photo.stamp.size}-{photo.stamp.changed_ns}"
+    # Two programs that read one version must not overwrite each other's results.
+    stamp = photo.stamp
+    return "" if stamp is None else f"{stamp.size}-{stamp.changed_ns}-{os.getpid()}"

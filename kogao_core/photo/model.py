@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import KW_ONLY, dataclass, field
 from pathlib import Path
 from typing import Final
 
@@ -34,11 +34,12 @@ class Stamp:
 
     size: int
     changed_ns: int
+    file: int = field(default=0, compare=False)  # inode: drives may number files anew
 
     @staticmethod
     def of(state: os.stat_result) -> Stamp:
         """Create a stamp from a stat result."""
-        return Stamp(state.st_size, state.st_mtime_ns)
+        return Stamp(state.st_size, state.st_mtime_ns, state.st_ino)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -91,6 +92,10 @@ class Photo:
         Additional content of the file; see `kinds`.
     companions : tuple of Companion
         Data after the main image to copy to a changed JPEG; see `accompanied`.
+    picture : str
+        SHA-256 of the picture without metadata, see `picture.hashes_of`; empty for a new photo.
+    sha256 : str
+        SHA-256 of the file as read.
 
     Examples
     --------
@@ -121,6 +126,8 @@ class Photo:
     extras: tuple[Extra, ...] = ()
     tiff_compression: int | None = None
     companions: tuple[Companion, ...] = ()
+    picture: str = ""
+    sha256: str = ""
 
     @property
     def width(self) -> int:

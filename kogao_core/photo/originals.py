@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import json
 import os
@@ -14,7 +15,8 @@ from pathlib import Path
 from typing import Final
 from urllib.parse import quote_from_bytes, unquote_to_bytes
 
-from kogao_core.base.atomic import Chunks, atomic_write, is_temporary, temporary_folder
+from kogao_core.base.atomic import Chunks, atomic_write, temporary_folder
+from kogao_core.base.index import Index, IndexTable, Row, locked
 from kogao_core.base.installed import data_folder
 from kogao_core.base.json_reader import BadFile, parse
 from kogao_core.base.language import Text
@@ -24,6 +26,9 @@ LIMIT_BYTES: Final = 10**10
 _RECORD: Final = ".json"
 # Fields of a record, in the order of `StoredOriginal`.
 _FIELDS: Final = ("path", "file", "version", "original", "results")
+FOLDER: Final = "originals"
+"""Name of the store's folder, in the user's data folder."""
+_WAIT_S: Final = 60.0  # for another program that changes a photo in place
 _HEX: Final = 64
 _MAX_RESULTS: Final = 200
 _MAX_RECORD_BYTES: Final = 1 << 16
@@ -68,15 +73,12 @@ class StoredOriginal:
             )
         return False
 
-    def remove(self) -> None:
-        """Delete the original and its record."""
-        self.file.unlink(missing_ok=True)
-        _record_of(self.file).unlink(missing_ok=True)
-
 
 @dataclass(frozen=True, slots=True)
 class Originals:
     """Originals in a folder, each a file ``TIME-HASH.jpg`` with a record ``TIME-HASH.jpg.json``.
+
+    The index of the parent folder has the records, too, and is filled from them when it is new.
 
     An original belongs to one photo, identified by path and by the file (device, inode,
     modification time) written by Kogao. The hash of a result doesn't identify the original: two
@@ -90,14 +92,20 @@ class Originals:
     @staticmethod
     def of_user(*, evicts: bool = False) -> Originals:
         """Return the store of this user."""
-        return Originals(data_folder() / "originals", evicts=evicts)
+        return Originals(data_folder() / FOLDER, evicts=evicts)
 
     @contextmanager
     def temporary(self) -> Iterator[Originals]:
         """Yield a store in a subfolder that is deleted on exit."""
         self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         with temporary_folder(self.folder) as folder:
-            yield Originals(folder)
+            yield Originals(folder / self.folder.name)
+
+    @contextmanager
+    def locked(self) -> Iterator[None]:
+        """Keep other programs from changing photos in place meanwhile. Raises OSError."""
+        with locked(self.folder.parent / "locks", self.folder.name, wait_s=_WAIT_S):
+            yield
 
     def keep(self, path: Path, result: Chunks, version: str = "") -> int:
         """Store the file at `path` before `result` overwrites it; return how many were evicted.
@@ -107,11 +115,15 @@ class Originals:
         """
         place = _real(path)
         present, new = _hash_of(place), _sha256(result)
-        own = (one for one in self.all() if (one.photo, one.original) == (place, present))
+        own = (one for one in self._of_path(place) if one.original == present)
         known = self.find(path) or next((one for one in own if one.file.is_file()), None)
         if known and known.photo == place:
+            if _hash_of(known.file) != known.original:
+                if present != known.original:
+                    raise OSError(errno.EIO, Text("the stored original is damaged"))
+                atomic_write(place.read_bytes(), known.file, like=place)
             results = (*known.results, new)[-_MAX_RESULTS:]
-            _write_record(replace(known, version=version, results=results))
+            self._record(replace(known, version=version, results=results))
             return 0
         source = place if known is None else known.file
         data = source.read_bytes()
@@ -124,16 +136,16 @@ class Originals:
         shutil.copystat(source, file)
         results = (new,) if known is None else (present, new)
         encoded = quote_from_bytes(os.fsencode(place))
-        _write_record(StoredOriginal(file, encoded, _identity(place), version, digest, results))
+        self._record(StoredOriginal(file, encoded, _identity(place), version, digest, results))
         return evicted
 
     def note_written(self, path: Path) -> None:
         """Record the identity of the result at `path`."""
         place = _real(path)
         present = _hash_of(place)
-        for one in self.all():
-            if one.photo == place and one.results[-1:] == (present,):
-                _write_record(replace(one, identity=_identity(place)))
+        for one in self._of_path(place):
+            if one.results[-1:] == (present,):
+                self._record(replace(one, identity=_identity(place)))
                 return
 
     def find(self, path: Path) -> StoredOriginal | None:
@@ -144,13 +156,32 @@ class Originals:
 
     def all(self) -> list[StoredOriginal]:
         """Return all originals, the newest first, and the records of evicted originals."""
-        with suppress(OSError):
-            files = {
-                one for one in self.folder.iterdir() if one.is_file() and not is_temporary(one)
-            }
-            names = {one.with_suffix("") if one.suffix == _RECORD else one for one in files}
-            return [_read(one) for one in sorted(names, reverse=True)]
-        return []
+        return self._where("1")
+
+    def _where(self, condition: str, *values: object) -> list[StoredOriginal]:
+        sql = f"SELECT * FROM {TABLE.name} WHERE {condition} ORDER BY file DESC"
+        rows = self._index.rows(TABLE, sql, *values)
+        return [
+            StoredOriginal(self.folder / file, *texts)
+            for file, *texts in ((*row[:-1], tuple(row[-1].split())) for row in rows)
+        ]
+
+    @property
+    def _index(self) -> Index:
+        return Index(self.folder.parent)
+
+    def _of_path(self, place: Path) -> list[StoredOriginal]:
+        return self._where("path = ?", quote_from_bytes(os.fsencode(place)))
+
+    def _of_result(self, digest: str) -> list[StoredOriginal]:
+        return self._where("instr(results, ?)", digest) if digest else []
+
+    def _of_file(self, place: Path) -> list[StoredOriginal]:
+        return self._where("identity = ?", identity) if (identity := _identity(place)) else []
+
+    def _record(self, one: StoredOriginal) -> None:
+        _write_record(one)
+        self._index.change(TABLE, TABLE.insert(), *_row(one))
 
     def of(self, path: Path) -> list[StoredOriginal]:
         """Return all possible originals of a file, the newest first.
@@ -158,16 +189,12 @@ class Originals:
         Match by path, by file identity or by the hash of a result.
         """
         place = _real(path)
-        present, every, identity = _hash_of(place), self.all(), _identity(place)
-        own = [
-            one
-            for one in every
-            if place == one.photo
-            or (identity and one.identity == identity)
-            or present in (one.original, *one.results)
-        ]
+        present = _hash_of(place)
+        own = self._of_path(place) + self._of_file(place) + self._of_result(present)
+        own += self._where("original = ?", present)
         shared = {result for one in own for result in one.results}
-        return [one for one in every if one.file.is_file() and shared.intersection(one.results)]
+        found = {one.file: one for result in shared for one in self._of_result(result)}
+        return [found[file] for file in sorted(found, reverse=True) if file.is_file()]
 
     def restore(self, path: Path, number: int | None = None, *, force: bool = False) -> bool:
         """Restore the original of a file, byte for byte. Return False if already restored.
@@ -178,6 +205,9 @@ class Originals:
         place = _real(path)
         present = _hash_of(place)
         listed = self.of(path)
+        if not listed:  # a record that an interrupted program or version 1.0 has left
+            self._index.refill(TABLE)
+            listed = self.of(path)
         if number is not None and number > len(listed):
             raise NoOriginal(
                 Text("there is no original {number} of {path}; kogao-cli originals lists {count}",
@@ -208,20 +238,22 @@ class Originals:
 
         `path` may also be a file in the store. The records of evicted originals are deleted too.
         """
-        place, count = _real(path), 0
-        identity = _identity(place)
-        for one in self.all():
-            if place in (one.file, one.photo) or (identity and one.identity == identity):
-                count += one.file.is_file()
-                one.remove()
+        place = _real(path)
+        stored = self._where("file = ?", place.name) if place.parent == _real(self.folder) else []
+        own = {one.file: one for one in self._of_path(place) + self._of_file(place) + stored}
+        count = sum(file.is_file() for file in own)
+        for file in own:
+            file.unlink(missing_ok=True)
+            _record_of(file).unlink(missing_ok=True)
+            self._index.change(TABLE, f"DELETE FROM {TABLE.name} WHERE file = ?", file.name)
         return count
 
     def _only(self, path: Path, present: str, listed: list[StoredOriginal]) -> StoredOriginal:
         """Return the only original of a file. Raises NoOriginal."""
         place = _real(path)
-        own = [one for one in self.all() if one.photo == place]
+        own = self._of_path(place)
         found = self._certain(place, present) or [one for one in own if one.original == present]
-        if not found and not any(present in one.results for one in self.all()):
+        if not found and not self._of_result(present):
             found = own if len({one.original for one in own}) == 1 else []
         stored = [one for one in found if one.file.is_file() or one.original == present]
         if stored:
@@ -250,7 +282,7 @@ class Originals:
         longer at the recorded path.
         """
         identity = _identity(place)
-        fits = [one for one in self.all() if present in one.results]
+        fits = self._of_result(present)
         same = {one.original for one in fits if one.identity == identity}
         here = {one.original for one in fits if one.photo == place}
         moved = {one.original for one in fits if _identity(one.photo) != one.identity}
@@ -320,6 +352,27 @@ def _read(original: Path) -> StoredOriginal:
         results = tuple(one.text(_HEX) for one in node.field("results").items(_MAX_RESULTS))
         return StoredOriginal(original, path, identity, version, digest, results)
     return StoredOriginal(original)
+
+
+def _row(one: StoredOriginal) -> Row:
+    texts = one.path, one.identity, one.version, one.original
+    return one.file.name, *texts, " ".join(one.results)
+
+
+def _recorded(data: Path) -> Iterator[Row]:
+    """Yield the originals of a data folder, with their records."""
+    with suppress(OSError):
+        files = {one for one in (data / FOLDER).iterdir() if one.is_file()}
+        names = {one.with_suffix("") if one.suffix == _RECORD else one for one in files}
+        yield from (_row(_read(one)) for one in names)
+
+
+TABLE: Final = IndexTable(
+    "originals",
+    ("file PRIMARY KEY", "path", "identity", "version", "original", "results"),
+    ("path", "identity", "original"),
+    _recorded,
+)
 
 
 def _sha256(pieces: Chunks) -> str:

@@ -8,6 +8,7 @@ import os
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from io import BufferedReader
 from pathlib import Path
 from types import ModuleType
 from typing import IO, Final, Literal
@@ -25,6 +26,7 @@ from kogao_core.photo.formats.base import Source
 from kogao_core.photo.metadata import kinds, photoshop, references, tiff, tiff_extras
 from kogao_core.photo.metadata.kinds import Extra, Kind
 from kogao_core.photo.model import Photo, Stamp
+from kogao_core.photo.picture import hashes_of
 
 MAX_MEGAPIXELS: Final = 300.0
 _RGB_BYTES: Final = 3
@@ -108,7 +110,7 @@ def _why_absent(path: Path) -> Text | None:
     return None
 
 
-def _read_open(file: IO[bytes], path: Path, max_megapixels: float, bits: int) -> Photo:
+def _read_open(file: BufferedReader, path: Path, max_megapixels: float, bits: int) -> Photo:
     def check(width: int, height: int, pixel_bytes: int) -> None:
         _check_size(width, height, pixel_bytes, max_megapixels)
 
@@ -116,7 +118,10 @@ def _read_open(file: IO[bytes], path: Path, max_megapixels: float, bits: int) ->
     with _own_limits(), hushed() as complaints:
         try:
             photo = _decoded(Source(file, path, bits, check))
-            photo = dataclasses.replace(photo, stamp=stamp, extras=extras_of(photo, file))
+            picture, sha256 = hashes_of(file, photo)
+            photo = dataclasses.replace(
+                photo, stamp=stamp, extras=extras_of(photo, file), picture=picture, sha256=sha256
+            )
         except UnreadablePhoto:
             raise
         except UnidentifiedImageError:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import errno
 import io
 import os
 import shutil
@@ -156,6 +157,7 @@ def write(
         atomic_write(pieces, path, lambda: check_output(path, force=force))
         return note
     except OSError as error:
+        is_full = error.errno in (errno.ENOSPC, errno.EDQUOT)
         raise CannotWrite(
             Text(
                 "{path} can't be written ({reason}); {remedy}",
@@ -163,7 +165,9 @@ def write(
                 reason=system_reason(error),
                 remedy=Text("choose another name")
                 if isinstance(error, NotAFile)
-                else Text("make room, or choose another folder or a shorter name"),
+                else Text("make room, or choose another drive")
+                if is_full
+                else Text("choose another folder or drive, or a shorter name"),
             )
         ) from error
 

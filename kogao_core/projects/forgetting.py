@@ -10,8 +10,8 @@ from kogao_core.base.installed import data_folder
 from kogao_core.base.json_reader import BadFile
 from kogao_core.photo.originals import Originals
 from kogao_core.projects import project
-from kogao_core.projects.results import NAME, Results
-from kogao_core.projects.sidecar import own_place
+from kogao_core.projects.edits import FOLDER, Edits
+from kogao_core.projects.results import Results
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,14 +29,13 @@ def forget(photo: Path, data: Path | None = None) -> Forgotten:
     Raises OSError.
     """
     data = data or data_folder()
-    results = Results(data / NAME).forget(photo)
+    results = Results(data).forget(photo)
     originals = Originals(data / "originals").forget(photo)
-    kept = own_place(photo, data / "edits")
-    files = [kept, kept.with_suffix(".steps"), *_recovered(photo, data / "recovery")]
-    edits = [file for file in files if file.is_file()]
-    for file in edits:
+    edits = Edits(data / FOLDER).forget(photo)
+    recovered = _recovered(photo, data / "recovery")
+    for file in recovered:
         file.unlink()
-    return Forgotten(originals, len(edits), results)
+    return Forgotten(originals, len(edits) + len(recovered), results)
 
 
 def _recovered(photo: Path, folder: Path) -> list[Path]:

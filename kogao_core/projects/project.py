@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
-import hashlib
 import json
 import os
+import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final, Literal, get_args
@@ -22,6 +22,8 @@ from kogao_core.projects import json as project_json
 from kogao_core.recipe.recipe import Recipe
 
 VERSION: Final = 1
+LOOK: Final = (1, 1)
+"""First version of Kogao whose results look as those of this version."""
 Mode = Literal["automatic", "manual"]
 _FORMAT: Final = "kogao-project"
 _MOST_BYTES: Final = 8 * 2**20
@@ -107,6 +109,8 @@ class Project:
         Straight lines that may bend, px.
     brushwork : Brushwork
         Push and restore strokes, px.
+    program : str
+        Version of Kogao that saved the project.
 
     Examples
     --------
@@ -126,6 +130,13 @@ class Project:
     protection: Protection = NOTHING
     loose: tuple[Line, ...] = ()
     brushwork: Brushwork = UNTOUCHED
+    program: str = __version__
+
+    @property
+    def looks_different(self) -> bool:
+        """Whether the result of an older version may look different from the result now."""
+        numbers = tuple(map(int, re.findall(r"\d+", self.program)[:2]))
+        return self.program != __version__ and numbers < LOOK
 
     def at_size(self, width: int, height: int) -> Project:
         """Return the project for the same photo at another resolution.
@@ -169,6 +180,7 @@ class Project:
             self.protection.mapped(resize),
             tuple(project_json.as_line(resize(line)) for line in self.loose),
             self.brushwork.mapped(resize),
+            self.program,
         )
 
 
@@ -232,6 +244,7 @@ def from_node(top: Node) -> Project:
         project_json.protection(top.field("protection"), unit),
         project_json.lines(top.field("loose"), unit),
         project_json.brushwork(top.field("brushwork"), unit),
+        top.field("program").text(64) if top.field("program").value else __version__,
     )
 
 
@@ -278,12 +291,6 @@ def to_bytes(project: Project) -> bytes:
     """Return the content of a project file."""
     text = json.dumps(to_dict(project), ensure_ascii=False, allow_nan=False, indent=1)
     return text.encode("utf-8")
-
-
-def sha256_of(path: str | os.PathLike[str]) -> str:
-    """Return the SHA-256 of a file as 64 hexadecimal digits."""
-    with Path(path).open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def _sheet_dict(sheet: Sheet, unit: int) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""List of the results that Kogao made, so that it doesn't retouch a photo twice."""
+"""The results that Kogao made, so that it doesn't retouch a photo twice."""
 
 from __future__ import annotations
 
@@ -8,44 +8,31 @@ import json
 import logging
 import os
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final
 
-from kogao_core.base.atomic import appended, atomic_write
+from kogao_core.base.index import Index, IndexTable, Row
 from kogao_core.base.installed import data_folder
 from kogao_core.base.json_reader import BadFile, parse
 from kogao_core.base.language import Text, translated
 from kogao_core.base.wording import printable
 from kogao_core.photo.formats import READABLE
 from kogao_core.photo.metadata import rating
-from kogao_core.projects.project import sha256_of
+from kogao_core.photo.picture import sha256_of
 
-NAME: Final = "results.jsonl"
-"""File name of the list, in the user's data folder."""
 REPORT: Final = "kogao-batch.jsonl"
 """File name of a batch's report, in the folder of the results."""
 MARK: Final = "_kogao"
 """End of the stem that Kogao suggests for a copy."""
 _MARKED: Final = re.compile(rf"(.+){MARK}(?:[ _-]?\d+|\(\d+\))?")
-_MAX_BYTES: Final = 8 << 20
 _MAX_LINE_BYTES: Final = 1 << 12
 _HEX: Final = 64
+_FIELDS: Final = ("source", "name", "size", "sha256", "edit")
 _LOG: Final = logging.getLogger(__name__)
-
-
-@dataclass(frozen=True, slots=True)
-class Result:
-    """A line of the list. It has hashes instead of paths, so that it names no photo."""
-
-    source: str  # SHA-256 of the path of the photo
-    name: str  # SHA-256 of the name of the photo
-    size: int  # of the result in bytes; 0 if the result equals the photo
-    sha256: str  # of the result; empty if it equals the photo
-    edit: str = ""  # SHA-256 of the project that was applied; empty for settings alone
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,42 +56,38 @@ class Provenance:
 
 @dataclass(frozen=True, slots=True)
 class Results:
-    """The list of results, a file of JSON lines to which several programs may append at once."""
+    """The results on record, in the index of a data folder.
 
-    file: Path
+    A row has hashes instead of paths, so that it names no photo: SHA-256 of the path and of the
+    name of the photo; size and SHA-256 of the result, 0 and "" if it equals the photo; SHA-256 of
+    the project that was applied, "" for settings alone.
+    """
+
+    folder: Path
 
     @staticmethod
     def of_user() -> Results:
-        """Return the list of this user."""
-        return Results(data_folder() / NAME)
+        """Return the results of this user."""
+        return Results(data_folder())
 
     def add(self, source: Path, result: Path, edit: str = "") -> None:
-        """Add a result; do nothing if the list can't be written."""
+        """Add a result; do nothing if the index can't be written."""
         with suppress(OSError):
             size, digest = result.stat().st_size, sha256_of(result)
             if source.stat().st_size == size and sha256_of(source) == digest:
                 size, digest = 0, ""
-            line = Result(*_hashes(source), size, digest, edit)
-            if self.file.is_file() and self.file.stat().st_size > _MAX_BYTES:
-                lines = self.file.read_bytes().splitlines(keepends=True)
-                atomic_write(lines[len(lines) // 2 :], self.file, private=True)
-            with appended(self.file) as file:
-                self.file.chmod(0o600)
-                file.write(json.dumps(asdict(line)).encode() + b"\n")
+            row = (*_hashes(source), size, digest, edit)
+            Index(self.folder).change(TABLE, TABLE.insert(), *row)
 
     def edits_of(self, photo: Path) -> set[str]:
         """Return the hashes of the projects that results of a photo were saved with."""
-        return {one.edit for one in self._read() if one.source == _hashes(photo)[0]}
+        return {str(edit) for (edit,) in self._rows("edit", "source = ?", _hashes(photo)[0])}
 
     def forget(self, photo: Path) -> int:
-        """Remove the lines about a photo and about a file as a result; return how many."""
-        lines, digest = self._read(), sha256_of(photo) if photo.is_file() else None
-        kept = [one for one in lines if one.source != _hashes(photo)[0] and one.sha256 != digest]
-        if len(kept) < len(lines):
-            atomic_write(
-                [json.dumps(asdict(one)).encode() + b"\n" for one in kept], self.file, private=True
-            )
-        return len(lines) - len(kept)
+        """Remove the rows about a photo and about a file as a result; return how many."""
+        own = _hashes(photo)[0], sha256_of(photo) if photo.is_file() else "-"
+        sql = f"DELETE FROM {TABLE.name} WHERE source = ? OR sha256 = ?"
+        return Index(self.folder).change(TABLE, sql, *own)
 
     def origin(self, path: Path) -> Provenance | None:
         """Return the origin of a result, or None for a photo.
@@ -113,11 +96,9 @@ class Results:
         """
         try:
             size = path.stat().st_size
-            same_size = [one for one in self._read() if one.sha256 and one.size == size]
-            digest = sha256_of(path) if same_size else ""
-            for one in same_size:
-                if one.sha256 == digest:
-                    return Provenance(path, _photo_of(one, path))
+            if self._rows("1", "size = ? AND sha256 != '' LIMIT 1", size):
+                for row in self._rows("source, name", "sha256 = ? LIMIT 1", sha256_of(path)):
+                    return Provenance(path, _photo_of(row, path))
             report = path.with_name(REPORT)
             if report.is_file():
                 source = _sources(report, report.stat().st_mtime_ns).get(path.name)
@@ -131,34 +112,35 @@ class Results:
             pass
         return None
 
-    def _read(self) -> list[Result]:
+    def _rows(self, columns: str, condition: str, value: object) -> list[Row]:
+        sql = f"SELECT {columns} FROM {TABLE.name} WHERE {condition}"
         try:
-            return _lines(self.file, self.file.stat().st_mtime_ns)
+            return Index(self.folder).rows(TABLE, sql, value)
         except OSError:
             return []
 
 
-@lru_cache(maxsize=2)
-def _lines(file: Path, _: int) -> list[Result]:
-    """Return the lines of a list; log a warning about damaged ones."""
-    lines = file.read_bytes().splitlines()
-    read = [one for one in map(_line, lines) if one is not None]
-    if len(read) < len(lines):
-        count = len(lines) - len(read)
-        text = Text.counted(count, "{file}: skipped {n} damaged line",
+def _listed(folder: Path) -> Iterator[Row]:
+    """Yield the lines of the list of version 1.0; log a warning about damaged ones."""
+    file = folder / "results.jsonl"
+    lines = file.read_bytes().splitlines() if file.is_file() else []
+    damaged = 0
+    for line in lines:
+        try:
+            node = parse(line, _MAX_LINE_BYTES).only(_FIELDS)
+            source, name, sha256, edit = (
+                node.field(one).text(_HEX) for one in _FIELDS if one != "size"
+            )
+            yield source, name, node.field("size").whole(0, 1 << 53), sha256, edit
+        except BadFile:
+            damaged += 1
+    if damaged:
+        text = Text.counted(damaged, "{file}: skipped {n} damaged line",
                             "{file}: skipped {n} damaged lines", file=file)  # fmt: skip
         _LOG.warning("%s", printable(translated(text)))
-    return read
 
 
-def _line(line: bytes) -> Result | None:
-    """Return a line of the list, or None if it is damaged."""
-    try:
-        node = parse(line, _MAX_LINE_BYTES).only(Result.__slots__)
-        hashes = {one: node.field(one).text(_HEX) for one in Result.__slots__ if one != "size"}
-        return Result(size=node.field("size").whole(0, 1 << 53), **hashes)
-    except BadFile:
-        return None
+TABLE: Final = IndexTable("results", _FIELDS, ("source", "size", "sha256"), _listed)
 
 
 @lru_cache(maxsize=16)
@@ -191,15 +173,15 @@ def _hashes(photo: Path) -> tuple[str, str]:
     return path, name
 
 
-def _photo_of(line: Result, path: Path) -> Path | None:
+def _photo_of(row: Row, path: Path) -> Path | None:
     """Return the photo of a result: where it was, if near the result, or by its name beside it."""
     near: list[Path] = []
     for folder in (path.parent, path.parent.parent):
         with suppress(OSError):
             near += folder.iterdir()
     hashes = {one: _hashes(one) for one in near if one.suffix.lower() in READABLE}
-    places = [one for one in hashes if hashes[one][0] == line.source]
-    beside = [one for one in hashes if (one.parent, hashes[one][1]) == (path.parent, line.name)]
+    places = [one for one in hashes if hashes[one][0] == row[0]]
+    beside = [one for one in hashes if (one.parent, hashes[one][1]) == (path.parent, row[1])]
     return _first_photo([*places, *beside], path)
 
 

@@ -15,8 +15,8 @@ from kogao_core.cli.commands import run
 from kogao_core.field.protection import Protection, Stroke
 from kogao_core.photo import read
 from kogao_core.photo.optics import UNKNOWN
+from kogao_core.projects.edits import sidecar_of
 from kogao_core.projects.project import Sheet
-from kogao_core.projects.sidecar import sidecar_of
 from kogao_core.recipe.recipe import SETTINGS, Recipe
 
 FOCAL_MM = 26

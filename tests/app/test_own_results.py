@@ -8,7 +8,6 @@ from kogao_app.features.export import ExportDialog
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
-from kogao_core.projects import sidecar
 from kogao_core.projects.project import load
 from kogao_core.retouch import RetouchJob
 
@@ -44,7 +43,7 @@ def test_a_batch_of_a_folder_leaves_results_alone_and_says_so(opened, photo, tmp
     copied(opened, tmp_path / "copy.png")
     folder, went = tmp_path / "out", []
     order = Order((photo, tmp_path / "copy.png"), folder, RetouchJob())
-    carry_out(order, storage, lambda: False, lambda _: None, went.append)
+    carry_out(order, storage, lambda: False, lambda *_: None, went.append)
     done, result = sorted(went, key=lambda one: one.status)  # they come as they are ready
     assert (done.status, result.status) == ("done", "result")
     assert "own result of portrait.png" in result.reason
@@ -126,8 +125,8 @@ def test_settings_go_to_those_that_are_chosen_and_to_nobody_else(strip):
     strip.window.actions_by_name["give-settings"].trigger()
     strip.settle()
     folder, edits = strip.editor.document.path.parent, strip.editor.strip.storage.edits
-    kept = {name: sidecar.kept(folder / f"{name}.png", edits) for name in "abcd"}
-    kept["result"] = sidecar.kept(folder / "a_kogao.png", edits)
+    kept = {name: edits.newest(folder / f"{name}.png") for name in "abcd"}
+    kept["result"] = edits.newest(folder / "a_kogao.png")
     held = {name: load(file).automatic for name, file in kept.items() if file}
     assert {name: sheet.recipe.percent for name, sheet in held.items()} == dict.fromkeys("abc", 8.0)
     assert all(len(sheet.faces) == 1 for sheet in held.values())

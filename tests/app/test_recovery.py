@@ -21,10 +21,10 @@ from kogao_app.storage import Storage
 from kogao_app.view_state import Handle
 from PySide6.QtCore import QPoint, Qt
 from scenes import textured_photo
-from timeouts import LONGEST_S, held_back
+from timeouts import LONGEST_S
 
 from kogao_core.photo import read
-from kogao_core.projects.project import Original, load, save, sha256_of
+from kogao_core.projects.project import Original, load, save
 from kogao_core.recipe.recipe import Recipe
 
 pytestmark = pytest.mark.usefixtures("unkept")
@@ -96,7 +96,7 @@ def test_unsaved_changes_are_kept_aside_and_not_beside_the_photo(opened, photo, 
     project = load(file)
     assert project.automatic.recipe.percent == 5.0
     assert project.original.path == str(photo)
-    assert project.original.sha256 == sha256_of(photo)
+    assert project.original.sha256 == read(photo).picture
     home = {photo.parent / "home"}
     assert set(photo.parent.iterdir()) - home == set(before) - home
 
@@ -234,7 +234,7 @@ def left(photo, storage, tmp_path):
         state = dataclasses.replace(State(), recipe=Recipe(percent=5.0 + age))
         file = storage.recovery / f"{age}.json"
         picture = read(path)
-        original = Original(str(path), sha256_of(path), picture.width, picture.height)
+        original = Original(str(path), picture.picture, picture.width, picture.height)
         save(project_of(state, original), file)
         os.utime(file, (0, 1000 - age))
         files.append(file)
@@ -317,19 +317,6 @@ def test_work_that_was_restored_and_taken_back_stays(left, empty, monkeypatch):
     assert left[0].exists()
 
 
-def test_a_photo_that_goes_while_it_is_restored_is_to_be_looked_at(left, empty, monkeypatch):
-    def gone(path):
-        raise FileNotFoundError(2, "No such file", str(path))
-
-    looked(empty)
-    monkeypatch.setattr("kogao_app.features.files.opening.sha256_of", gone)
-    empty.take_step("Restore")
-    empty.settle()
-    assert empty.state.recipe.percent == 5.0
-    assert "Check the result" in empty.say()
-    assert left[1].exists()
-
-
 def test_strange_files_hide_no_other_and_are_left_alone(left, empty, storage):
     (storage.recovery / "gone.json").symlink_to(storage.recovery / "nowhere")
     strange = storage.recovery / "strange.json"
@@ -342,19 +329,17 @@ def test_strange_files_hide_no_other_and_are_left_alone(left, empty, storage):
     assert strange.exists()
 
 
-def test_an_edit_is_kept_at_once_whatever_the_workers_do(opened, photo, monkeypatch):
-    gate, slow = held_back(sha256_of)
-    monkeypatch.setattr("kogao_app.features.files.opening.sha256_of", slow)
+def test_an_edit_is_kept_at_once_whatever_the_workers_do(opened, photo):
+    gate = threading.Event()
     for _ in range(8):
         opened.editor._pools[1].start(lambda: gate.wait(LONGEST_S))
     opened.change_something()
     file = opened.editor.recovery.file
     opened.qtbot.waitUntil(file.exists)
     assert load(file).automatic.recipe.percent == 5.0
-    assert load(file).original.sha256 == ""
+    assert load(file).original.sha256 == read(photo).picture
     gate.set()
     opened.settle()
-    assert load(file).original.sha256 == sha256_of(photo)
 
 
 def test_a_full_disk_is_said_once_and_work_is_kept_once_there_is_room(opened, monkeypatch):

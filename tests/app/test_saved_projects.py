@@ -23,10 +23,11 @@ from test_window import drop
 from timeouts import held_back
 
 from kogao_core.field.protection import Protection
+from kogao_core.photo import read, reading
 from kogao_core.pipeline import render
-from kogao_core.projects import sidecar
-from kogao_core.projects.project import load, save, sha256_of
-from kogao_core.projects.sidecar import own_place, sidecar_of
+from kogao_core.projects import edits, sidecar
+from kogao_core.projects.edits import own_place, sidecar_of
+from kogao_core.projects.project import load, save
 from kogao_core.recipe.recipe import Recipe
 
 KEYS, CONTROL, ALT = Qt.Key, Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.AltModifier
@@ -42,10 +43,10 @@ EDITED = State(
 
 
 @pytest.fixture
-def project(photo, pixels):
+def project(photo):
     """Put a project beside the photo; return the file."""
     file = sidecar_of(photo)
-    save(project_of(EDITED, sidecar.original(photo, sha256_of(photo), pixels)), file)
+    save(project_of(EDITED, sidecar.original(read(photo))), file)
     return file
 
 
@@ -70,7 +71,7 @@ def test_a_project_comes_back_with_its_photo_and_reset_is_one_undo_step(worked, 
     assert not worked.window.isWindowModified()
     project = load(file)
     assert project.original.path == photo.name, "no folder of this machine leaves it"
-    assert project.original.sha256 == sha256_of(photo)
+    assert project.original.sha256 == read(photo).picture
     other = start(photo)
     assert other.say() == "", "nothing covers the photo"
     assert not other.window.isWindowModified()
@@ -90,15 +91,15 @@ def test_a_project_comes_back_with_its_photo_and_reset_is_one_undo_step(worked, 
     assert other.state is before
 
 
-@pytest.mark.usefixtures("worked")
-def test_a_photo_with_a_project_is_read_and_hashed_once(start, photo, monkeypatch):
+def test_a_photo_with_a_project_is_read_and_hashed_once(worked, start, photo, monkeypatch):
+    worked.editor.watch.stop()
     calls = []
 
     def counted(name, call):
         return lambda *args: (calls.append(name), call(*args))[1]
 
     monkeypatch.setattr(opening, "read", counted("read", opening.read))
-    monkeypatch.setattr(opening, "sha256_of", counted("hash", opening.sha256_of))
+    monkeypatch.setattr(reading, "hashes_of", counted("hash", reading.hashes_of))
     os.utime(photo, ns=(1, 1))  # another version than the one that was hashed before
     driver = start(photo)
     assert driver.editor.document.undo.count()
@@ -119,15 +120,15 @@ def test_a_renamed_photo_finds_its_edits_and_undo_steps_by_its_content(
     assert said == ["Edits restored: this photo was portrait.png before"]
     np.testing.assert_array_equal(other.shown, worked.shown)
     assert other.editor.document.undo.count() == worked.editor.document.undo.count()
-    assert sidecar.kept(renamed, storage.edits) == sidecar_of(photo), "as for batch and strip"
+    assert storage.edits.newest(renamed) == sidecar_of(photo), "as for batch and strip"
     before = sidecar_of(photo).read_bytes()
     other.change_something()
     other.settle()
     assert sidecar_of(photo).read_bytes() == before, "another photo may get that name"
-    assert sidecar.kept(renamed, storage.edits) == sidecar_of(renamed)
+    assert storage.edits.newest(renamed) == sidecar_of(renamed)
     os.utime(sidecar_of(photo), (1, 1))
     twice = renamed.rename(photo.with_name("a-second-name.png"))
-    assert sidecar.kept(twice, storage.edits) == sidecar_of(renamed), "the newest edits"
+    assert storage.edits.newest(twice) == sidecar_of(renamed), "the newest edits"
 
 
 @pytest.mark.usefixtures("worked")
@@ -135,9 +136,9 @@ def test_a_photo_moved_without_its_edits_finds_them_but_a_copy_does_not(photo, t
     elsewhere = tmp_path / "elsewhere" / "other.png"
     elsewhere.parent.mkdir()
     shutil.copy(photo, elsewhere)
-    assert sidecar.kept(elsewhere, storage.edits) is None, "the original has them"
+    assert storage.edits.newest(elsewhere) is None, "the original has them"
     photo.unlink()
-    assert sidecar.kept(elsewhere, storage.edits) == sidecar_of(photo)
+    assert storage.edits.newest(elsewhere) == sidecar_of(photo)
 
 
 def test_what_another_window_has_kept_since_is_told_and_chosen_between(worked, start, photo):
@@ -178,7 +179,7 @@ def test_another_shape_starts_afresh_and_says_why(start, photo, project):
     before = project.read_bytes()
     assert cv2.imwrite(str(photo), textured_photo(300, 400)[..., ::-1])
     other = start(photo)
-    assert "another shape" in other.say()
+    assert "another picture" in other.say()
     assert other.state.recipe.percent == 4.0
     assert project.read_bytes() == before
 
@@ -236,16 +237,14 @@ def test_a_hostile_project_is_one_sentence_and_loses_nothing(start, photo):
 @pytest.fixture
 def read_only(monkeypatch, tmp_path):
     """The photo's folder can't be written; nor can any other while `full` is among them."""
-    from kogao_app.features import projects
-
-    write, bad = projects.save, {tmp_path}
+    write, bad = edits.save, {tmp_path}
 
     def refuse(project, path, **named):
         if path.parent in bad or None in bad:
             raise PermissionError(13, "Permission denied", str(path) + ".partial")
         write(project, path, **named)
 
-    monkeypatch.setattr(projects, "save", refuse)
+    monkeypatch.setattr(edits, "save", refuse)
     return bad
 
 
@@ -256,13 +255,13 @@ def test_where_the_folder_cant_be_written_edits_are_kept_in_the_users_own(
     assert "edits saved in Kogao's folder" in opened.window.status.hint_text
     assert not opened.window.isWindowModified()
     assert not sidecar_of(photo).exists()
-    assert own_place(photo, storage.edits).exists()
+    assert own_place(photo, storage.edits.folder).exists()
     other = start(photo)
     assert other.state.recipe.percent == 9.0
     read_only.clear()
     other.edit(8.0)
     assert load(sidecar_of(photo)).automatic.recipe.percent == 8.0
-    assert sidecar.kept(photo, storage.edits) == sidecar_of(photo), "the newest one counts"
+    assert storage.edits.newest(photo) == sidecar_of(photo), "the newest one counts"
 
 
 def test_who_wants_nothing_beside_photos_has_nothing_there(opened, start, photo, storage):
@@ -270,8 +269,8 @@ def test_who_wants_nothing_beside_photos_has_nothing_there(opened, start, photo,
     opened.edit(9.0)
     assert not sidecar_of(photo).exists()
     if sys.platform != "win32":
-        files = list(storage.edits.iterdir())
-        assert {one.suffix for one in files} >= {".json", ".steps"}
+        files = list(storage.edits.folder.iterdir())
+        assert {one.suffix for one in files} == {".json"}
         assert {stat.S_IMODE(one.stat().st_mode) for one in files if one.is_file()} == {0o600}
     assert start(photo).state.recipe.percent == 9.0
     preferences.prefer(opened.editor.projects.settings, preferences.EDITS, "")

@@ -14,8 +14,8 @@ from kogao_core.background import find as background
 from kogao_core.background.people import PersonLook, PersonMask
 from kogao_core.base.assets import AssetMissing
 from kogao_core.base.geometry import Affine
+from kogao_core.projects.edits import sidecar_of
 from kogao_core.projects.project import load
-from kogao_core.projects.sidecar import sidecar_of
 
 KEYS = Qt.Key
 WIDTH, HEIGHT = 960, 720  # of the photo with the door

@@ -14,7 +14,8 @@ from test_own_results import click_on
 from test_own_results import strip as strip
 from timeouts import LONGEST_S, held_back
 
-from kogao_core.projects import sidecar
+from kogao_core.projects import edits
+from kogao_core.projects.edits import sidecar_of
 from kogao_core.recipe.recipe import SETTINGS
 
 pytestmark = pytest.mark.usefixtures("one_window")
@@ -79,7 +80,7 @@ def test_selected_thumbnails_follow_the_settings_before_they_are_applied(strip, 
     assert changed() - {"a"} == {"b"}, "only selected photos are drawn again"
     assert warned() == {"b.png"}, "a doubtful face is marked by a ring"
     folder = strip.editor.document.path.parent
-    assert not sidecar.sidecar_of(folder / "b.png").exists(), "nothing is applied yet"
+    assert not sidecar_of(folder / "b.png").exists(), "nothing is applied yet"
     click_on(strip, 2)
     strip.settle()
     assert "b" in changed(), "the thumbnail shows the saved edits again"
@@ -97,7 +98,7 @@ def test_the_next_photo_is_counted_from_the_open_one(strip):
     assert strip.editor.document.path.name == "b.png"
 
 
-@pytest.mark.parametrize("late_step", ["synced", "keep_history", "open_photo"])
+@pytest.mark.parametrize("late_step", ["synced", "record", "open_photo"])
 def test_a_photo_that_is_opened_during_its_sync_gets_the_settings(strip, monkeypatch, late_step):
     """The photo is shown before the sync writes, while it writes, or read before, shown after."""
     document = strip.editor.document
@@ -119,11 +120,13 @@ def test_a_photo_that_is_opened_during_its_sync_gets_the_settings(strip, monkeyp
         strip.editor.sync.start()
         strip.qtbot.waitUntil(lambda: not strip.editor.sync.busy)
     else:
-        gate, late = held_back(getattr(sync, late_step))
-        monkeypatch.setattr(sync, late_step, late)
+        # Between the project and the record with the undo steps, or before both.
+        module, name = (sync, "synced") if late_step == "synced" else (edits.lzma, "compress")
+        gate, late = held_back(getattr(module, name))
+        monkeypatch.setattr(module, name, late)
         strip.editor.sync.start()
-        if late_step == "keep_history":
-            strip.qtbot.waitUntil(sidecar.sidecar_of(other).exists)
+        if late_step == "record":
+            strip.qtbot.waitUntil(sidecar_of(other).exists)
         strip.editor.files.open(other)
         for _ in range(30):
             if document.path != other:

@@ -24,7 +24,7 @@ from test_mnemonics import doubled, letters_of
 from test_nothing_is_cut import LEAST, arrangements, fit_into, needed_tools_are_seen, told
 
 from kogao_core.base import language
-from kogao_core.projects.sidecar import sidecar_of
+from kogao_core.projects.edits import sidecar_of
 
 in_pseudolocale = pytest.mark.usefixtures("one_window", "pseudolocale")
 in_japanese = pytest.mark.usefixtures("japanese")

@@ -34,6 +34,7 @@ from damaging.trials import Trial, run
 from PIL import Image, ImageFont
 from scenes import oval_face, textured_photo
 
+from kogao_core.base.index import NAME
 from kogao_core.batch.tasks import Outcome
 from kogao_core.faces.landmarks.sources import template_face
 from kogao_core.field.protection import NOTHING
@@ -44,7 +45,7 @@ from kogao_core.photo.originals import Originals
 from kogao_core.projects.interchange import faces_text
 from kogao_core.projects.json import face_dict
 from kogao_core.projects.project import Original, Project, Sheet, to_dict
-from kogao_core.projects.results import NAME, Results
+from kogao_core.projects.results import Results
 from kogao_core.recipe.recipe import PAPER, Recipe
 
 STRUCTURED = 0.6  # share of changes to photos that keep the file's parts in order
@@ -288,7 +289,7 @@ def store() -> dict[str, bytes]:
         path.write_bytes(result)
         Path(folder, "copy.png").write_bytes(photo())
         for _ in range(3):
-            Results(Path(folder, NAME)).add(path, Path(folder, "copy.png"))
+            Results(Path(folder)).add(path, Path(folder, "copy.png"))
         kept = [Path(folder, NAME), *Path(folder, "originals").iterdir()]
         given = {f"{STORE}/{one.relative_to(folder)}": one.read_bytes() for one in kept}
         return {"photo.png": result, **given}

@@ -38,8 +38,9 @@ from kogao_core.base.json_reader import BadFile
 from kogao_core.faces.landmarks import source as landmark_source
 from kogao_core.photo.originals import NoOriginal, Originals
 from kogao_core.projects import project
+from kogao_core.projects.edits import sidecar_of
 from kogao_core.projects.project import Project, Sheet
-from kogao_core.projects.sidecar import original, sidecar_of
+from kogao_core.projects.sidecar import original
 from kogao_core.recipe.recipe import Recipe
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
@@ -85,7 +86,7 @@ def save_for_ever(folder: Path, seed: int) -> None:
         pixels[40:90, 60:140] = rng.integers(0, 256)
         photo.write(source, pixels, folder / f"result{suffix}", force=True)
         faces = (oval_face(center=(160.0, 120.0), size=0.3),) * int(rng.integers(1, 9))
-        about = original(source.path, "0" * 64, source.pixels)
+        about = original(source)
         project.save(Project(about, "automatic", Sheet(faces)), sidecar_of(source.path))
         if rng.random() < 0.3:
             photo.write(source, pixels, source.path, force=True)
@@ -218,10 +219,10 @@ def make_photos(folder: Path, count: int, rng: Rng) -> set[Path]:
             path.write_bytes(ways[rng.integers(len(ways))])
             damaged.add(path)
         elif number % 10 == 0:
-            pixels = photo.read(path).pixels
-            faces = tuple(landmark_source().find(pixels))
+            read = photo.read(path)
+            faces = tuple(landmark_source().find(read.pixels))
             sheet = Sheet(faces, recipe=Recipe(percent=6.0))
-            about = original(path, project.sha256_of(path), pixels)
+            about = original(read)
             project.save(Project(about, "automatic", sheet), sidecar_of(path))
     return damaged
 

@@ -14,7 +14,7 @@ from kogao_resources.training.evaluate import Labels
 
 from kogao_core.base.geometry import Image
 from kogao_core.faces.landmarks.aam.points import EYE_LABELS
-from kogao_core.projects.project import sha256_of
+from kogao_core.photo.picture import sha256_of
 
 STUDIO = ("frll", "canada", "composites")
 OURS = Path(__file__).resolve().parents[1] / "labels" / "faces.json"

@@ -115,6 +115,7 @@ def test_a_damaged_record_leaves_the_original_listed(place, tmp_path):
     (record,) = place.folder.glob("*.json")
     for damage in (b"", b"[]", b'{"path": 3}', record.read_bytes().replace(b'"', b"'")):
         record.write_bytes(damage)
+        (place.folder.parent / "index.db").unlink()
         assert [one.file.read_bytes() for one in place.all()] == [b"picture"]
         with pytest.raises(NoOriginal):
             place.restore(path)
@@ -125,7 +126,7 @@ def test_a_damaged_record_leaves_the_original_listed(place, tmp_path):
 def test_everything_about_a_photo_is_forgotten_and_nothing_else(place, tmp_path):
     first, second, _ = twins(place, tmp_path)
     data = place.folder.parent
-    results = Results(data / "results.jsonl")
+    results = Results(data)
     for path in (first, second):
         (out := tmp_path / f"out-{path.name}").write_bytes(path.name.encode())
         results.add(path, out)
@@ -141,17 +142,17 @@ def test_everything_about_a_photo_is_forgotten_and_nothing_else(place, tmp_path)
     assert place.restore(second)
     assert results.origin(tmp_path / "out-1.jpg")
     assert results.origin(tmp_path / "out-0.jpg") is None
-    assert str(first) not in results.file.read_text()
+    assert str(first).encode() not in (data / "index.db").read_bytes()
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such permissions")
 def test_records_and_lists_are_readable_by_their_owner_alone(place, tmp_path):
     path = twins(place, tmp_path, 1)[0]
-    results = Results(place.folder.parent / "results.jsonl")
+    results = Results(place.folder.parent)
     results.add(path, tmp_path)
     results.add(tmp_path / "x.jpg", path)
     (out := tmp_path / "out.jpg").write_bytes(b"out")
     results.add(path, out)
-    for file in (*place.folder.glob("*.json"), results.file):
+    for file in (*place.folder.glob("*.json"), results.folder / "index.db"):
         assert stat.S_IMODE(file.stat().st_mode) == 0o600, file
     assert stat.S_IMODE(place.folder.stat().st_mode) == 0o700

@@ -15,7 +15,7 @@ from kogao_core.projects.results import REPORT, Results
 
 @pytest.fixture
 def results(tmp_path):
-    return Results(tmp_path / "home" / "results.jsonl")
+    return Results(tmp_path / "home")
 
 
 @pytest.fixture
@@ -38,7 +38,7 @@ def test_a_listed_result_is_known_by_its_bytes_wherever_it_goes(results, photo):
     results.add(photo, result, "edit")
     assert results.origin(photo) is None
     assert results.edits_of(photo) == {"edit"}
-    assert str(photo) not in results.file.read_text()
+    assert str(photo).encode() not in (results.folder / "index.db").read_bytes()
     (moved := photo.parent / "out" / "elsewhere.jpg").parent.mkdir()
     shutil.move(result, moved)
     assert results.origin(moved).source == photo
@@ -106,15 +106,15 @@ DAMAGED = [
 @pytest.mark.parametrize("line", DAMAGED)
 def test_damaged_lines_are_skipped_with_a_warning_that_names_the_file(results, photo, line, caplog):
     result = made(photo)
-    results.file.parent.mkdir()
-    results.file.write_text(line + "\n")
+    results.folder.mkdir()
+    (results.folder / "results.jsonl").write_text(line + "\n")
     results.add(photo, result)
     assert results.origin(result).source == photo
-    assert f"{results.file}: skipped 1 damaged line" in caplog.text
+    assert f"{results.folder / 'results.jsonl'}: skipped 1 damaged line" in caplog.text
 
 
 def test_a_list_that_cannot_be_written_or_read_is_none(photo, tmp_path):
-    results = Results(tmp_path / "in")
+    results = Results(tmp_path / "in" / "portrait.jpg")
     results.add(photo, made(photo))
     assert results.edits_of(photo) == set()
     assert results.origin(tmp_path / "gone.jpg") is None

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import os
-import time
 from pathlib import Path
 
 import cv2
@@ -16,9 +14,10 @@ from scenes import oval_face, textured_photo
 from kogao_core.additions.brush import Brushwork
 from kogao_core.base.json_reader import BadFile
 from kogao_core.field.protection import Protection
+from kogao_core.photo.model import Photo
 from kogao_core.pipeline import render
-from kogao_core.projects import sidecar
-from kogao_core.projects.project import Original, Project, Sheet, load, save, sha256_of
+from kogao_core.projects import edits, sidecar
+from kogao_core.projects.project import Original, Project, Sheet, load, save
 from kogao_core.recipe.recipe import Recipe
 
 WIDTH, HEIGHT = 900, 680
@@ -50,8 +49,8 @@ def rendered(applied, pixels):
 
 
 def test_it_lies_beside_the_photo_under_its_whole_name():
-    assert sidecar.sidecar_of("a/b.jpg") == Path("a/b.jpg.kogao.json")
-    assert sidecar.sidecar_of("a/b.jpg") != sidecar.sidecar_of("a/b.png")
+    assert edits.sidecar_of("a/b.jpg") == Path("a/b.jpg.kogao.json")
+    assert edits.sidecar_of("a/b.jpg") != edits.sidecar_of("a/b.png")
 
 
 def test_the_very_photo_gets_identical_pixels_without_a_word(tmp_path):
@@ -122,46 +121,7 @@ def test_the_mode_decides_whose_faces_count():
 
 def test_names_that_are_no_text_are_written_as_text(tmp_path):
     pixels = textured_photo(WIDTH, HEIGHT)
-    original = sidecar.original(Path("secret/folder/a\nb\x1b\udcff\u3000c.jpg"), HASH, pixels)
+    path = Path("secret/folder/a\nb\x1b\udcff\u3000c.jpg")
+    original = sidecar.original(Photo(pixels, path, "JPEG", picture=HASH))
     save(project(original=original), tmp_path / "p.json")
     assert load(tmp_path / "p.json").original == Original("a?b??\u3000c.jpg", HASH, WIDTH, HEIGHT)
-
-
-@pytest.fixture
-def renamed(tmp_path):
-    """A photo that was renamed after its edits were saved: its name now, and before."""
-    before, now = tmp_path / "one.png", tmp_path / "two.png"
-    now.write_bytes(b"the same bytes")
-    original = Original("one.png", sha256_of(now), WIDTH, HEIGHT)
-    save(project(original=original), sidecar.sidecar_of(before))
-    return now, before, original
-
-
-def test_a_photo_renamed_within_one_tick_of_the_file_system_finds_its_edits(renamed, tmp_path):
-    now, before, _ = renamed
-    tick = time.time_ns() + 600 * 10**9
-    now.rename(before)
-    other = tmp_path / "other.png"
-    other.write_bytes(b"other bytes")
-    os.utime(tmp_path, ns=(tick, tick))
-    assert sidecar.find(other) is None
-    before.rename(now)
-    os.utime(tmp_path, ns=(tick, tick))
-    found = sidecar.find(now)
-    assert found is not None
-    assert found.photo == before
-
-
-@pytest.mark.parametrize("newer_s", [0, 1])
-def test_a_renamed_photo_gets_the_newer_edits_from_the_users_own_folder(renamed, tmp_path, newer_s):
-    now, before, original = renamed
-    store = tmp_path / "store"
-    store.mkdir()
-    own = sidecar.own_place(before, store)
-    save(project(original=original), own)
-    now.rename(before)
-    sidecar.record(before, original.sha256, own, store)
-    before.rename(now)
-    for file, when in ((own, newer_s), (sidecar.sidecar_of(before), 0)):
-        os.utime(file, (when, when))
-    assert sidecar.kept(now, store) == own

@@ -1,7 +1,6 @@
 """Projects and disclosure on the command line and in batches; nothing hostile comes through."""
 
 import dataclasses
-import hashlib
 import json
 import os
 import re
@@ -19,9 +18,11 @@ from kogao_core.additions.brush import Brushwork
 from kogao_core.background.find import BackgroundFinder, held_of
 from kogao_core.batch import tasks
 from kogao_core.cli.commands import run
+from kogao_core.photo import read
 from kogao_core.pipeline import render
+from kogao_core.projects.edits import Edits, sidecar_of
 from kogao_core.projects.project import load, save
-from kogao_core.projects.sidecar import apply, sidecar_of
+from kogao_core.projects.sidecar import apply
 from kogao_core.retouch import RetouchJob
 
 needs_links = pytest.mark.skipif(sys.platform == "win32", reason="needs links and any names")
@@ -78,7 +79,7 @@ def test_a_photo_written_over_leaves_a_project_about_the_photo_as_it_was(cli, wo
     works("warp", kept, "-o", kept, "--save-project", "--force")
     assert (kept.parent / "a.original.jpg").read_bytes() == before
     known = json.loads(sidecar_of(kept).read_text())["photo"]["sha256"]
-    assert known == hashlib.sha256(before).hexdigest()
+    assert known == read(kept.parent / "a.original.jpg").picture
     said = cli("warp", kept, "-o", kept.parent / "b.png", "--project", sidecar_of(kept))[2]
     assert "another file of the same size; check" in said
 
@@ -242,7 +243,7 @@ def test_links_lead_no_result_out_of_the_folder(kept, tmp_path):
     (out / "a.jpg").unlink()
     (out / "a.jpg").symlink_to(out / "a.jpg")
     os.mkfifo(sidecar_of(inputs / "deeper" / "b.jpg"))
-    tasks = batch.plan([inputs], out, RetouchJob(), projects=True)
+    tasks = batch.plan([inputs], out, RetouchJob(), edits=Edits.of_user())
     assert [bool(task.project) for task in tasks] == [True, False]
     assert [batch.work(task).status for task in tasks] == ["failed", "done"]
 

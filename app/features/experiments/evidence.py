@@ -5,8 +5,8 @@ from __future__ import annotations
 from functools import partial
 from pathlib import Path
 
+from kogao_core.photo.picture import sha256_of
 from kogao_core.pipeline import Rendering
-from kogao_core.projects.project import sha256_of
 
 from ...actions import Item
 from ...i18n import sentence, tr, unwritten

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import os
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
@@ -13,13 +15,15 @@ from kogao_core.background.find import BackgroundFinder
 from kogao_core.base import assets
 from kogao_core.base.geometry import Image
 from kogao_core.base.wording import printable
-from kogao_core.photo import FORMATS, READABLE, CannotDisclose, Photo
+from kogao_core.photo import FORMATS, READABLE, CannotDisclose, Photo, RefusedOutput
 from kogao_core.photo.disclosure.disclosing import Disclosure
 from kogao_core.photo.export import AS_IT_IS, Export
 from kogao_core.photo.originals import Originals
-from kogao_core.projects.project import to_bytes
+from kogao_core.photo.whereabouts import Replaced, to_save
+from kogao_core.projects.edits import SUFFIX
+from kogao_core.projects.project import Project, to_bytes
 from kogao_core.projects.results import MARK, Provenance
-from kogao_core.projects.sidecar import SUFFIX
+from kogao_core.projects.sidecar import sheet_of
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.retouch import Output, draw, over_itself, retouch, to_file
 
@@ -67,6 +71,10 @@ class Files(Feature):
     saved = Signal(object)
     # (file: Path): the photo of a project isn't beside the project.
     wants_photo = Signal(object)
+    # (): a copy was asked for, and the file holds another picture.
+    stale = Signal()
+    # Photos that no copy may replace, unless Kogao made them.
+    photos: Callable[[], Sequence[Path]] = tuple
 
     def __init__(
         self,
@@ -221,10 +229,37 @@ class Files(Feature):
         if opened.note:
             text = tr("The photo starts without its edits: {problem}", problem=opened.note)
             self.say(sentence(text))
+        if opened.foreign is not None:
+            self._say_foreign(opened.photo, opened.foreign)
         if opened.origin is not None:
             self._say_result(opened.photo, opened.origin)
         search, self._sought = self._sought, None
         self._faces.look(search)
+
+    def _say_foreign(self, photo: Photo, project: Project) -> None:
+        def bring() -> None:
+            self.document.commit()
+            state = replace(self.document.committed, recipe=sheet_of(project).recipe)
+            self.document.step(state, tr("Bring the settings along"))
+            brought.append(state)
+
+        brought = list[State]()
+        text = tr("The edits here belong to another picture that was named {name}.",
+                  name=photo.path.name)  # fmt: skip
+        self.say(
+            text,
+            BarAction(tr("Bring the settings along"), bring),
+            wrong=False,
+            applies=lambda: self.document.photo is photo and not brought,
+        )
+
+    def _say_other(self, photo: Photo, project: Project) -> None:
+        use = BarAction(
+            tr("Use the older ones"), lambda: self.read(photo.path, EarlierWork(project))
+        )
+        text = tr("There are two versions of the edits, beside the photo and in Kogao's folder. "
+                  "The newer ones are shown.")  # fmt: skip
+        self.say(text, use, wrong=False, applies=lambda: self.document.photo is photo)
 
     def _say_result(self, photo: Photo, origin: Provenance) -> None:
         text = tr("{why}, so it starts at 0 %.", why=translated(origin.why))
@@ -252,6 +287,8 @@ class Files(Feature):
             self.live.go_on()
             self.working.emit("")
         self.restored.emit(work, translated(opened.note))  # signals carry plain text only
+        if opened.other is not None:
+            self._say_other(opened.photo, opened.other)
         if state.sheet("automatic").faces or state.mode == "manual":
             self._faces.found.emit(len(state.faces))
         else:  # the photo was closed during face detection
@@ -330,11 +367,6 @@ class Files(Feature):
     def save(self, path: Path, then: Then | None = None, export: Export = AS_IT_IS) -> None:
         """Render and write a copy at the photo's bit depth, or an export; refuse the original."""
         self.window.bar.clear()
-        original = self.document.path
-        there = original is not None and os.path.exists(path) and os.path.exists(original)
-        if original is not None and there and path.samefile(original):
-            self._refuse(tr("That is the original; it is never written over."))
-            return
         self._write(path, then, export=export)
 
     def _write(
@@ -349,9 +381,17 @@ class Files(Feature):
         drawn = self.live.lent()
 
         results = self.storage.results if originals is None else None
+        photos = self.photos()
+
+        def is_photo(path: Path) -> bool:
+            listed = os.path.realpath(path) in map(os.path.realpath, photos)
+            return listed and self.storage.results.origin(path) is None
 
         def write_copy(photo: Photo, state: State) -> str:
-            notes = save_copy(photo, state, disclosure, path, finder, drawn, originals, export)
+            known = photo if results is None else to_save(photo, path, is_photo)
+            if known is None:
+                raise RefusedOutput(tr("That is the original; it is never written over."))
+            notes = save_copy(known, state, disclosure, path, finder, drawn, originals, export)
             if results is not None:
                 edit = hashlib.sha256(to_bytes(to_keep_beside(state, photo))).hexdigest()
                 results.add(photo.path, path, edit)
@@ -372,7 +412,9 @@ class Files(Feature):
         self.say(f"{text} {notes}".strip(), folder, wrong=False)
 
     def _not_written(self, problem: Exception) -> None:
-        if isinstance(problem, CannotDisclose):
+        if isinstance(problem, Replaced):
+            self.stale.emit()
+        elif isinstance(problem, CannotDisclose):
             self.say(
                 sentence(problem),
                 BarAction(tr("Preferences…"), self.actions["preferences"].trigger),

@@ -1,34 +1,29 @@
-"""Convert states to projects; store the undo steps of a photo in the user's folder."""
+"""Convert states to projects; serialise the undo steps of a photo."""
 
 from __future__ import annotations
 
 import json
-import threading
-from pathlib import Path
 from typing import Any, Final
 from weakref import WeakKeyDictionary
 
 from kogao_core.base import json_reader
-from kogao_core.base.atomic import atomic_write
 from kogao_core.base.json_reader import BadFile
+from kogao_core.projects.edits import Edits, SavedEdits
 from kogao_core.projects.project import Original, Project, from_node, to_dict
-from kogao_core.projects.sidecar import own_place
 
 from ...document import State, UndoSteps
 
-MOST_BYTES: Final = 1 << 19
-"""Size limit of a photo's undo file; the oldest steps are deleted first."""
+MOST_BYTES: Final = 1 << 26
+"""Size limit of a photo's undo steps; the oldest steps are deleted first."""
 _LONGEST: Final = 200
-TOGETHER: Final = threading.Lock()
-"""Locked while the project and the undo steps of a photo are read or written together."""
 # States are immutable, so each is serialised once. Only the thread for edits uses this cache.
 _lines: Final[WeakKeyDictionary[State, str]] = WeakKeyDictionary()
 Size = tuple[int, int]
 """Width and height of a photo, px, upright."""
 
 
-def write(path: Path, size_px: Size, store: Path, steps: UndoSteps) -> None:
-    """Write the newest undo steps of a photo. Raises OSError."""
+def packed(steps: UndoSteps, size_px: Size) -> bytes:
+    """Return the newest undo steps of a photo, serialised."""
     lines = [_line(state, size_px) for state in steps.states]
     first, last, size = 0, len(lines) - 1, sum(map(len, lines))
     while size > MOST_BYTES and first < last:
@@ -39,15 +34,20 @@ def write(path: Path, size_px: Size, store: Path, steps: UndoSteps) -> None:
     texts = json.dumps(steps.texts[first:last])
     states = ",\n".join(lines[first : last + 1])
     text = f'{{"index": {steps.index - first}, "texts": {texts}, "states": [{states}]}}'
-    atomic_write(text.encode(), _place(path, store), private=True)
+    return text.encode()
 
 
-def read(path: Path, size_px: Size, store: Path, state: State) -> UndoSteps | None:
-    """Return the undo steps that led to a state; None if the file leads to another state."""
+def find(edits: Edits, saved: SavedEdits, project: Project) -> UndoSteps | None:
+    """Return the undo steps that led to saved edits; None if none of the stored steps does."""
+    size_px = project.original.width, project.original.height
+    found = (unpacked(one, size_px, state_of(project)) for one in edits.steps_of(saved, project))
+    return next(filter(None, found), None)
+
+
+def unpacked(data: bytes, size_px: Size, state: State) -> UndoSteps | None:
+    """Return the undo steps that led to a state; None if they lead to another state."""
     try:
-        top = json_reader.parse(
-            json_reader.read(_place(path, store), 2 * MOST_BYTES), 2 * MOST_BYTES
-        )
+        top = json_reader.parse(data, 2 * MOST_BYTES)
         nodes = top.field("states").items(MOST_BYTES)
         index = top.field("index").whole(0, len(nodes) - 1)
         texts = tuple(node.text(_LONGEST) for node in top.field("texts").items(len(nodes)))
@@ -58,10 +58,6 @@ def read(path: Path, size_px: Size, store: Path, state: State) -> UndoSteps | No
         return None
     states[index] = state
     return UndoSteps(tuple(states), texts, index)
-
-
-def _place(path: Path, store: Path) -> Path:
-    return own_place(path, store).with_suffix(".steps")
 
 
 def _line(state: State, size_px: Size) -> str:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from contextlib import suppress
 from dataclasses import dataclass, field
-from functools import lru_cache
 from pathlib import Path, PureWindowsPath
 
 from kogao_core.base import assets
@@ -12,7 +12,16 @@ from kogao_core.base.json_reader import BadFile
 from kogao_core.photo import Photo, read
 from kogao_core.photo.model import Stamp
 from kogao_core.projects import sidecar
-from kogao_core.projects.project import Project, load, sha256_of
+from kogao_core.projects.edits import (
+    SUFFIX,
+    TOGETHER,
+    Edits,
+    Found,
+    SavedEdits,
+    own_place,
+    sidecar_of,
+)
+from kogao_core.projects.project import Project, load
 from kogao_core.projects.results import Provenance
 
 from ...ahead import Ahead
@@ -36,6 +45,8 @@ class Opened:
     work: EarlierWork | None = None  # source of the state
     steps: UndoSteps | None = None  # undo steps that led to the state, if stored
     origin: Provenance | None = None  # provenance, for a result of this program
+    other: Project | None = None  # the older of two versions of the edits
+    foreign: Project | None = None  # edits of another picture that was at this path
     # Difference between this photo and the edited photo, or the reason for ignoring the edits.
     note: str = ""
     # Stamps of the files for the photo's edits, when the edits were read; empty if ignored.
@@ -68,25 +79,50 @@ def open_photo(
     """Read a photo with pyramid and saved edits. Raises UnreadablePhoto, BadFile."""
     if is_project(path):
         (work, path), ahead = photo_of(path), None
-    places = [] if afresh else [sidecar.sidecar_of(path), sidecar.own_place(path, storage.edits)]
     photo = read(path) if ahead is None else ahead.photo.result()
     pyramid = None if ahead is None else ahead.pyramid.result()
     if pyramid is None or pyramid.show is not screen_colours(photo).show:
         pyramid = pyramid_of(photo)  # read before the screen's profile was known
-    with history.TOGETHER:
-        try:
-            stamps = stamps_of(places)
-            work = work or (None if afresh else kept_of(photo, storage.edits))
-            if work is None:
-                origin = storage.results.origin(path)
-                return Opened(photo, pyramid, origin=origin, stamps=stamps)
-            project, note = sidecar.match(work.project, photo.pixels, hash_of(photo))
-        except BadFile as problem:
-            return Opened(photo, pyramid, note=str(problem))
-        state, size_px = state_of(project), (photo.width, photo.height)
-        known_as = work.moved_from or photo.path
-        steps = None if work.file is None else history.read(known_as, size_px, storage.edits, state)
-    return Opened(photo, pyramid, state, work, steps, note=note, stamps=stamps)
+    storage.edits.note(photo)
+    try:
+        with TOGETHER:
+            return _with_edits(photo, pyramid, storage, work, afresh)
+    except BadFile as problem:
+        return Opened(photo, pyramid, note=str(problem))
+
+
+def _with_edits(
+    photo: Photo,
+    pyramid: PicturePyramid,
+    storage: Storage,
+    work: EarlierWork | None,
+    afresh: bool,
+) -> Opened:
+    """Return a photo that was read, with its edits. Raises BadFile."""
+    edits, path, other, foreign = storage.edits, photo.path, None, None
+    stamps = {} if afresh else stamps_of(places_of(path, edits))
+    found = Found() if work or afresh else edits.find(path, photo)
+    if found.edits is not None:
+        work = earlier_work(found.edits, path)
+        with suppress(BadFile):
+            other = None if found.other is None else load(found.other.file)
+    elif found.foreign is not None:
+        foreign = load(found.foreign)
+        if sidecar.is_resized(foreign, photo):
+            work, foreign = EarlierWork(foreign, found.foreign), None
+    if work is None:
+        origin = storage.results.origin(path)
+        return Opened(photo, pyramid, origin=origin, foreign=foreign, stamps=stamps)
+    known = edits.name_in(work.project, photo)
+    project, note = sidecar.match(work.project, photo.pixels, known)
+    steps = None if found.edits is None else history.find(edits, found.edits, project)
+    state = state_of(project)
+    return Opened(photo, pyramid, state, work, steps, other=other, note=note, stamps=stamps)
+
+
+def places_of(path: Path, edits: Edits) -> list[Path]:
+    """Return the possible files for the edits of a photo; the user's folder is last."""
+    return [sidecar_of(path), own_place(path, edits.folder)]
 
 
 def stamps_of(files: Iterable[Path]) -> Stamps:
@@ -115,41 +151,17 @@ class EarlierWork:
 
 def is_project(path: Path) -> bool:
     """Return whether a file name is that of a project."""
-    return path.name.lower().endswith(sidecar.SUFFIX)
+    return path.name.lower().endswith(SUFFIX)
 
 
-def kept_of(photo: Photo, store: Path) -> EarlierWork | None:
-    """Return the saved edits of a photo, see `sidecar.find`. Raises BadFile."""
-    kept = sidecar.find(photo.path, store)
-    if kept is None:
-        return None
-    moved_from = None if kept.photo == photo.path else kept.photo
-    return EarlierWork(load(kept.file), kept.file, moved_from)
+def earlier_work(kept: SavedEdits, path: Path) -> EarlierWork:
+    """Return saved edits of the photo at a path. Raises BadFile."""
+    return EarlierWork(load(kept.file), kept.file, None if kept.photo == path else kept.photo)
 
 
 def to_keep_beside(state: State, photo: Photo) -> Project:
     """Return the project to save for a photo: it contains the photo's name, but no folder."""
-    return project_of(state, sidecar.original(photo.path, hash_of(photo), photo.pixels))
-
-
-def hash_of(photo: Photo) -> str:
-    """Return the SHA-256 of a photo's file; empty if the file has changed since."""
-    try:
-        digest = digest_of(photo)
-        return digest if Stamp.of(photo.path.stat()) == photo.stamp else ""
-    except OSError:
-        return ""
-
-
-def digest_of(photo: Photo) -> str:
-    """Return the SHA-256 of a photo's file, cached per version of the file."""
-    return _digest(photo.path, photo.stamp)
-
-
-@lru_cache(maxsize=4)
-def _digest(path: Path, stamp: Stamp | None) -> str:  # noqa: ARG001
-    # Hashing a large photo is slow: hash each version of a file once.
-    return sha256_of(path)
+    return project_of(state, sidecar.original(photo))
 
 
 def photo_of(file: Path) -> tuple[EarlierWork, Path]:
@@ -161,7 +173,7 @@ def photo_of(file: Path) -> tuple[EarlierWork, Path]:
         raise BadFile(f"{file} is not an ordinary file")
     project = load(file)
     # Any system may have written the name: accept both kinds of slashes.
-    names = (file.name[: -len(sidecar.SUFFIX)], PureWindowsPath(project.original.path).name)
+    names = (file.name[: -len(SUFFIX)], PureWindowsPath(project.original.path).name)
     photos = (file.with_name(name) for name in names if name)
     work, photo = EarlierWork(project, file), next((one for one in photos if one.is_file()), None)
     if photo is None:

@@ -60,6 +60,7 @@ class Strip(Feature):
         self.film.resized.connect(self.draw_again)
         self.window.dropped.connect(self.show_places)
         self.document.opened.connect(self._follow)
+        files.photos = lambda: self._paths or ()
         files.began.connect(self._pass_over)
         files.unreadable.connect(self._note_unreadable)
         projects.kept.connect(self.look_again)
@@ -136,8 +137,9 @@ class Strip(Feature):
         return self.film.listed(chosen=True)
 
     def photos(self) -> list[Path]:
-        """Return the visible photos, without results."""
-        return self.film.listed()
+        """Return the visible photos, without results; without a filter also those not shown."""
+        rest = [] if self.panel.choice.currentIndex() else (self._paths or [])[_MOST:]
+        return self.film.listed() + rest
 
     def _list_again(self) -> None:
         self._list(self._places, self._first)
@@ -148,7 +150,7 @@ class Strip(Feature):
 
     def _fill(self, listed: tuple[list[Path], list[Path], Path | None]) -> None:
         places, paths, first = listed
-        if places is not self._places:
+        if is_new := places is not self._places:
             if self._paths and not paths:
                 self.say(tr("No photos in this folder."))
                 return
@@ -158,9 +160,14 @@ class Strip(Feature):
         self._first = first
         self._paths = paths
         self.window.bar.refresh()
-        self.film.show_paths(paths)
-        self._to_look, self._undrawn = list(paths), dict.fromkeys(paths)
-        self._show_strip(paths)
+        shown = paths[:_MOST]
+        self.film.show_paths(shown)
+        self._to_look, self._undrawn = shown, dict.fromkeys(shown)
+        if len(paths) > _MOST:
+            text = tr("{n:,} of {count:,} photos are shown. Export takes all.",
+                      n=_MOST, count=len(paths))  # fmt: skip
+            self.say(text, wrong=False, applies=lambda: self._paths is paths)
+        self._show_strip(paths, is_new)
         self._look()
         self._draw()
 
@@ -172,7 +179,16 @@ class Strip(Feature):
         self._places = places
         self.panel.show_all()
 
-    def _show_strip(self, paths: list[Path]) -> None:
+    def follow(self, before: Path, now: Path) -> None:
+        """List the folder of a renamed photo again, also under a new name of the folder."""
+        renamed = {before: now, before.parent: now.parent}
+        places = [renamed.get(place, place) for place in self._places]
+        if places != self._places:
+            self._take(places)
+        if places:
+            self._list_again()
+
+    def _show_strip(self, paths: list[Path], is_new: bool) -> None:
         self.window.docks.offer("strip", bool(paths))
         self._enable(bool(paths))
         if not paths:
@@ -180,7 +196,7 @@ class Strip(Feature):
             return
         self._name_left_out(paths)
         self.window.docks.show("strip")
-        if self.document.path not in paths:
+        if is_new and self.document.path not in paths:
             self._wanted = self._first or paths[0]
             self._files.open(self._wanted)
         self.film.mark(self.document.path)
@@ -242,7 +258,7 @@ class Strip(Feature):
 
     def draw_again(self) -> None:
         """Redraw all thumbnails, after a change of size or of the screen's colours."""
-        self._undrawn = dict.fromkeys(self._paths or [])
+        self._undrawn = dict.fromkeys((self._paths or [])[:_MOST])
         self._draw()
 
     def _draw(self) -> None:
@@ -289,4 +305,4 @@ def photos_in(places: Sequence[Path]) -> list[Path]:
         except OSError:  # skip unreadable folders
             continue
         found += [path for path in inside if path.suffix.lower() in READABLE and path.is_file()]
-    return list(dict.fromkeys(found))[:_MOST]
+    return list(dict.fromkeys(found))

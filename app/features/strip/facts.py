@@ -18,9 +18,11 @@ from kogao_core.base.json_reader import BadFile
 from kogao_core.faces.doubt import doubtful, verdicts
 from kogao_core.photo import READABLE, UnreadablePhoto, profiles, read
 from kogao_core.photo.metadata.rating import UNRATED, Rated, rating_of
+from kogao_core.photo.picture import sha256_of
 from kogao_core.pipeline import render
 from kogao_core.projects import sidecar
-from kogao_core.projects.project import Project, load, sha256_of
+from kogao_core.projects.edits import Edits
+from kogao_core.projects.project import Project, load
 from kogao_core.projects.results import Results
 
 from ...i18n import tr, translated
@@ -43,7 +45,7 @@ class Facts:
     rated: Rated = UNRATED
 
 
-def facts_of(path: Path, results: Results, edits: Path) -> Facts:
+def facts_of(path: Path, results: Results, edits: Edits) -> Facts:
     """Return the mark and the rating of a photo."""
     rating = UNRATED
     with suppress(OSError):  # opening the photo shows the reason
@@ -51,11 +53,11 @@ def facts_of(path: Path, results: Results, edits: Path) -> Facts:
     return Facts(_mark_of(path, results, edits), rating)
 
 
-def _mark_of(path: Path, results: Results, edits: Path) -> Mark:
+def _mark_of(path: Path, results: Results, edits: Edits) -> Mark:
     """Return the mark: result, edited, saved or doubtful; empty without edits."""
     if results.origin(path) is not None:
         return "result"
-    file, saved = sidecar.kept(path, edits), results.edits_of(path)
+    file, saved = edits.newest(path), results.edits_of(path)
     if file is None:
         return "saved" if saved else ""
     if sha256_of(file) in saved:
@@ -125,9 +127,9 @@ def _warning(project: Project, shares: Sequence[float]) -> str:
     return "\n".join(filter(None, why))
 
 
-def thumbnail(path: Path, side_px: int = THUMBNAIL_PX, edits: Path | None = None) -> QImage:
+def thumbnail(path: Path, side_px: int = THUMBNAIL_PX, edits: Edits | None = None) -> QImage:
     """Return a small upright picture of a photo with its edits; null for raw and damaged files."""
-    file = None if edits is None else sidecar.kept(path, edits)
+    file = None if edits is None else edits.newest(path)
     if file is not None:
         with suppress(BadFile):  # the reason is shown when the photo is opened
             project = load(file)

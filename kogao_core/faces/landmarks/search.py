@@ -20,7 +20,8 @@ SURE_SCORE: Final = 0.8  # score of a face that is certain
 # Faces smaller than this share of the long side suggest more faces too small for larger views.
 TILES_BELOW: Final = {2: 0.25, 4: 0.1}
 # Overlap of neighbouring tiles, as a share of their side. The finest show faces of a tenth or less.
-OVERLAP: Final = {2: 0.5, 4: 0.3}
+_LEAST_OVERLAP: Final = 0.3
+OVERLAP: Final[dict[float, float]] = {2: 0.5, 4: _LEAST_OVERLAP}
 LEAST_TILE_PX: Final = 96  # smallest useful side of a tile
 # Faces smaller than this share of the long side, and found with certainty, start a search nearby:
 # small faces often have neighbours.
@@ -93,6 +94,8 @@ def faces(
     for parts, share in TILES_BELOW.items():
         if min((one.box.side_px for one in found), default=0.0) < share * long_side:
             look(tiles[parts], TILE_SCORE)
+    if (parts_across := long_side / min(image.width, image.height)) > max(TILES_BELOW):
+        look(_tiles(image, parts_across), TILE_SCORE)  # squares as wide as a long, narrow photo
     if fit_in_company is not None:
         around = list(_around(found, COMPANY_BELOW * long_side))
         look(around, COMPANY_SCORE, fit_in_company)
@@ -189,12 +192,12 @@ def _turned(views: Sequence[Square]) -> list[Square]:
     return [Square(view.center_px, view.side_px, turn) for view in views for turn in turns]
 
 
-def _tiles(image: Pyramid, parts: int) -> list[Square]:
+def _tiles(image: Pyramid, parts: float) -> list[Square]:
     """Cover the image by squares of 1 / `parts` of its long side that overlap."""
     side = max(image.width, image.height) / parts
     if side < LEAST_TILE_PX:
         return []
-    step = side * (1.0 - OVERLAP[parts])
+    step = side * (1.0 - OVERLAP.get(parts, _LEAST_OVERLAP))
     rows, columns = _middles(image.height, side, step), _middles(image.width, side, step)
     return [Square(np.array([x, y]), side) for y in rows for x in columns]
 

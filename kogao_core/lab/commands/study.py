@@ -226,7 +226,7 @@ def _tell_made(folder: Path, pictures: int, faces: int) -> None:
 def _subject(path: Path, args: SimpleNamespace) -> Subject:
     photo = reading.read_photo(path, args.max_megapixels)
     (face,) = select(reading.find_faces(photo, args.landmarks, args.points), "largest")
-    return dataclasses.replace(making.subject(photo, face), sha256=reading.hash_of(path))
+    return dataclasses.replace(making.subject(photo, face), sha256=photo.sha256)
 
 
 @command.command("report")

@@ -94,7 +94,9 @@ def _keep(photo: Photo, pixels: Image, encode: Encode, path: Path) -> tuple[Chun
     if not reason and pixels.shape != photo.pixels.shape:
         reason = Text("its size or its colours have changed")
     if not reason and not photo.is_as_read:
-        reason = Text("{path} has changed since it was read", path=photo.path)
+        there = photo.path.exists()
+        changed = Text("{path} has changed since it was read", path=photo.path)
+        reason = changed if there else Text("{path} is gone", path=photo.path)
     if not reason:
         try:
             before, after = (as_stored(one, photo.orientation) for one in (photo.pixels, pixels))
@@ -118,7 +120,7 @@ def _keep(photo: Photo, pixels: Image, encode: Encode, path: Path) -> tuple[Chun
 JPEG: Final = FileFormat(
     name="JPEG",
     title="JPEG",
-    suffixes=(".jpg", ".jpeg"),
+    suffixes=(".jpg", ".jpeg", ".jfif", ".jpe", ".jif"),
     is_lossless=False,
     encode=_encode,
     layouts={"uint8": (1, 3)},

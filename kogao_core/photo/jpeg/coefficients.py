@@ -201,6 +201,7 @@ def _coded(coefficients: Coefficients, start: int, stop: int, file: Path) -> byt
         *(0, None, None, None, _OPTIMISE, 0 if coefficients.has_usual_codes else _EVERY_FLAG),
     )
     if not is_done:
+        file.write_bytes(bytes(sum(plane.nbytes for plane in planes)))  # raises with the reason
         raise CannotKeepBlocks(Text("its blocks can't be written"))
     written = file.read_bytes()
     file.unlink()
