@@ -9,6 +9,8 @@ from io import BufferedReader
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+import numpy as np
+
 from kogao_core.photo.jpeg import segments
 
 if TYPE_CHECKING:
@@ -33,7 +35,7 @@ def hashes_of(file: BufferedReader, photo: Photo) -> tuple[str, str]:
         digest.update(whole.encode())
     elif (coded := _CODED.get(photo.format)) is None:
         digest = hashlib.sha256(f"{photo.pixels.shape} {photo.pixels.dtype}".encode())
-        digest.update(photo.pixels.tobytes())
+        digest.update(np.ascontiguousarray(photo.pixels).data)
     else:
         file.seek(0)
         for piece in coded(file.read()):

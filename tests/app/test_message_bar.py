@@ -40,11 +40,11 @@ def dismiss(shown):
 
 @pytest.mark.usefixtures("read")
 def test_a_refusal_goes_with_the_next_step(opened, photo):
-    opened.editor.files.save(photo)
+    opened.save(photo)
     assert "never written over" in opened.say()
     opened.change_something()
     assert opened.say() == ""
-    opened.editor.files.save(photo)
+    opened.save(photo)
     assert "never written over" in opened.say()
     opened.editor.projects.save_to(photo.with_name("other.kogao.json"))
     opened.settle()
@@ -54,7 +54,7 @@ def test_a_refusal_goes_with_the_next_step(opened, photo):
 def test_what_came_a_moment_ago_goes_once_it_could_be_read(opened, photo, monkeypatch):
     """It is about a save that failed: it doesn't wait for one more step to come."""
     monkeypatch.setattr(bar, "UNREAD_MS", 10**9)
-    opened.editor.files.save(photo)
+    opened.save(photo)
     opened.change_something()
     assert "never written over" in opened.say()
     opened.window.bar._linger.setInterval(0)  # so long it takes to read, then
@@ -136,7 +136,7 @@ def test_an_experiment_that_needs_a_face_says_so_until_there_is_one(opened):
 
 def test_escape_closes_a_message_and_nothing_else(opened, photo):
     opened.key(Qt.Key.Key_Period, CONTROL)
-    opened.editor.files.save(photo)
+    opened.save(photo)
     opened.key(Qt.Key.Key_Escape)
     assert opened.say() == ""
     assert opened.editor.view.selected is not None
@@ -145,7 +145,7 @@ def test_escape_closes_a_message_and_nothing_else(opened, photo):
 
 
 def test_a_gesture_is_aborted_before_a_message_is_closed(opened, photo):
-    opened.editor.files.save(photo)
+    opened.save(photo)
     opened.editor.recipe.set_field("percent", 9.0)
     opened.key(Qt.Key.Key_Escape)
     assert opened.state.recipe.percent == 4.0
@@ -170,7 +170,7 @@ def covered(driver):
 def test_a_message_hides_no_face_where_there_is_room_elsewhere(start, source, photo, place):
     source.faces = [oval_face(center=place, size=0.4)]
     driver = start(photo)
-    driver.editor.files.save(photo)
+    driver.save(photo)
     assert "never written over" in driver.say()
     assert covered(driver) == [0.0]
     driver.window.resize(900, 620)
@@ -179,7 +179,7 @@ def test_a_message_hides_no_face_where_there_is_room_elsewhere(start, source, ph
 
 
 def test_a_message_moves_away_from_a_face_that_comes_under_it(opened, photo):
-    opened.editor.files.save(photo)
+    opened.save(photo)
     for move in ((0, -1), (0, 1)):
         for _ in range(12):
             middle = opened.canvas.viewport().rect().center()
@@ -194,7 +194,7 @@ def test_a_message_leaves_what_to_do_next_in_sight(start, photo):
     guide = driver.editor.both.guide
     left, top, width, height = driver.state.faces[0].box
     driver.canvas.look_at(QRectF(left, top, width, 2 * height))
-    driver.editor.files.save(photo)
+    driver.save(photo)
     assert guide.isVisible()
     assert driver.say()
     assert not driver.window.bar.geometry().intersects(guide.geometry())

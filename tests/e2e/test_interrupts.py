@@ -69,7 +69,7 @@ def fails_with(monkeypatch):
 
 
 def test_a_figure_that_cant_be_measured_is_a_warning(warns, small_portrait, tmp_path, fails_with):
-    fails_with("warping.measure", np.linalg.LinAlgError("SVD did not converge"))
+    fails_with("warping.find.measure", np.linalg.LinAlgError("SVD did not converge"))
     _, said = warns("warp", small_portrait, "-o", tmp_path / "out.jpg")
     assert "straight lines can't be measured: LinAlgError: SVD did not converge" in said
     photo.read(tmp_path / "out.jpg")

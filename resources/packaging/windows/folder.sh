@@ -25,9 +25,9 @@ folder() {
     for kind in purelib platlib; do [ ! -d "$one/$kind" ] || cp -r "$one/$kind/." "$site/"; done
     rm -r "$one"
   done
-  # Python: no TLS, no SQLite, no asyncio, no sounds. hashlib has codes of its own.
+  # Python: no TLS, no asyncio, no sounds. hashlib has codes of its own.
   gone "$runtime" python.exe pythonw.exe 'python*._pth' python.cat '_ssl.pyd' 'libssl*' 'libcrypto*' \
-    _hashlib.pyd sqlite3.dll _sqlite3.pyd winsound.pyd _overlapped.pyd _asyncio.pyd
+    _hashlib.pyd winsound.pyd _overlapped.pyd _asyncio.pyd
   gone "$site" '*.dist-info/RECORD' 'click/*.pyi'
   find "$site" \( -name '*.pyi' -o -name '*.lib' -o -name '*.pdb' -o -name '*.exp' -o -name '*.h' \
     -o -name '*.pxd' -o -name '*.pyx' -o -name py.typed \) -not -path '*/kogao_*' -delete
