@@ -183,13 +183,16 @@ class Edits:
                     _Row(key, made, SavedEdits(place, path, place.stat().st_mtime_ns), True)
                 )
         ours = [row for row in here if not names or row.picture in names or not row.picture]
-        if names and all(row.is_moved for row in ours):
+        if names:
+            is_new = all(row.is_moved for row in ours)
+            # Size 0: saved while the photo was missing, so for the picture wherever it is.
+            condition = _among("picture", names) + ("" if is_new else " AND size = 0")
             ours += [
                 row
-                for row in self._rows(_among("picture", names), *names)
+                for row in self._rows(condition, *names)
                 if row.path != key and not self._is_there(row.edits.photo, names)
             ]
-            ours += self._renamed(path, names)
+            ours += self._renamed(path, names) if is_new else ()
         ours = sorted(filter(_Row.is_whole, ours), key=lambda row: row.edits.saved_ns)
         for row in reversed(ours):
             if (edits := self._restored(row, ours)) is not None:
