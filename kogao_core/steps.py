@@ -1,9 +1,9 @@
 """From faces and a recipe to a displacement field: three steps of the paper, seven additions.
 
 Each step takes a `WarpDraft` and returns a draft with more results. `STEPS` lists the steps in
-their order. The paper's are `targets`, `lattice` and `domain`. The recipe `PAPER` skips the other
-seven: they return the draft unchanged. To add a step, write its mathematics in a module of
-`additions`, a function here, and a line in `STEPS`.
+their order. The paper's are `targets`, `lattice` and `domain`. With the recipe `PAPER` the other
+seven have no effect on the picture; brush strokes, which are no part of a recipe, do. To add a
+step, write its mathematics in a module of `additions`, a function here, and a line in `STEPS`.
 """
 
 from __future__ import annotations
@@ -123,7 +123,7 @@ def edge(draft: WarpDraft) -> WarpDraft:
 
 
 def heads(draft: WarpDraft) -> WarpDraft:
-    """Move the whole head along, or room beside the outline; give way to heads in front."""
+    """Move the whole head, or make room beside the outline; give way to heads in front."""
     fields = head_fields(
         draft.corrected_faces,
         [pair.started for pair in draft.pairs],
@@ -183,7 +183,7 @@ class Step(NamedTuple):
 
     stage: str  # key of `pipeline.STAGES` to which the step's time is added
     apply: Callable[[WarpDraft], WarpDraft]
-    section: str = ""  # of the paper; empty for an addition, which `PAPER` skips
+    section: str = ""  # of the paper; empty for an addition, without effect for `PAPER`
 
 
 STEPS: Final = (

@@ -9,6 +9,7 @@ import shlex
 import sys
 import traceback
 from collections.abc import Sequence
+from contextlib import suppress
 
 import click
 
@@ -73,10 +74,11 @@ def run(arguments: Sequence[str] | None) -> int:
 
 
 def _unforeseen(error: Exception) -> int:
-    from kogao_core.additions.limits import OutOfBounds  # loads numpy
+    with suppress(ImportError):  # of numpy, which may be the error
+        from kogao_core.additions.limits import OutOfBounds
 
-    if isinstance(error, OutOfBounds):
-        return _end(translated(error), USAGE)
+        if isinstance(error, OutOfBounds):
+            return _end(translated(error), USAGE)
     if os.environ.get(DEBUG):
         traceback.print_exception(error)
     if isinstance(error, MemoryError):

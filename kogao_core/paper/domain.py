@@ -92,9 +92,10 @@ def reduce(
 ) -> Domain:
     """Select the cells to resample. No pixel outside the selected cells changes.
 
-    ``control-points`` keeps the 4 x 4 cells that each non-zero control point reaches; the 3 x 3
-    cells of section 4.1 leave a seam. ``threshold`` keeps cells in which a pixel could move by
-    more than T, after large cells are refined.
+    ``control-points`` (figure 12) keeps the 4 x 4 cells that each non-zero control point reaches.
+    Section 4.1 takes 3 x 3 control points, which leaves a seam (`docs/decisions/04`).
+    ``threshold`` keeps cells in which a pixel could move by more than T, after large cells are
+    refined.
     """
     match name:
         case "image" | "control-points":

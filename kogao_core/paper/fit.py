@@ -43,9 +43,10 @@ class Problem:
 
 
 def spacing_px(ratio: float, distance_px: float, least_px: float = 0.0) -> float:
-    """Return the lattice spacing h = R x distance, px (section 3.3).
+    """Return the lattice spacing h = R x distance, px (section 3.3, figures 8 and 11).
 
-    The paper takes the warp distance. Result: at least `MIN_SPACING_PX` and `least_px`.
+    The paper names two distances: the warp distance and the landmark spacing. `PAPER` takes the
+    landmark spacing (`docs/decisions/03`). Result: at least `MIN_SPACING_PX` and `least_px`.
     """
     return max(MIN_SPACING_PX, least_px, ratio * distance_px)
 
@@ -85,7 +86,8 @@ def approximate(problem: Problem) -> Lattice:
     """B-spline approximation, eqs. (3) and (4).
 
     Eq. (3) as printed sums over k and l. The source, Lee, Wolberg and Shin (1997), gives every
-    landmark c an own ``phi_c = w_c z_c / sum w_ab^2``. Landmarks that share a control point give
+    landmark c an own ``phi_c = w_c z_c / sum w_ab^2``, with its displacement z and the weights w of
+    the 4 x 4 control points around it. Landmarks that share a control point give
     ``phi = sum w_c^2 phi_c / sum w_c^2``, which minimises eq. (4). Result: close to the
     displacements, but not equal where landmarks share control points.
     """

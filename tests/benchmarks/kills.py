@@ -95,7 +95,7 @@ def save_for_ever(folder: Path, seed: int) -> None:
 
 def change_in_place(path: Path, rng: Rng) -> None:
     """Write over a photo once or twice, as an editor does, or restore it."""
-    store = Originals(path.parent / "store")
+    store = Originals(path.parent / "data" / "store")
     if rng.random() < 0.3:
         with contextlib.suppress(NoOriginal):  # nothing was changed yet
             store.restore(path)
@@ -111,7 +111,7 @@ def unreadable(folder: Path) -> list[str]:
     """Return which photos and projects in a folder are no longer whole."""
     found = []
     for path in sorted(folder.rglob("*.*")):
-        if is_temporary(path) or path.suffix == ".jsonl" or {"aside", "store"} & {*path.parts}:
+        if is_temporary(path) or path.suffix == ".jsonl" or {"aside", "data"} & {*path.parts}:
             continue
         try:
             if path.suffix == ".json":
@@ -130,7 +130,7 @@ def harm(folder: Path) -> list[str]:
         path = folder / kept.name
         if path.read_bytes() == kept.read_bytes():
             continue
-        in_child(lambda path=path: Originals(folder / "store").restore(path))
+        in_child(lambda path=path: Originals(folder / "data" / "store").restore(path))
         if path.read_bytes() != kept.read_bytes():
             found.append(f"{kept.name} doesn't come back")
     for kept in (folder / "aside").glob("source*"):
