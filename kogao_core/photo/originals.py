@@ -20,6 +20,7 @@ from kogao_core.base.index import Index, IndexTable, Row, locked
 from kogao_core.base.installed import data_folder
 from kogao_core.base.json_reader import BadFile, parse
 from kogao_core.base.language import Text
+from kogao_core.photo.picture import sha256_of
 
 LIMIT_BYTES: Final = 10**10
 """Default size limit of the store."""
@@ -384,4 +385,4 @@ def _sha256(pieces: Chunks) -> str:
 
 def _hash_of(place: Path) -> str:
     """Return the SHA-256 of a file, or "" if there is none."""
-    return _sha256([place.read_bytes()]) if place.is_file() else ""
+    return sha256_of(place) if place.is_file() else ""
