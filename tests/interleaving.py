@@ -125,9 +125,10 @@ class Interleaving:
         if self._needs_recovery() and self._disk.mode["recovery"] != "quick":
             return
         wanted = (self._books.name, self._books.work) if self._books.name else None
-        if wanted and self._editor.saver.busy and wanted not in self._kept():
+        is_writing = self._editor.saver.busy
+        if wanted and is_writing and wanted not in self._kept():
             return  # an older state may be put in place of this one at this very moment
-        if self._needs_recovery():
+        if wanted and (is_writing or self._needs_recovery()):
             self._books.owed.append((self._books.name, self._books.work))
             self._left.pop(self._books.name, None)
         elif self._books.name:
@@ -257,7 +258,7 @@ class Interleaving:
             if last is not None and not (
                 _as_if_sought(books.work, last) == last or (books.name, last) in books.owed
             ):
-                raise Lost(f"{last} of {books.name} isn't there when it is opened again")
+                raise Lost(f"{books.name} is opened again with {books.work} instead of {last}")
             self.counts["reopened"] += last is not None
             if synced is not None and last is not None:
                 signs = [sign_of(state) for state in steps.states]
