@@ -217,10 +217,8 @@ class Projects(Feature):
         self._saver.save(file, write, lambda *_: None, failed, then, holds="all")
 
     def _know(self, opened: Opened) -> None:
-        """Store the stamps of the files for the edits, unless the edits come from elsewhere."""
-        file = None if opened.work is None else opened.work.file
-        if file is None or file in opened.stamps:
-            self._stamps |= opened.stamps
+        """Store the stamps of the files for the edits."""
+        self._stamps |= opened.stamps
 
     def adopt(self, path: Path) -> bool:
         """Accept files that this program wrote for the open photo; return True for a new file."""

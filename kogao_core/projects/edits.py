@@ -178,10 +178,7 @@ class Edits:
         files = {row.edits.file for row in here}
         for place in (beside, own_place(path, self.folder)):
             if place not in files and place.is_file():
-                made = _picture_of(place) if names else ""
-                here.append(
-                    _Row(key, made, SavedEdits(place, path, place.stat().st_mtime_ns), True)
-                )
+                here.append(self._unlisted(place, path, _picture_of(place) if names else ""))
         ours = [row for row in here if not names or row.picture in names or not row.picture]
         if names:
             is_new = all(row.is_moved for row in ours)
@@ -206,8 +203,13 @@ class Edits:
         for file in path.parent.glob(f"*{SUFFIX}"):
             photo = file.with_name(file.name.removesuffix(SUFFIX))
             if not photo.exists() and (made := _picture_of(file)) in names:
-                edits = SavedEdits(file, photo, file.stat().st_mtime_ns)
-                yield _Row(_key(photo), made, edits, True)
+                yield self._unlisted(file, photo, made)
+
+    def _unlisted(self, file: Path, photo: Path, made: str) -> _Row:
+        """Return the edits in a file that isn't listed here: written elsewhere, or moved since."""
+        moved = self._rows("picture = ? AND stamp = ?", made, _stamp(file))
+        saved_ns = max((row.edits.saved_ns for row in moved), default=file.stat().st_mtime_ns)
+        return _Row(_key(photo), made, SavedEdits(file, photo, saved_ns, bool(moved)), True)
 
     def _restored(self, row: _Row, others: list[_Row]) -> SavedEdits | None:
         """Return the edits of a row, in the user's folder if their file is gone or replaced."""

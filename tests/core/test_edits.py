@@ -108,6 +108,18 @@ def test_nothing_goes_below_the_mount_point_of_a_missing_drive(edits, photo):
     assert edits.find(photo, read(photo)).other.file == sidecar_of(photo), "written elsewhere"
 
 
+@pytest.mark.parametrize("renames", ["folder", "file"])
+def test_own_edits_in_both_places_stay_own_when_the_photo_moves(edits, photo, renames):
+    edits.keep(project(photo, 5.0), photo)
+    if renames == "folder":
+        photo = photo.parent.rename(photo.parent.with_name("moved")) / photo.name
+    edits.keep(project(photo, 6.0), photo, beside=False)
+    if renames == "file":
+        photo = photo.rename(photo.with_name("b.png"))
+    assert percent(edits, photo) == 6.0
+    assert edits.find(photo, read(photo)).other is None, "written here: nothing to ask"
+
+
 def test_edits_survive_the_loss_of_their_file_and_of_the_index(edits, photo):
     edits.keep(project(photo, 5.0), photo)
     sidecar_of(photo).unlink()

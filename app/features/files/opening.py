@@ -100,7 +100,10 @@ def _with_edits(
 ) -> Opened:
     """Return a photo that was read, with its edits. Raises BadFile."""
     edits, path, other, foreign = storage.edits, photo.path, None, None
-    stamps = {} if afresh else stamps_of(places_of(path, edits))
+    places = [] if afresh else places_of(path, edits)
+    if work is not None and work.file not in (None, *places):
+        places = []  # a project that was chosen elsewhere replaces no edits unasked
+    stamps = stamps_of(places)
     found = Found() if work or afresh else edits.find(path, photo)
     if found.edits is not None:
         work = earlier_work(found.edits, path)
