@@ -151,7 +151,7 @@ def _corners(value: str) -> list[list[float]]:
     common.writes_json,
 )
 @options.discloses
-@words.option("--force", is_flag=True, help="Overwrite an existing output, even IN")
+@words.option("--force", is_flag=True, help="Overwrite an existing output")
 @words.loads("kogao_core.cli.warp:run")
 def warp() -> None:
     """Make the faces in a photo smaller and save the result.

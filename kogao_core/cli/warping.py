@@ -210,13 +210,11 @@ def _checked_output(path: Path, options: WarpOptions, export: Export) -> Path | 
     output: Path | None = options.output
     if output is None:
         raise ending.Stop(Text("no output given; use -o FILE or --in-place"))
-    if output.exists() and path.exists() and output.samefile(path) and not options.force:
+    if os.path.exists(output) and path.exists() and output.samefile(path):
         raise ending.Stop(
-            Text(
-                "{output} is the input photo; choose another output or use --force",
-                output=output,
-            )
-        )
+            Text("{output} is the input photo; choose another output or use --in-place",
+                 output=output)
+        )  # fmt: skip
     with _writing():
         check_output(output, force=True)
     common.check_free(output, options.force)

@@ -6,7 +6,6 @@ import dataclasses
 import errno
 import io
 import os
-import shutil
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -69,11 +68,10 @@ def write(
     path : path
         ``.jpg``, ``.jpeg``, ``.png``, ``.tif``, ``.tiff``, ``.webp`` or ``.avif``.
     force : bool
-        Overwrite an existing file. If the file is the photo itself, a backup
-        ``NAME.original.jpg`` is created first.
+        Overwrite an existing file, but never the photo itself.
     before : callable, optional
-        Called with the new file content just before the file is replaced. The callback must back up
-        the existing file; no ``NAME.original.jpg`` is created.
+        Called with the new file content just before the file is replaced. The file may then be the
+        photo itself; the callback must back it up.
     quality : int, optional
         Re-encode the whole picture. JPEG and WebP use this quality, 1 to 100; 0 uses the source's
         quality. 16-bit pixels are reduced to 8 bits if the format needs 8 bits.
@@ -87,7 +85,8 @@ def write(
     Raises
     ------
     RefusedOutput
-        If the file exists and `force` isn't set, or the format can't store these pixels.
+        If the file exists and `force` isn't set, the file is the photo itself, or the format can't
+        store these pixels.
     CannotWrite
         If the folder is missing or not writable, or the disk is full.
 
@@ -111,6 +110,11 @@ def write(
     check_image(pixels)
     path = Path(path)
     name = check_output(path, force=force)
+    is_itself = os.path.exists(path) and photo.path.exists() and path.samefile(photo.path)
+    if is_itself and before is None:
+        raise RefusedOutput(
+            Text("{path} is the photo itself; choose another name, or save in place", path=path)
+        )
     if not formats.BY_NAME[name].holds_hdr and name != photo.format:
         photo, pixels = profiles.tone_mapped(photo, pixels)
     if quality is not None and pixels.dtype == np.uint16 and bits_of(path) == 8:
@@ -150,9 +154,6 @@ def write(
             note = _worth_knowing(photo, pixels, form, kept, is_export=quality is not None)
         if before is not None:
             before(pieces)
-        elif path.exists() and photo.path.exists() and path.samefile(photo.path):
-            there = Text("original copied to {file}", file=_backed_up(path))
-            note = Text.joined("; ", [there, note])
         # Check again just before the rename: another program may have created the file.
         atomic_write(pieces, path, lambda: check_output(path, force=force))
         return note
@@ -172,23 +173,13 @@ def write(
         ) from error
 
 
-def _backed_up(path: Path) -> Path:
-    """Copy a photo to ``NAME.original.EXT`` in the same folder. Keep an existing backup."""
-    target = Path(os.path.realpath(path))
-    backup = target.with_name(f"{target.stem}.original{target.suffix}")
-    if not backup.exists():
-        atomic_write(target.read_bytes(), backup, like=target)
-        shutil.copystat(target, backup)
-    return backup
-
-
 def check_output(path: str | os.PathLike[str], *, force: bool = False) -> str:
     """Check an output path. Return the name of the format, from the file extension.
 
     Raises RefusedOutput, CannotWrite.
     """
     path = Path(path)
-    if path.is_dir():
+    if os.path.isdir(path):
         raise RefusedOutput(Text("{path} is a folder; name a file inside it", path=path))
     form = FORMATS.get(path.suffix.lower())
     if form is None:
@@ -213,7 +204,7 @@ def check_output(path: str | os.PathLike[str], *, force: bool = False) -> str:
                 reason=system_reason(error),
             )
         ) from None
-    if path.exists() and not force:
+    if os.path.exists(path) and not force:
         raise RefusedOutput(
             Text("{path} exists; choose another name, or force=True to replace it", path=path)
         )
