@@ -221,6 +221,8 @@ def record(
         except BlockingIOError:
             busy = Text("another export into this folder is running")
             raise FileExistsError(errno.EAGAIN, busy, str(report)) from None
+        except OSError:
+            pass  # a user's folder that is read-only holds no lock
         lines, made = opened.enter_context(appended(report)), list[str]()
         for outcome in outcomes:
             lines.write(outcome.to_json().encode() + b"\n")

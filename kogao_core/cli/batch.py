@@ -59,8 +59,8 @@ def run(args: SimpleNamespace) -> int:
     progress = _Progress(len(tasks))
     with ending.refusing(
         lambda reason: Text(
-            "the report {report} can't be written ({reason}); free some space or choose another "
-            "file, then run the batch again to resume",
+            "the report {report} can't be written ({reason}); mend that, or choose another file "
+            "with --report, then run the batch again to resume",
             report=report,
             reason=reason,
         )

@@ -63,6 +63,13 @@ def test_a_second_batch_into_one_folder_is_told(photo, tmp_path):
     recorded([], out / batch.REPORT, tmp_path)
 
 
+def test_a_user_folder_that_cannot_be_written_stops_no_batch(photo, tmp_path):
+    (tmp_path / "data").write_bytes(b"no folder, as if read-only")
+    out = tmp_path / "out"
+    recorded(iter([outcome(photo, out / "1.jpg")]), out / batch.REPORT, tmp_path)
+    assert "1.jpg" in (out / batch.REPORT).read_text()
+
+
 def test_a_photo_replaced_while_it_is_in_work_is_not_done(photo, tmp_path, monkeypatch):
     def late(*_):
         Image.fromarray(textured_photo(120, 90, seed=3)).save(photo)
