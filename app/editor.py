@@ -126,6 +126,7 @@ class Editor(QObject):
         self.presets = Presets(context, self.recipe)
         self.match = MatchRetouch(context, self.strip, self.presets)
         self.manual = Manual(context, self.points)
+        self.files.settle = self.manual.settle
         self.batch = Batch(context, self.landmarks, self.save_options, self.strip, self.saver)
         self.exporting = Exporting(context, self.files, self.strip, self.batch, self.save_options)
         methods = self._add_experiments(context) if has_laboratory() else None
