@@ -101,6 +101,7 @@ MENUS: Final = (
             "Apply the open photo's settings",
             photo=True,
         ),
+        Item("auto-sync", "Auto sy&nc", "Ctrl+Alt+A", "Apply each change to selected photos"),
         "presets",
         None,
         Item("preferences", "Pre&ferences…", "Ctrl+,", "Language, theme, defaults, folders"),
