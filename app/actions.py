@@ -101,8 +101,10 @@ MENUS: Final = (
             "Apply the open photo's settings",
             photo=True,
         ),
+        Item("auto-sync", "Auto sy&nc", "Ctrl+Alt+A", "Apply each change to selected photos"),
         "presets",
         None,
+        Item("kept", "&What Kogao keeps…", "Ctrl+Alt+K", "List and delete stored data"),
         Item("preferences", "Pre&ferences…", "Ctrl+,", "Language, theme, defaults, folders"),
     ),
     Menu(

@@ -233,7 +233,7 @@ class Document(QObject, Watched):
         # Before the first undo step: the detected faces, or the saved project.
         self.base = self.state
         # The saved state when the photo was opened.
-        self._opened_as = self.base
+        self.opened_as = self.base
         self._saved = self.base.work
         self._savings: list[Saving] = []
         self._text = self._change = ""
@@ -315,9 +315,9 @@ class Document(QObject, Watched):
             step = self.undo.command(index)
             assert isinstance(step, ReplaceState)
             step.before, step.after = more(step.before), more(step.after)
-        opened_work, self._opened_as = self._opened_as.work, more(self._opened_as)
+        opened_work, self.opened_as = self.opened_as.work, more(self.opened_as)
         if self._saved is opened_work:
-            self._saved = self._opened_as.work
+            self._saved = self.opened_as.work
         self.base, self.committed = more(self.base), more(self.committed)
         self.state = more(self.state)
         self._tell()
@@ -331,7 +331,7 @@ class Document(QObject, Watched):
                 for before, after, text in zip(states, states[1:], steps.texts, strict=False):
                     self.undo.push(ReplaceState(self, before, after, text))
                 self.undo.setIndex(steps.index)
-            self.state = self.committed = self._opened_as = states[steps.index]
+            self.state = self.committed = self.opened_as = states[steps.index]
             self._saved = self.committed.work
             self.undo.indexChanged.emit(steps.index)
         self._tell()
@@ -390,7 +390,7 @@ class Document(QObject, Watched):
 
     def _begin(self, state: State) -> None:
         state = self._of_photo(state)
-        self.state = self.committed = self.base = self._opened_as = state
+        self.state = self.committed = self.base = self.opened_as = state
         self._saved = state.work
         self.undo.clear()
 

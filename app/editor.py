@@ -28,6 +28,7 @@ from .features.files.watch import Watch
 from .features.groups import Groups
 from .features.help import Documentation
 from .features.history import History
+from .features.kept import KeptFeature
 from .features.landmarks import LandmarkSources
 from .features.manual import Manual
 from .features.overlays import Marks, Overlays, Surroundings
@@ -126,6 +127,7 @@ class Editor(QObject):
         self.presets = Presets(context, self.recipe)
         self.match = MatchRetouch(context, self.strip, self.presets)
         self.manual = Manual(context, self.points)
+        self.files.settle = self.manual.settle
         self.batch = Batch(context, self.landmarks, self.save_options, self.strip, self.saver)
         self.exporting = Exporting(context, self.files, self.strip, self.batch, self.save_options)
         methods = self._add_experiments(context) if has_laboratory() else None
@@ -139,6 +141,7 @@ class Editor(QObject):
         self.marks = Marks(context, self.recipe, self.files, self.points, self.overlays)
         self.history = History(context)
         self.commands = Commands(context)
+        self.kept = KeptFeature(context)
         self.documentation = Documentation(context)
         self.speech = Speech(context, self.points, self.recipe, self.faces, self.history)
 

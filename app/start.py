@@ -118,6 +118,7 @@ def _edit(
     else:
         editor.recent.begin()
     editor.recovery.look()
+    editor.sync.look()
     code = app.exec()
     if options.edit:
         return code or editor.errand.code

@@ -137,6 +137,7 @@ class ViewState(Watched):
     hovered: Handle | None = None
     selected: Handle | None = None
     placing: int | None = None  # the face being placed
+    unapplied: bool = False  # True while points set by hand wait for *Apply*
     face: int | None = None  # the selected face; None: settings apply to the photo
     also: frozenset[int] = frozenset()  # further selected faces
     marking: bool = False  # True while a press on the photo adds a landmark
@@ -178,6 +179,11 @@ class ViewState(Watched):
     def marks(self, face: int) -> bool:
         """Return whether the marks of a face are shown if the overlays are enabled."""
         return self.pointed is None or face in self.pointed
+
+    @property
+    def shows_original(self) -> bool:
+        """Whether the picture is the original: points are set on the photo as it was."""
+        return self.original or self.unapplied or self.placing is not None
 
     @property
     def state(self) -> State:

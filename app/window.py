@@ -328,6 +328,11 @@ class Stage(QWidget):
         # Messages stay on top of a view that is added later.
         view.lower()
 
+    def put_last(self, view: Viewport) -> None:
+        """Move a view to the right of the others."""
+        if self._row.indexOf(view) < self._row.count() - 1:
+            self._row.addWidget(view, 1)
+
     def show_below(self, widget: QWidget) -> None:
         """Overlay a widget on the lower edge of the views; messages don't cover the widget."""
         self._below.append(widget)

@@ -65,7 +65,7 @@ class PhotoItem(pg.GraphicsObject):
         widget: QWidget | None = None,
     ) -> None:
         """Paint the original, the difference or the result, per `ViewState`."""
-        if self._view.original:
+        if self._view.shows_original:
             self.draw_original(painter)
         elif self._view.compare == "difference":
             self._draw_difference(painter)

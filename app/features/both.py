@@ -10,9 +10,11 @@ from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QWidget
 
 from kogao_core.faces.targets import Differences, differences, matching
+from kogao_core.photo import Photo
 from kogao_core.pipeline import Rendering
 from kogao_core.projects.project import Mode
 
+from ..ahead import FaceSearch
 from ..canvas.tools import marking
 from ..canvas.viewport import OtherModeView
 from ..document import State
@@ -100,6 +102,7 @@ class BothModes(Feature):
         self._compared: tuple[FaceCompared, ...] = ()
         self._computing_s: dict[Mode, float] = {}
         self._lane = self.lane(self._take, self._not_drawn)
+        self._timing = self.lane(self._timed, lambda _: None)
         self.beside = OtherModeView(self.window.canvas)
         self.window.stage.add_view(self.beside)
         self.here = QLabel(self.window.canvas)
@@ -122,11 +125,12 @@ class BothModes(Feature):
         self.view.watch(self._measure, "full")
         manual.changed.connect(self._follow)
         self._clock.ticked.connect(self._show_times)
-        self._faces.found.connect(lambda _: self._show_times())
+        self._faces.found.connect(lambda _: self._time_search())
         self._show_views()
 
     def _arrange(self, workspace: Workspace) -> None:
         self._on, self._followed = self.name in workspace.panels, ()
+        self._time_search()
         self._show_views()
         # Other workspaces have one listener less.
         if self._on and not self._listens:
@@ -152,6 +156,7 @@ class BothModes(Feature):
         if not self._on or self._surface is None:
             return
         state, beside = self.document.state, self.beside
+        self.window.stage.put_last(beside if state.mode == "automatic" else self.window.canvas)
         self.here.setText(title_of(state.mode))
         self.here.adjustSize()
         beside.plate.setText(title_of(state.other_mode))
@@ -204,6 +209,20 @@ class BothModes(Feature):
             times = setting_s[mode], self._computing_s.get(mode)
             cold = self._faces.finding_was_cold if mode == "automatic" else None
             self.panel.show_times(mode, *(times if there else (None, None)), cold)
+
+    def _time_search(self) -> None:
+        """Search for the faces of saved edits again, for the setting time only."""
+        photo, faces = self.document.photo, self._faces
+        if self._on and photo is not None and faces.finding_s is None and not faces.busy:
+            search = faces.search()
+            self._timing.submit(lambda: (photo, search, search.run(photo)))
+        self._show_times()
+
+    def _timed(self, ran: tuple[Photo, FaceSearch, object]) -> None:
+        photo, search, _ = ran
+        if photo is self.document.photo and self._faces.finding_s is None:
+            self._faces.finding_s, self._faces.finding_was_cold = search.took_s, search.cold
+            self._show_times()
 
     def _not_drawn(self, problem: Exception) -> None:
         text = tr("The two modes can't be compared ({why}).", why=reason(problem))

@@ -271,6 +271,7 @@ class FacesPanel(QWidget):
             tr("by hand"),
             tr("lens: {n:.1f} %", n=88.8),
             tr("check"),
+            tr("in part"),
             *_doubts().values(),
         )
         text = max(map(self.list.fontMetrics().horizontalAdvance, words))
@@ -360,8 +361,8 @@ def _caption(index: int, face: Face, verdict: Verdict) -> list[str]:
     by_hand = face.source == "manual"
     score = tr("by hand") if by_hand else tr("{n:.0f} %", n=100 * face.score)
     doubted = [] if verdict.reason is None else [_doubts()[verdict.reason]]
-    if verdict.look_at:
-        doubted = [tr("check")]
+    if verdict.why and not doubted:
+        doubted = [tr("check") if verdict.look_at else tr("in part")]
     own = [] if face.recipe is None else [tr("amount: {n:g} %", n=face.recipe.percent)]
     return [tr("Face {n}", n=index + 1), score, *doubted, *own]
 
@@ -390,7 +391,7 @@ def _tip(index: int, verdict: Verdict) -> str:
     """Return the tooltip of a row: usage, the reason for switching off, or a warning."""
     if verdict.reason is None:
         tip = tr("Face {n}: select to change it alone, uncheck to leave it as it is", n=index + 1)
-        return f"{tip}\n{sentence(verdict.why)}" if verdict.look_at else tip
+        return f"{tip}\n{sentence(verdict.why)}" if verdict.why else tip
     return tr(
         "Face {n} starts switched off: {why}. Check it to make it smaller all the same.",
         n=index + 1,

@@ -56,6 +56,11 @@ def add(settings: QSettings, path: Path) -> None:
     settings.setValue(_KEY, [str(p) for p in (path, *others)][:_MOST])
 
 
+def remove(settings: QSettings, path: Path) -> None:
+    """Take a photo off the list."""
+    settings.setValue(_KEY, [str(p) for p in paths(settings) if p != path])
+
+
 class EmptyState(QFrame):
     """The start page: buttons, recent folders and recent photos."""
 

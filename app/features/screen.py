@@ -107,7 +107,9 @@ class Hints(Feature):
         self._quiet = False
         self.window.arranged.connect(self._arrange)
         self.window.canvas.view_changed.connect(self._show)
-        self.view.watch(self._show, "brush", "marking", "placing", "face", "following", "frame")
+        self.view.watch(
+            self._show, "brush", "marking", "unapplied", "placing", "face", "following", "frame"
+        )
         self.document.watch(self._show, "faces", "draft", "mode")
 
     def _arrange(self, workspace: Workspace) -> None:
@@ -127,6 +129,9 @@ class Hints(Feature):
             return marking.next_hint(view.state)
         if not faces:
             return ""
+        if view.unapplied:
+            key = self.actions["apply"].shortcut().toString()
+            return tr("Apply ({key}) shows the result", key=key)
         if view.placing is not None:
             return tr("Drag the frame onto the face; a corner turns and sizes it")
         if len(faces) > 1 and view.face is None:

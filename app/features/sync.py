@@ -2,28 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+import hashlib
+from collections.abc import Collection, Mapping
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Final
+from typing import Any, Final, Literal
 
 from PySide6.QtCore import QTimer
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QMenu
 
 from kogao_core.base.geometry import Box
+from kogao_core.base.index import locked
 from kogao_core.base.wording import printable
 from kogao_core.faces.face import Face
 from kogao_core.photo import read
+from kogao_core.photo.picture import sha256_of
 from kogao_core.projects import sidecar
+from kogao_core.projects.acts import ActPhoto, Acts
 from kogao_core.projects.edits import Edits, SavedEdits
-from kogao_core.projects.project import Project, load
-from kogao_core.recipe.recipe import SETTINGS, SHAPE, Recipe
+from kogao_core.projects.project import Project, load, to_bytes
+from kogao_core.recipe.recipe import SETTINGS, SHAPE, VERSION, Recipe
 
 from ..ahead import FaceSearch
-from ..document import State, UndoSteps
-from ..i18n import reason, tr, tr_count
+from ..document import ReplaceState, State, UndoSteps
+from ..i18n import bare, reason, tr, tr_count
+from ..widgets.messages import BarAction
 from .faces import Faces
 from .feature import Context, Feature
 from .files import history
@@ -34,6 +40,8 @@ from .strip import Strip
 from .strip.facts import Preview, Sample
 
 _GROUPS: Final = "sync/groups"
+_NOT_AT_FIRST: Final = "lens"  # groups that are copied only once they are ticked
+Outcome = Literal["new", "edited", "newer"]  # a photo without, with, and with newer edits
 
 
 def groups() -> dict[str, tuple[str, frozenset[str]]]:
@@ -57,6 +65,11 @@ class Settings:
     recipe: Recipe
     names: frozenset[str]
 
+    @staticmethod
+    def of(values: Mapping[str, Any]) -> Settings:
+        """Return the settings that an act stores. Raises ValueError."""
+        return Settings(Recipe.from_dict({"version": VERSION, **values}), frozenset(values))
+
     def onto(self, recipe: Recipe) -> Recipe:
         """Return another photo's recipe with the copied fields."""
         return replace(recipe, **{name: getattr(self.recipe, name) for name in self.names})
@@ -75,8 +88,9 @@ class Settings:
 class Sync(Feature):
     """Applies settings to the selected photos, and shows their thumbnails with them before.
 
-    Each photo gets one undo step. While photos are selected, each change of the open photo's
-    settings is drawn into their thumbnails; photos with a warning get a ring.
+    Each photo gets one undo step, and the open photo one for all of them. While photos are
+    selected, each change of the open photo's settings is drawn into their thumbnails; photos with
+    a warning get a ring.
     """
 
     def __init__(
@@ -84,9 +98,19 @@ class Sync(Feature):
     ) -> None:
         super().__init__(context)
         self._strip, self._faces, self._projects = strip, faces, projects
-        self._waiting: list[Path] = []
+        self._store = Acts(self.storage.data)
+        self._acts: list[tuple[int, bool]] = []  # that wait, and whether to apply or undo them
+        self._act: int | None = None  # under way
+        self._wanted, self._waiting = True, list[ActPhoto]()
         self._total = self._failed = self._edited = 0
-        self._settings = Settings(Recipe(), frozenset())
+        self._newer: list[str] = []
+        # The acts of the open photo by index and text of their undo steps.
+        self._steps: dict[tuple[int, str], int] = {}
+        self._base, self._index = self.document.base, 0
+        self._knowing = self.lane(self._known, lambda _: None)
+        self._lock, self._lock_place = ExitStack(), (self.storage.data / "locks", "sync")
+        self.document.undo.indexChanged.connect(self._cross)
+        self.document.opened.connect(self._know)
         # On the thread that saves edits: a photo that was just left is saved before.
         self._syncing = self.lane(self._synced, self._not_synced, saver.edits_thread)
         self._samples: dict[Path, Sample | None] = {}
@@ -96,8 +120,13 @@ class Sync(Feature):
         self._drawing = self.lane(self._drawn, self._not_drawn)
         self.action = self.bind("give-settings", self.start)
         strip.film.addAction(self.action)
+        self.auto = self.bind("auto-sync", checked=False)
         self.menu = QMenu(tr("Settings to sync"), self.window)
         self._groups = {name: self._group(name, title) for name, (title, _) in groups().items()}
+        self.menu.addSeparator()
+        self.menu.addAction(self.auto)
+        self.auto.toggled.connect(self._name_groups)
+        self._name_groups()
         strip.panel.offer_sync(self.action, self.menu)
         strip.film.itemSelectionChanged.connect(self._select)
         self.document.opened.connect(self._select)
@@ -106,7 +135,7 @@ class Sync(Feature):
     def _group(self, name: str, title: str) -> QAction:
         action = self.menu.addAction(title)
         action.setCheckable(True)
-        off = str(self.settings.value(_GROUPS, "")).split(",")
+        off = str(self.settings.value(_GROUPS, _NOT_AT_FIRST)).split(",")
         action.setChecked(name not in off)
         action.toggled.connect(self._choose_groups)
         return action
@@ -116,6 +145,14 @@ class Sync(Feature):
         self.settings.setValue(_GROUPS, ",".join(off))
         self._last = Recipe()
         self._preview()
+        self._name_groups()
+
+    def _name_groups(self) -> None:
+        """Name beside the button what is copied."""
+        on = [bare(it.text()) for it in self._groups.values() if it.isChecked()]
+        names = ", ".join(on) or tr("nothing is ticked")
+        is_auto = self.auto.isChecked()
+        self._strip.panel.show_groups(tr("Auto sync: {names}", names=names) if is_auto else names)
 
     @property
     def _chosen(self) -> Settings:
@@ -125,11 +162,11 @@ class Sync(Feature):
     @property
     def busy(self) -> bool:
         """True while photos are synced or drawn."""
-        return super().busy or bool(self._waiting or self._undrawn)
+        return super().busy or self._act is not None or bool(self._undrawn)
 
     def stop(self) -> None:
         """Skip the remaining photos."""
-        self._waiting, self._undrawn = [], {}
+        self._waiting, self._acts, self._undrawn = [], [], {}
         super().stop()
 
     # -- the preview -------------------------------------------------------------------------------
@@ -184,37 +221,126 @@ class Sync(Feature):
 
     def start(self) -> None:
         """Apply the settings to the selected photos, or cancel while this is under way."""
-        if self._waiting or self._syncing.busy:
-            self._waiting = []
-            return
-        self._waiting = list(self._selected)
-        self._total, self._failed, self._edited = len(self._waiting), 0, 0
-        self._settings = self._chosen
-        if self._waiting:
-            self._next()
+        if self._act is not None:
+            self._waiting, self._acts = [], []
+        elif self._selected and self.document.path is not None:
+            self.document.commit()
+            text = tr_count(len(self._selected), "Apply to {n} photo", "Apply to {n} photos")
+            self._index = self.document.undo.index() + 1  # this step is no redo
+            self.document.step(replace(self.document.state), text)
+            self._projects.keep(anyway=True)
+            self._begin(self._chosen)
         else:
             self.say(tr("Select other photos on the film strip first, with Shift or Ctrl."))
+
+    def _begin(self, settings: Settings) -> None:
+        """Apply settings to the selected photos; the act belongs to the last undo step."""
+        step, path = self.document.undo.index(), self.document.path
+        values = {name: getattr(settings.recipe, name) for name in settings.names}
+        text = self.document.undo.text(step - 1)
+        if path is not None and self._selected and values:
+            act = self._store.begin(path, step, text, values, self._selected)
+            self._steps[step, text] = act
+            self._turn(act, True)
+
+    def _know(self) -> None:
+        """Find the acts that belong to undo steps of the open photo."""
+        path, store = self.document.path, self._store
+        self._steps = {}
+        if path is not None:
+            self._knowing.submit(lambda: (path, store.of(path)))
+
+    def _known(self, found: tuple[Path, dict[tuple[int, str], int]]) -> None:
+        path, steps = found
+        if path == self.document.path:
+            self._steps = steps | self._steps
+
+    def _cross(self, index: int) -> None:
+        """Undo and redo the acts of the steps between; with Auto sync, apply a new change."""
+        undo, last, self._index = self.document.undo, self._index, index
+        if self._base is not self.document.base:  # another photo, or its steps as they were saved
+            self._base = self.document.base
+            return
+        forward = index > last
+        crossed = range(last, index) if forward else range(last - 1, index - 1, -1)
+        acts = [self._steps.get((at + 1, undo.text(at))) for at in crossed]
+        for act in acts:
+            if act is not None:
+                self._turn(act, forward)
+        step = undo.command(index - 1) if forward else None
+        is_new = acts == [None] and not undo.canRedo()
+        if self.auto.isChecked() and is_new and isinstance(step, ReplaceState):
+            before, after = step.before.recipe, step.after.recipe
+            names = {it for it in SETTINGS if getattr(before, it) != getattr(after, it)}
+            self._begin(Settings(after, self._chosen.names & names))
+
+    def look(self) -> None:
+        """Ask what becomes of an act that another program left in the middle."""
+        left = None
+        with suppress(OSError), locked(*self._lock_place):  # held: a window is at work on one
+            left = self._store.unfinished()
+        if left is None:
+            return
+        n, total, act = left.done, left.total, left.act
+        text = tr(
+            "Settings for several photos: {n} of {total} were changed before Kogao ended.",
+            n=n,
+            total=total,
+        )
+        self.say(
+            text,
+            BarAction(tr("Leave it"), lambda: self._store.leave(act)),
+            BarAction(tr("Undo"), lambda: self._turn(act, not left.wanted)),
+            BarAction(tr("Finish"), lambda: self._turn(act, left.wanted)),
+            wrong=False,
+            applies=lambda: True,
+        )
+
+    def _turn(self, act: int, wanted: bool) -> None:
+        """Apply or undo an act after those that wait."""
+        self._acts.append((act, wanted))
+        if self._act is None:
+            self._next_act()
+
+    def _next_act(self) -> None:
+        if not self._acts:
+            self._lock.close()
+            return
+        with suppress(OSError):  # held, by this window too: go on
+            self._lock.enter_context(locked(*self._lock_place))
+        self._act, self._wanted = self._acts.pop(0)
+        self._waiting = self._store.turn(self._act, self._wanted)
+        self._total, self._failed, self._edited, self._newer = len(self._waiting), 0, 0, []
+        self._next()
 
     def _next(self) -> None:
         if not self._waiting:
             self._end()
             return
-        path, settings = self._waiting.pop(0), self._settings
-        sample, first = self._samples.get(path), self.document.first_recipe
-        keeping, search = self._projects.keeping(path), self._faces.search()
-        done = self._total - len(self._waiting)
-        self.working.emit(tr("Settings: {n} of {total}…", n=done, total=self._total))
-        self._strip.panel.show_running(tr("{n} of {total}", n=done, total=self._total), self.start)
+        photo = self._waiting.pop(0)
+        path, store, first = photo.path, self._store, self.document.first_recipe
+        sample, search = self._samples.get(path), self._faces.search()
+        keeping = self._projects.keeping(path)
+        n = tr("{n} of {total}", n=self._total - len(self._waiting), total=self._total)
+        self.working.emit(tr("Settings: {n}…", n=n))
+        self._strip.panel.show_running(n, self.start)
         faces = None if sample is None else sample.project.automatic.faces
-        self._syncing.submit(partial(synced, path, settings, keeping, search, first, faces))
+        self._syncing.submit(partial(synced, photo, store, keeping, search, first, faces))
 
-    def _synced(self, synced: tuple[Path, bool]) -> None:
-        path, was_edited = synced
-        self._edited += was_edited
+    def _synced(self, synced: tuple[ActPhoto, Outcome]) -> None:
+        photo, outcome = synced
+        path, undo = photo.path, self.document.undo
+        self._edited += outcome != "new"
+        if outcome == "newer":
+            self._newer.append(path.name)
         self._samples.pop(path, None)
         if path == self.document.path and self._projects.adopt(path):
             # The photo was opened before its file was written.
-            self.document.step(self._settings.of_state(self.document.state), tr("Sync settings"))
+            if photo.wanted:
+                settings = Settings.of(photo.settings)
+                self.document.step(settings.of_state(self.document.state), tr("Sync settings"))
+            elif undo.undoText() == tr("Sync settings"):
+                undo.undo()
         self._strip.look_again(path)
         self._next()
 
@@ -226,10 +352,21 @@ class Sync(Feature):
     def _end(self) -> None:
         self._strip.panel.show_running("")
         self.working.emit("")
-        count = self._total - self._failed
-        text = tr_count(count, "Settings applied to {n} photo", "Settings applied to {n} photos")
-        had = tr("{n} had edits", n=self._edited)
-        self.did.emit(tr("{text} ({had}); undo works in each", text=text, had=had))
+        if self._act is not None:
+            self._store.leave(self._act)
+        self._act, count = None, self._total - self._failed - len(self._newer)
+        if self._wanted:
+            text = tr_count(
+                count, "Settings applied to {n} photo", "Settings applied to {n} photos"
+            )
+            had = tr("{n} had edits", n=self._edited)
+            self.did.emit(tr("{text} ({had}); undo is one step", text=text, had=had))
+        else:
+            self.did.emit(tr_count(count, "Undone in {n} photo", "Undone in {n} photos"))
+        if self._newer:
+            names = ", ".join(self._newer)
+            self.say(tr("Newer edits stay as they are: {names}.", names=names), wrong=False)
+        self._next_act()
 
 
 def loaded(
@@ -255,30 +392,48 @@ def loaded(
 
 
 def synced(
-    path: Path,
-    settings: Settings,
+    photo: ActPhoto,
+    acts: Acts,
     keeping: Keeping,
     search: FaceSearch,
     first: Recipe,
     faces: Collection[Face] | None = None,
-) -> tuple[Path, bool]:
-    """Apply settings to a photo as one undo step; return whether the photo had edits.
+) -> tuple[ActPhoto, Outcome]:
+    """Apply the settings of an act to a photo as one undo step, or undo the step.
 
-    Raises UnreadablePhoto, BadFile, OSError.
+    A photo that was edited since leaves the act. Raises UnreadablePhoto, BadFile, OSError.
     """
+    path, settings = photo.path, Settings.of(photo.settings)
     project, kept = loaded(path, keeping.edits, search, first, faces)
-    after = settings.of_project(project)
+    outcome: Outcome = "new" if kept is None else "edited"
+    now = "" if kept is None else sha256_of(kept.file)
+    is_as_written = bool(now) and now == photo.wrote
+    if photo.is_begun and is_as_written is (photo.applied is photo.wanted):
+        acts.note(photo, now, photo.wanted)
+        return photo, outcome
     state, size_px = state_of(project), (project.original.width, project.original.height)
     steps = kept and history.find(keeping.edits, kept, project)
     steps = steps or UndoSteps((state,), (), 0)
+    is_newer = photo.wrote and not (is_as_written or photo.is_begun)
+    if is_newer or not (photo.wanted or steps.index):
+        acts.drop(photo)
+        return photo, "newer"
+    after = settings.of_project(project)
     recipes = (after.automatic.recipe, after.manual and after.manual.recipe)
-    if recipes == (project.automatic.recipe, project.manual and project.manual.recipe):
+    if not photo.wanted:
+        steps = replace(steps, index=steps.index - 1)
+        after = project_of(steps.states[steps.index], project.original)
+    elif recipes == (project.automatic.recipe, project.manual and project.manual.recipe):
+        acts.drop(photo)
         if kept is not None:
-            return path, True
+            return photo, outcome
     else:
         states = (*steps.states[: steps.index + 1], state_of(after))
         texts = (*steps.texts[: steps.index], tr("Sync settings"))
         steps = UndoSteps(states, texts, steps.index + 1)
     after = replace(after, original=replace(after.original, path=printable(path.name)))
+    wrote = hashlib.sha256(to_bytes(after)).hexdigest()
+    acts.note(photo, wrote, photo.wanted, begun=True)
     keeping.edits.keep(after, path, history.packed(steps, size_px), beside=keeping.beside)
-    return path, kept is not None
+    acts.note(photo, wrote, photo.wanted)
+    return photo, outcome

@@ -73,6 +73,14 @@ class Index:
         if self.folder.is_dir():
             self.run(table, lambda db: _fill(db, table, self.folder), writes=True)
 
+    def compact(self) -> None:
+        """Leave no trace of deleted rows in the files of the database. Raises OSError."""
+        if (self.folder / NAME).is_file():
+            with closing(self._opened(writes=True)) as db:
+                db.execute("VACUUM")
+                db.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+        (self.folder / f"{NAME}.damaged").unlink(missing_ok=True)
+
     def _run(
         self, table: IndexTable, act: Callable[[sqlite3.Connection], _Out], writes: bool
     ) -> _Out:

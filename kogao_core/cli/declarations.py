@@ -325,13 +325,14 @@ def restore() -> None:
 
 
 @program.command("forget")
-@click.argument("photos", metavar="PHOTO...", nargs=-1, required=True, type=common.PHOTO)
+@click.argument("photos", metavar="[PHOTO...]", nargs=-1, type=common.PHOTO)
+@words.option("--all", "everything", is_flag=True, help="List and delete everything")
 @words.loads("kogao_core.cli.originals:forget")
 def forget() -> None:
-    """Delete everything Kogao stores about a photo.
+    """List what Kogao stores about photos, or delete everything about PHOTO.
 
-    Deleted: original, stored edits, list of results. PHOTO may be missing, or a file of the store
-    of originals. Files next to the photo stay.
+    Deleted: original, stored edits, undo steps, names and hashes, lines of logs and reports. PHOTO
+    may be missing, or a listed file. Files next to the photo stay.
     """
 
 

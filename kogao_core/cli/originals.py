@@ -5,6 +5,7 @@ from __future__ import annotations
 from datetime import UTC, datetime
 from types import SimpleNamespace
 
+from kogao_core.base.installed import data_folder
 from kogao_core.base.language import Text, tr
 from kogao_core.cli import common, ending
 from kogao_core.photo.originals import NoOriginal, Originals
@@ -51,8 +52,20 @@ def restore(args: SimpleNamespace) -> None:
 
 
 def forget(args: SimpleNamespace) -> None:
-    """Delete stored files."""
-    for photo in args.photos:
+    """List or delete what is kept."""
+    photos = args.photos
+    if not photos:
+        found = forgetting.kept()
+        for one in found:
+            when = datetime.fromtimestamp(one.newest_ns / 1e9, UTC).astimezone()
+            ending.print_text(
+                f"{when:%Y-%m-%d %H:%M}  {one.size / 1e3:10.1f} kB  {one.photo}  "
+                + Text.joined(", ", list(one.what))
+            )
+        count = Text.counted(len(found), "{n} photo", "{n} photos")
+        ending.print_text(tr("{count}, kept in {folder}", count=count, folder=data_folder()))
+        photos = [one.photo for one in found] if args.everything else []
+    for photo in photos:
         with ending.writing(photo):
             gone = forgetting.forget(photo)
         ending.print_text(

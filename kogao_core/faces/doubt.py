@@ -12,6 +12,7 @@ import numpy as np
 from kogao_core.base.geometry import Array, Box, degrees_of
 from kogao_core.base.language import Text
 from kogao_core.faces.face import Face, select
+from kogao_core.faces.reshape import turns
 
 Reason = Literal["unsure", "cut", "hidden", "on its head", "turned"]
 # Least score of a face that has no similar face in the photo.
@@ -36,6 +37,10 @@ LEAST_ACROSS: Final = 0.8
 # Rolls, degrees: least roll of an upside-down face, and largest roll of an upright face.
 ON_ITS_HEAD: Final = 120.0
 UPRIGHT: Final = 60.0
+# Largest angle without a landmark of an outline set by hand, seen from the middle of the face, and
+# the angle at which the outline would start and end: so it begins and ends above 60 degrees.
+_GAP: Final = np.radians(90.0)
+_END: Final = np.radians(150.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,13 +51,13 @@ class Verdict:
     reason: Reason | None = None
     # Rows of `Face.points` that may be wrong; empty if the face is skipped.
     look_at: tuple[int, ...] = ()
-    why: str = ""  # explanation as part of a sentence; empty without a reason or rows
+    why: str = ""  # explanation as part of a sentence; empty if there is nothing to check
 
     def told(self, number: int) -> str:
         """Return a message on the face with this number, counted from 1; may be empty."""
         if self.reason is not None:
             return Text("face {number} is left alone: {why}", number=number, why=self.why)
-        return Text("face {number}: {why}", number=number, why=self.why) if self.look_at else ""
+        return Text("face {number}: {why}", number=number, why=self.why) if self.why else ""
 
     def to_dict(self) -> dict[str, Any]:
         """Return the JSON form for `kogao-cli detect --json`."""
@@ -63,7 +68,7 @@ class Verdict:
 def verdicts(faces: Sequence[Face], image: Box) -> list[Verdict]:
     """Check each face of a photo.
 
-    Result: in the order of the faces. A face placed by hand always passes.
+    Result: in the order of the faces. A face placed by hand is never skipped.
     """
     upright = any(abs(_roll(face)) < UPRIGHT for face in faces)
     both = zip(faces, _least_scores(faces).tolist(), strict=True)
@@ -90,6 +95,13 @@ def uncertain(face: Face) -> tuple[int, ...]:
     if face.confidence is None:
         return ()
     return tuple(np.flatnonzero(face.confidence < SEEN).tolist())
+
+
+def is_partial(face: Face) -> bool:
+    """Return whether the outline of a face set by hand is marked only in part."""
+    angles = np.sort(np.clip(turns(face, face.outline), -_END, _END))
+    gaps = np.diff([-_END, *angles.tolist(), _END])
+    return face.source == "manual" and bool(gaps.max() > _GAP)
 
 
 class AllDoubted(Exception):
@@ -152,7 +164,8 @@ def _seen(face: Face) -> float:
 
 def _verdict(face: Face, image: Box, least_score: float, others_upright: bool) -> Verdict:
     if face.source == "manual":
-        return Verdict()
+        why = Text("its outline is marked only in part") if is_partial(face) else ""
+        return Verdict(why=why)
     rows = uncertain(face)
     share, seen = len(rows) / len(face.points), _seen(face)
     down_px = float(np.linalg.norm(face.mouth_center - face.eye_center))

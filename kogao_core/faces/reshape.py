@@ -22,6 +22,14 @@ def across(face: Face) -> Array:
     return np.array([down[1], -down[0]])
 
 
+def turns(face: Face, points: Array) -> Array:
+    """Return the angle of each point around the face's middle, from left over chin to right."""
+    right = across(face)
+    down = np.array([-right[1], right[0]])
+    away = points - face.middle
+    return np.asarray(np.arctan2(away @ right, away @ down))
+
+
 def reflection(face: Face) -> Affine:
     """Return the map that mirrors px at the line from the middle of the eyes to the mouth."""
     normal, on_midline = across(face), face.eye_center

@@ -76,16 +76,16 @@ class Results:
             size, digest = result.stat().st_size, sha256_of(result)
             if source.stat().st_size == size and sha256_of(source) == digest:
                 size, digest = 0, ""
-            row = (*_hashes(source), size, digest, edit)
+            row = (*hashes_of(source), size, digest, edit)
             Index(self.folder).change(TABLE, TABLE.insert(), *row)
 
     def edits_of(self, photo: Path) -> set[str]:
         """Return the hashes of the projects that results of a photo were saved with."""
-        return {str(edit) for (edit,) in self._rows("edit", "source = ?", _hashes(photo)[0])}
+        return {str(edit) for (edit,) in self._rows("edit", "source = ?", hashes_of(photo)[0])}
 
     def forget(self, photo: Path) -> int:
         """Remove the rows about a photo and about a file as a result; return how many."""
-        own = _hashes(photo)[0], sha256_of(photo) if photo.is_file() else "-"
+        own = hashes_of(photo)[0], sha256_of(photo) if photo.is_file() else "-"
         sql = f"DELETE FROM {TABLE.name} WHERE source = ? OR sha256 = ?"
         return Index(self.folder).change(TABLE, sql, *own)
 
@@ -166,7 +166,7 @@ def objects_in(file: Path) -> list[dict[str, Any]]:
     return found
 
 
-def _hashes(photo: Path) -> tuple[str, str]:
+def hashes_of(photo: Path) -> tuple[str, str]:
     """Return the SHA-256 of the real path and of the name of a photo."""
     place = Path(os.path.realpath(photo))
     path, name = (hashlib.sha256(os.fsencode(text)).hexdigest() for text in (place, place.name))
@@ -179,7 +179,7 @@ def _photo_of(row: Row, path: Path) -> Path | None:
     for folder in (path.parent, path.parent.parent):
         with suppress(OSError):
             near += folder.iterdir()
-    hashes = {one: _hashes(one) for one in near if one.suffix.lower() in READABLE}
+    hashes = {one: hashes_of(one) for one in near if one.suffix.lower() in READABLE}
     places = [one for one in hashes if hashes[one][0] == row[0]]
     beside = [one for one in hashes if (one.parent, hashes[one][1]) == (path.parent, row[1])]
     return _first_photo([*places, *beside], path)

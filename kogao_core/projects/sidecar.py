@@ -11,6 +11,7 @@ from kogao_core.base.geometry import Box, Image, Line, check_image, check_type
 from kogao_core.base.json_reader import BadFile
 from kogao_core.base.language import Text
 from kogao_core.base.wording import printable
+from kogao_core.faces.doubt import is_partial
 from kogao_core.faces.face import Face
 from kogao_core.field.protection import Protection
 from kogao_core.photo.model import Photo
@@ -120,6 +121,11 @@ def sheet_of(project: Project) -> Sheet:
     if project.mode == "manual" and project.manual is not None:
         return project.manual
     return project.automatic
+
+
+def has_partial(project: Project) -> bool:
+    """Return whether a face that makes the result is marked only in part."""
+    return any(map(is_partial, sheet_of(project).active))
 
 
 def original(photo: Photo) -> Original:

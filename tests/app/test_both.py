@@ -78,6 +78,23 @@ def test_a_hand_that_marked_nothing_has_no_time(comparing):
     assert all(re.fullmatch(r"[\d,]+ ms(, (cold|warm))?", time) for time in times()["manual"])
 
 
+def test_the_automatic_time_is_measured_where_faces_came_from_saved_edits(comparing, photo, other):
+    comparing.edit(6.0)
+    comparing.open(other)
+    comparing.open(photo)
+    comparing.settle()
+    assert NONE not in [cell.text() for cell in comparing.panel("both").times["automatic"]]
+
+
+def test_the_modes_keep_their_sides(comparing):
+    def is_left(view):
+        return view.mapTo(comparing.window, view.rect().topLeft()).x() < 300
+
+    for key, left in ((KEYS.Key_F3, True), (KEYS.Key_F2, False), (KEYS.Key_F3, True)):
+        comparing.key(key)
+        comparing.qtbot.waitUntil(lambda left=left: is_left(comparing.editor.both.beside) is left)
+
+
 def test_times_by_hand_are_shown_in_seconds():
     assert _as_text(146.4054, 0.022, None) == ["146.4 s", "22 ms", "146.4 s"]
 

@@ -80,6 +80,45 @@ def test_a_face_is_marked_with_the_mouse_alone(manual, pixels):
     assert (manual.shown != pixels).any()
 
 
+def test_points_are_set_on_the_original_until_they_are_applied(manual):
+    view = manual.editor.view
+    mark_face(manual)
+    assert view.shows_original
+    assert "Ctrl" not in manual.window.status.hint_text
+    manual.key(KEYS.Key_Return, CONTROL)
+    assert not view.shows_original
+    manual.drag(manual.on_screen(Handle("outline", 0, 2)), QPoint(6, 6))
+    assert view.shows_original
+    assert manual.window.status.hint_text == "Apply (Ctrl+Return) shows the result"
+    manual.key(KEYS.Key_Z, CONTROL)
+    assert not view.shows_original
+    manual.key(KEYS.Key_F2)
+    manual.settle()
+    manual.drag(manual.on_screen(Handle("outline", 0, 2)), QPoint(6, 6))
+    assert not view.shows_original, "a point of a found face stays live"
+
+
+@pytest.mark.parametrize(("answer", "mode"), [("Automatic", "automatic"), ("so far", "manual")])
+def test_a_face_marked_in_part_is_saved_after_a_question_only(manual, tmp_path, answer, mode):
+    mark_face(manual, points=range(0, 8, 2))
+    assert "in part" in manual.panel("faces").item(0).text()
+    file = tmp_path / "copy.png"
+    manual.save(file)
+    assert not file.exists()
+    manual.answer(answer)
+    manual.settle()
+    assert file.exists()
+    assert manual.state.mode == mode
+    assert not manual.editor.view.shows_original
+
+
+def test_saving_a_whole_face_applies_its_points(manual, tmp_path):
+    mark_face(manual)
+    manual.save(tmp_path / "copy.png")
+    assert (tmp_path / "copy.png").exists()
+    assert manual.editor.manual.clock.applied
+
+
 def test_marks_are_undone_one_by_one(manual):
     mark_face(manual, points=range(0, 8, 2))
     assert len(manual.state.faces[0].outline) == 4

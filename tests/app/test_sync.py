@@ -15,8 +15,10 @@ from test_own_results import strip as strip
 from timeouts import LONGEST_S, held_back
 
 from kogao_core.projects import edits
+from kogao_core.projects.acts import Acts
 from kogao_core.projects.edits import sidecar_of
-from kogao_core.recipe.recipe import SETTINGS
+from kogao_core.projects.project import load
+from kogao_core.recipe.recipe import SETTINGS, Recipe
 
 pytestmark = pytest.mark.usefixtures("one_window")
 
@@ -31,7 +33,7 @@ def test_sync_is_one_undo_step_in_each_photo_and_counts_those_with_edits(strip):
     strip.editor.sync.did.connect(said.append)
     strip.editor.sync.start()
     strip.settle()
-    assert said == ["Settings applied to 2 photos (1 had edits); undo works in each"]
+    assert said == ["Settings applied to 2 photos (1 had edits); undo is one step"]
     for row, before in ((2, [3.0, 4.0]), (3, [4.0])):
         click_on(strip, row)
         assert strip.state.recipe.percent == 8.0
@@ -122,8 +124,14 @@ def test_a_photo_that_is_opened_during_its_sync_gets_the_settings(strip, monkeyp
     else:
         # Between the project and the record with the undo steps, or before both.
         module, name = (sync, "synced") if late_step == "synced" else (edits.lzma, "compress")
-        gate, late = held_back(getattr(module, name))
-        monkeypatch.setattr(module, name, late)
+        real = getattr(module, name)
+        gate, late = held_back(real)
+
+        def held(*given, **named):
+            is_early = late_step == "record" and not sidecar_of(other).exists()
+            return (real if is_early else late)(*given, **named)
+
+        monkeypatch.setattr(module, name, held)
         strip.editor.sync.start()
         if late_step == "record":
             strip.qtbot.waitUntil(sidecar_of(other).exists)
@@ -142,3 +150,101 @@ def test_a_photo_that_is_opened_during_its_sync_gets_the_settings(strip, monkeyp
     for percent in (9.0, 8.0, 4.0):
         assert strip.state.recipe.percent == percent
         strip.editor.history.undo()
+
+
+def percent_of(path):
+    return load(sidecar_of(path)).automatic.recipe.percent if sidecar_of(path).exists() else None
+
+
+@pytest.fixture
+def synced_two(strip):
+    """The photos a (open), b and c after a sync of 8 % from a; b had 3 %."""
+    for row, percent in ((2, 3.0), (0, 8.0)):
+        click_on(strip, row)
+        strip.edit(percent)
+    for row in (2, 3):
+        click_on(strip, row, Qt.KeyboardModifier.ControlModifier)
+    strip.editor.sync.start()
+    strip.settle()
+    folder = strip.editor.document.path.parent
+    strip.percents = lambda: [percent_of(folder / f"{one}.png") for one in "bc"]
+    return strip
+
+
+def test_undo_of_a_sync_is_one_step_for_all_photos_and_so_is_redo(synced_two):
+    strip, history = synced_two, synced_two.editor.history
+    assert strip.percents() == [8.0, 8.0]
+    assert strip.state.recipe.percent == 8.0
+    history.undo()
+    strip.settle()
+    assert strip.percents() == [3.0, 4.0]
+    assert strip.state.recipe.percent == 8.0, "the open photo's own change is another step"
+    history.redo()
+    strip.settle()
+    assert strip.percents() == [8.0, 8.0]
+    click_on(strip, 2)
+    click_on(strip, 0)  # the step is found again with the photo
+    history.undo()
+    strip.settle()
+    assert strip.percents() == [3.0, 4.0]
+
+
+def test_a_photo_edited_since_a_sync_keeps_its_edits_and_is_named(synced_two):
+    strip = synced_two
+    click_on(strip, 3)
+    strip.edit(5.0)
+    click_on(strip, 0)
+    strip.editor.history.undo()
+    strip.settle()
+    assert strip.percents() == [3.0, 5.0]
+    assert strip.say() == "Newer edits stay as they are: c.png."
+
+
+@pytest.mark.parametrize(
+    ("answer", "percents"),
+    [("Finish", [8.0, 8.0]), ("Undo", [3.0, None]), ("Leave", [8.0, None])],
+)
+@pytest.mark.parametrize("is_noted", [True, False])
+def test_a_sync_that_was_killed_is_finished_undone_or_left(
+    synced_two, monkeypatch, answer, percents, is_noted
+):
+    strip, acts = synced_two, synced_two.editor.sync._store
+    strip.editor.history.undo()
+    strip.settle()
+    sidecar_of(strip.editor.document.path.with_name("c.png")).unlink()
+    act = acts.begin(strip.editor.document.path, 9, "Apply", {"percent": 8.0}, [
+        strip.editor.document.path.with_name(name) for name in ("b.png", "c.png")
+    ])  # fmt: skip
+    first, real = acts.turn(act, True)[0], Acts.note
+    if not is_noted:  # killed between the edits and the record
+        monkeypatch.setattr(
+            Acts, "note", lambda *args, begun=False: begun and real(*args, begun=begun)
+        )
+    projects, faces = strip.editor.projects, strip.editor.faces
+    sync.synced(first, acts, projects.keeping(first.path), faces.search(), Recipe())
+    monkeypatch.undo()
+    strip.editor.sync.look()
+    assert strip.say().startswith("Settings for several photos: ")
+    assert ("1 of 2" in strip.say()) is is_noted
+    strip.take_step(answer)
+    strip.settle()
+    assert strip.percents() == percents
+    assert acts.unfinished() is None
+
+
+def test_auto_sync_applies_each_change_and_undoes_it_with_the_step(strip):
+    strip.edit(3.0)
+    click_on(strip, 2, Qt.KeyboardModifier.ControlModifier)
+    folder = strip.editor.document.path.parent
+    strip.editor.sync.auto.setChecked(True)
+    strip.edit(8.0)
+    assert percent_of(folder / "b.png") == 8.0
+    strip.set("lens", 50.0)
+    strip.settle()
+    assert load(sidecar_of(folder / "b.png")).automatic.recipe.lens != 50.0, "it isn't ticked"
+    for _ in range(2):
+        strip.editor.history.undo()
+        strip.settle()
+    assert strip.state.recipe.percent == 3.0
+    assert percent_of(folder / "b.png") == 4.0
+    strip.editor.sync.auto.setChecked(False)

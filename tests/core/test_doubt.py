@@ -7,7 +7,7 @@ import pytest
 from scenes import oval_face
 
 from kogao_core.base.geometry import Affine, Box
-from kogao_core.faces.doubt import AllDoubted, Verdict, choose, doubtful, verdicts
+from kogao_core.faces.doubt import AllDoubted, Verdict, choose, doubtful, is_partial, verdicts
 
 IMAGE = Box(0, 0, 480, 360)
 
@@ -132,3 +132,22 @@ def test_a_photo_whose_faces_are_all_doubtful_has_none_to_work_on(which):
     with pytest.raises(AllDoubted, match="face 1 is left alone: it is 40 % sure"):
         choose([found(score=0.4)], which, IMAGE)
     assert choose([found(score=0.4)], which, IMAGE, doubtful=True).faces
+
+
+@pytest.mark.parametrize(
+    ("rows", "in_part"),
+    [
+        (range(21), False),
+        (range(0, 21, 5), False),
+        (range(11), True),
+        (range(8, 13), True),
+        ((0, 20, 19), True),
+    ],
+)
+def test_an_outline_by_hand_that_leaves_a_side_out_is_marked_in_part(rows, in_part):
+    for roll in (0.0, 60.0, 180.0):
+        whole = dataclasses.replace(turned(roll), confidence=None, source="manual")
+        face = dataclasses.replace(whole, outline=whole.outline[sorted(rows)])
+        assert is_partial(face) is in_part
+        assert not is_partial(dataclasses.replace(face, source="mesh"))
+        assert bool(verdicts([face], IMAGE)[0].told(1)) is in_part

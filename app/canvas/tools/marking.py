@@ -9,7 +9,7 @@ import numpy as np
 
 from kogao_core.base.geometry import Array
 from kogao_core.faces.face import Face
-from kogao_core.faces.reshape import MIDDLE, across, reflection
+from kogao_core.faces.reshape import MIDDLE, across, reflection, turns
 
 from ...document import CORNERS, Mark, State
 from ...i18n import tr
@@ -72,24 +72,16 @@ def _begun(draft: tuple[Mark, ...]) -> Face:
     sources = np.array([source for source, _ in draft])
     targets = np.array([target for _, target in draft])
     face = Face(outline=sources[CORNERS:], eyes=sources[:_EYES], mouth=sources[_EYES:CORNERS])
-    order = np.argsort(_turns(face, face.outline))
+    order = np.argsort(turns(face, face.outline))
     return dataclasses.replace(face, outline=face.outline[order], targets=targets[CORNERS:][order])
 
 
 def _with_landmark(face: Face, at: Mark) -> Face:
     source, target = at
-    before = _turns(face, face.outline) < _turns(face, np.array([source]))
+    before = turns(face, face.outline) < turns(face, np.array([source]))
     where = int(before.sum())
     outline = np.insert(face.outline, where, source, axis=0)
     return _reshaped(face, outline, np.insert(_targets(face), where, target, axis=0))
-
-
-def _turns(face: Face, points: Array) -> Array:
-    """Return the angle of each point around the face's middle, from left over chin to right."""
-    right = across(face)
-    down = np.array([-right[1], right[0]])
-    away = points - face.middle
-    return np.asarray(np.arctan2(away @ right, away @ down))
 
 
 def _targets(face: Face) -> Array:

@@ -75,6 +75,8 @@ class Files(Feature):
     stale = Signal()
     # Photos that no copy may replace, unless Kogao made them.
     photos: Callable[[], Sequence[Path]] = tuple
+    # Settles open questions about the edits before a file is written.
+    settle: Callable[[Callable[[], object]], object]
 
     def __init__(
         self,
@@ -331,7 +333,8 @@ class Files(Feature):
             self.ask_save(then)
         elif self.document.path is not None:
             self.window.bar.clear()
-            self._write(self.document.path, then, self._originals)
+            path, originals = self.document.path, self._originals
+            self.settle(lambda: self._write(path, then, originals))
 
     def ask_save(self, then: Then | None = None) -> None:
         """Request a path for the copy; at the first save, ask about the edit record before."""
@@ -367,7 +370,7 @@ class Files(Feature):
     def save(self, path: Path, then: Then | None = None, export: Export = AS_IT_IS) -> None:
         """Render and write a copy at the photo's bit depth, or an export; refuse the original."""
         self.window.bar.clear()
-        self._write(path, then, export=export)
+        self.settle(lambda: self._write(path, then, export=export))
 
     def _write(
         self,

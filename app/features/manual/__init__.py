@@ -7,8 +7,16 @@ from typing import Final
 
 from PySide6.QtCore import QElapsedTimer, QObject, QTimer, Signal
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QGridLayout, QLabel, QPushButton, QSizePolicy, QWidget
+from PySide6.QtWidgets import (
+    QGridLayout,
+    QLabel,
+    QMessageBox,
+    QPushButton,
+    QSizePolicy,
+    QWidget,
+)
 
+from kogao_core.faces.doubt import is_partial
 from kogao_core.projects.project import Mode
 
 from ...canvas.tools import marking
@@ -17,6 +25,7 @@ from ...i18n import tr
 from ...theme import GRID_PX
 from ...view_state import Handle
 from ...widgets.controls import Fold, action_button, column_of, heading, muted_label, row_of
+from ...widgets.dialogs import question
 from ..feature import Context, Feature
 from ..points import Points
 
@@ -40,6 +49,7 @@ class Manual(Feature):
         self.clock = SettingClock(self)
         # The state when manual mode was entered or last applied.
         self._seen: State | None = None
+        self._applied: tuple[object, ...] = ()  # points at the last `apply`
         # True if the photo opened without manual points; other photos give no valid timing.
         self.fresh: bool | None = None
         self._add_actions()
@@ -99,6 +109,7 @@ class Manual(Feature):
     def take_marker(self, marking_now: bool) -> None:
         """Start or end marking; while marking, a press on the photo adds a landmark."""
         self.view.set(marking=marking_now and self.mode == "manual")
+        self._show_photo_as_marked()
         self.changed.emit()
 
     def apply(self) -> None:
@@ -107,7 +118,11 @@ class Manual(Feature):
         if self.clock.applied:
             return
         self._seen = self.document.state
+        self._applied = _points(self._seen)
+        if not self._seen.draft:
+            self.take_marker(False)
         self.clock.apply()
+        self._show_photo_as_marked()
         self.changed.emit()
         self.applied.emit()
 
@@ -136,8 +151,37 @@ class Manual(Feature):
         on_outline = handle is not None and handle.kind in ("outline", "target")
         return handle if on_outline and self.mode == "manual" else None
 
+    def settle(self, then: Callable[[], object]) -> None:
+        """Apply the points and call `then`; ask before if a face is marked only in part."""
+        state = self.document.committed
+        if state.mode != "manual" or not (state.draft or any(map(is_partial, state.active))):
+            if self.view.unapplied:
+                self.apply()
+            then()
+            return
+        box, roles = question(self.window, tr("A face is marked only in part.")), QMessageBox
+        box.setInformativeText(tr("Which points make the result?"))
+        automatic = box.addButton(tr("&Automatic points"), roles.ButtonRole.AcceptRole)
+        so_far = box.addButton(tr("Points so &far"), roles.ButtonRole.AcceptRole)
+        box.setDefaultButton(box.addButton(roles.StandardButton.Cancel))
+        for button, choose in (
+            (automatic, lambda: self.switch("automatic")),
+            (so_far, self.apply),
+        ):
+            button.clicked.connect(choose)
+            button.clicked.connect(lambda: then())
+        self.document.opened.connect(box.reject)  # the question is about the open photo
+        box.open()
+
+    def _show_photo_as_marked(self) -> None:
+        """Show the original while points wait for *Apply*: they are set on the photo as it was."""
+        state, known = self.document.state, (self._applied, _points(self.document.opened_as))
+        is_waiting = self.view.marking or _points(state) not in known
+        self.view.set(unapplied=state.mode == "manual" and is_waiting)
+
     def _follow(self) -> None:
         self._measure()
+        self._show_photo_as_marked()
         now = (self.mode, self.view.marking, self.clock.running, self.clock.applied)
         if now != self._told:
             self._told = now
@@ -161,7 +205,7 @@ class Manual(Feature):
             self.clock.want(True)
 
     def _forget(self) -> None:
-        self._seen = self.fresh = None
+        self._seen, self.fresh, self._applied = None, None, ()
         self.clock.want(False)
         self.clock.reset()
 
@@ -192,6 +236,11 @@ def _is_set_otherwise(state: State, seen: State) -> bool:
     here, there = state.sheet("manual"), seen.sheet("manual")
     settings = here.recipe != there.recipe or here.off != there.off
     return settings or here.faces != there.faces or state.draft != seen.draft
+
+
+def _points(state: State) -> tuple[object, ...]:
+    """Return the points set by hand, to compare states."""
+    return state.draft, *(face.points.tobytes() for face in state.sheet("manual").faces)
 
 
 class ManualPanel(QWidget):

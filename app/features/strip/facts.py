@@ -66,14 +66,15 @@ def _mark_of(path: Path, results: Results, edits: Edits) -> Mark:
 
 
 def _has_doubts(file: Path) -> bool:
-    """Return whether a project switches off faces with doubtful landmarks."""
+    """Return whether a project has faces to check: switched off, or marked only in part."""
     try:
         project = load(file)
     except BadFile:  # opening the photo shows the reason
         return False
     size, sheet = project.original, project.automatic
     doubted = doubtful(sheet.faces, Box(0, 0, size.width, size.height))
-    return project.mode == "automatic" and bool(sheet.off & doubted)
+    is_off = project.mode == "automatic" and bool(sheet.off & doubted)
+    return is_off or sidecar.has_partial(project)
 
 
 @dataclass(frozen=True, eq=False)

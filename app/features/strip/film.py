@@ -314,8 +314,8 @@ class StripPanel(QWidget):
         self.sync.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self.sync.setProperty("segment", "true")
         self.sync.hide()
-        below = row_of(self.sync, self.line, self.halt)
-        column_of(controls, rows, below, None, margin=GRID_PX, spacing=GRID_PX)
+        below, self.groups = row_of(self.sync, self.line, self.halt), Elided()
+        column_of(controls, rows, below, self.groups, None, margin=GRID_PX, spacing=GRID_PX)
         column_of(self, row_of(controls, self.film, spacing=GRID_PX))
         self.show_running("")
 
@@ -324,6 +324,10 @@ class StripPanel(QWidget):
         self.sync.clicked.connect(action.trigger)
         self.sync.setMenu(groups)
         self.sync.setToolTip(action.toolTip())
+
+    def show_groups(self, names: str) -> None:
+        """Show what the sync button copies."""
+        self.groups.setText(names)
 
     def show_selected(self, count: int) -> None:
         """Show the sync button while photos are selected."""
@@ -352,6 +356,7 @@ class StripPanel(QWidget):
         self.line.setText(self._running or some)
         self.sync.setVisible(bool(self._selected) and not self._running)
         self.line.setHidden(self.sync.isVisibleTo(self))
+        self.groups.setVisible(self.sync.isVisibleTo(self))
 
 
 class _Marked(QStyledItemDelegate):
