@@ -46,9 +46,7 @@ def run(args: SimpleNamespace) -> int:
             try:
                 batch.check_free(tasks)
             except batch.NothingToDo as error:
-                raise ending.Stop(
-                    Text("{error}, or use --force to overwrite", error=error)
-                ) from None
+                raise ending.Stop("{error}, or use --force to overwrite", error=error) from None
     reading.check_networks()
     reading.mention_fallback(args.landmarks)
     if count := batch.outdated(tasks):
@@ -87,9 +85,7 @@ def _expanded(inputs: tuple[Path, ...]) -> list[Path]:
         anchor = Path(path.anchor) if path.anchor else Path()
         found = sorted(anchor.glob(str(path.relative_to(anchor) if path.anchor else path)))
         if not found:
-            raise ending.Stop(
-                Text("no file matches {path}; check the pattern and the folder", path=path)
-            )
+            raise ending.Stop("no file matches {path}; check the pattern and the folder", path=path)
         paths += found
     return paths
 

@@ -36,7 +36,7 @@ def run(args: SimpleNamespace) -> None:
     common.check_report(args.mask_file, args.force)
     path = common.input_path(args.source, args.sample)
     if args.mask_file is not None and args.mask_file.exists() and args.mask_file.samefile(path):
-        raise ending.Stop(Text("{file} is the input photo; name another file", file=path))
+        raise ending.Stop("{file} is the input photo; name another file", file=path)
     known = landmark_source(args.landmarks)
     photo = reading.read_photo(path, args.max_megapixels)
     faces = reading.find_faces(photo, args.landmarks, known=known)

@@ -9,7 +9,7 @@ from typing import Final
 
 import click
 
-from kogao_core.base.language import Text, translated
+from kogao_core.base.language import Text, as_text, translated
 from kogao_core.base.wording import printable, sentence, system_reason
 
 BROKEN: Final = 1
@@ -24,8 +24,8 @@ UNEXPECTED: Final = 70  # EX_SOFTWARE of sysexits.h
 class Stop(click.ClickException):
     """Ends the command with one line on stderr and an exit code, USAGE by default."""
 
-    def __init__(self, message: object, code: int = USAGE) -> None:
-        super().__init__(str(message))
+    def __init__(self, message: object, code: int = USAGE, /, **values: object) -> None:
+        super().__init__(as_text(message, **values))
         self.code = code
 
 

@@ -79,7 +79,7 @@ takes_results = words.option(
 def _face_choice(_: click.Context, __: click.Parameter, value: str) -> str:
     if not _FACES.fullmatch(value):
         raise words.bad_value(
-            Text("{value}: expected all, largest, or numbers such as 1,3.", value=shown(value))
+            "{value}: expected all, largest, or numbers such as 1,3.", value=shown(value)
         )
     return value
 

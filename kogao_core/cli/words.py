@@ -14,7 +14,7 @@ from typing import Any, TypeVar
 import click
 
 import kogao_core
-from kogao_core.base.language import Text, languages, looked_up, translated, use_language
+from kogao_core.base.language import Text, as_text, languages, looked_up, translated, use_language
 from kogao_core.base.wording import shown
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
@@ -283,9 +283,9 @@ def section(
     return add
 
 
-def bad_value(why: Text) -> click.BadParameter:
+def bad_value(why: str, **values: object) -> click.BadParameter:
     """Return the error for a bad value of an option; click puts the option's name in front."""
-    return click.BadParameter(translated(why))
+    return click.BadParameter(translated(as_text(why, **values)))
 
 
 @contextmanager
@@ -304,7 +304,7 @@ def _speak(_: click.Context, __: click.Parameter, code: str | None) -> None:
         known = languages()
         if code not in known:
             among = ", ".join(known)
-            raise bad_value(Text("{code} is none of {known}.", code=shown(code), known=among))
+            raise bad_value("{code} is none of {known}.", code=shown(code), known=among)
         use_language(code)
 
 

@@ -84,11 +84,9 @@ class Export(ExportSettings):
         rare = {one.kind for one in photo.extras} & {kinds.COLOURS, kinds.RARE_COLOURS}
         if self.srgb and rare and photo.icc_profile is None:
             raise RefusedOutput(
-                Text(
-                    "{path} names its colours in a rare way, which can't be converted to sRGB; "
-                    "leave the colours as they are",
-                    path=photo.path,
-                )
+                "{path} names its colours in a rare way, which can't be converted to sRGB; "
+                "leave the colours as they are",
+                path=photo.path,
             )
         if self.sharpen and pixels.shape[:2] != photo.pixels.shape[:2]:
             pixels = _sharpened(pixels, self.sharpen / 100.0)

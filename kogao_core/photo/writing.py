@@ -121,7 +121,7 @@ def write(
         photo = dataclasses.replace(photo, companions=())
     if kinds.XMP not in form.kept and rating.has_record(photo.xmp or b""):
         raise RefusedOutput(
-            Text("{format} can't hold the edit record; choose another format", format=form.title)
+            "{format} can't hold the edit record; choose another format", format=form.title
         )
 
     def encoded(photo: Photo, part: Box | None) -> Chunks:
@@ -129,13 +129,11 @@ def write(
             return encode(photo, pixels, form, part, quality)
         except ValueError as error:
             raise CannotWrite(
-                Text(
-                    "{path} can't be encoded as {format} ({error}); write it as {other}",
-                    path=path,
-                    format=form.title,
-                    error=error,
-                    other=formats.exact_endings(pixels, form),
-                )
+                "{path} can't be encoded as {format} ({error}); write it as {other}",
+                path=path,
+                format=form.title,
+                error=error,
+                other=formats.exact_endings(pixels, form),
             ) from error
 
     try:
@@ -159,16 +157,14 @@ def write(
     except OSError as error:
         is_full = error.errno in (errno.ENOSPC, errno.EDQUOT)
         raise CannotWrite(
-            Text(
-                "{path} can't be written ({reason}); {remedy}",
-                path=path,
-                reason=system_reason(error),
-                remedy=Text("choose another name")
-                if isinstance(error, NotAFile)
-                else Text("make room, or choose another drive")
-                if is_full
-                else Text("choose another folder or drive, or a shorter name"),
-            )
+            "{path} can't be written ({reason}); {remedy}",
+            path=path,
+            reason=system_reason(error),
+            remedy=Text("choose another name")
+            if isinstance(error, NotAFile)
+            else Text("make room, or choose another drive")
+            if is_full
+            else Text("choose another folder or drive, or a shorter name"),
         ) from error
 
 
@@ -189,33 +185,29 @@ def check_output(path: str | os.PathLike[str], *, force: bool = False) -> str:
     """
     path = Path(path)
     if path.is_dir():
-        raise RefusedOutput(Text("{path} is a folder; name a file inside it", path=path))
+        raise RefusedOutput("{path} is a folder; name a file inside it", path=path)
     form = FORMATS.get(path.suffix.lower())
     if form is None:
         raise RefusedOutput(
-            Text("{path} must end in one of {names}", path=path, names=", ".join(FORMATS))
+            "{path} must end in one of {names}", path=path, names=", ".join(FORMATS)
         )
     if not path.parent.is_dir():
-        raise CannotWrite(
-            Text("the folder {folder} doesn't exist; make it first", folder=path.parent)
-        )
+        raise CannotWrite("the folder {folder} doesn't exist; make it first", folder=path.parent)
     if not os.access(path.parent, os.W_OK | os.X_OK):
         raise CannotWrite(
-            Text("the folder {folder} isn't writable; choose another one", folder=path.parent)
+            "the folder {folder} isn't writable; choose another one", folder=path.parent
         )
     try:
         check_target(path)
     except NotAFile as error:
         raise RefusedOutput(
-            Text(
-                "{path} can't be replaced: {reason}; name another file",
-                path=path,
-                reason=system_reason(error),
-            )
+            "{path} can't be replaced: {reason}; name another file",
+            path=path,
+            reason=system_reason(error),
         ) from None
     if path.exists() and not force:
         raise RefusedOutput(
-            Text("{path} exists; choose another name, or force=True to replace it", path=path)
+            "{path} exists; choose another name, or force=True to replace it", path=path
         )
     return form
 
@@ -246,13 +238,11 @@ def check_holds(path: str | os.PathLike[str], pixels: Image) -> None:
     if reason:
         other = formats.exact_endings(pixels, form)
         raise RefusedOutput(
-            Text(
-                "{path}: {format} can't hold {reason}; write it as {other}",
-                path=path,
-                format=form.title,
-                reason=reason,
-                other=other,
-            )
+            "{path}: {format} can't hold {reason}; write it as {other}",
+            path=path,
+            format=form.title,
+            reason=reason,
+            other=other,
         )
 
 

@@ -113,8 +113,7 @@ class _Run:
             faces = known or source.find(for_search(photo))
         if not faces:
             raise ending.Stop(
-                Text("no face in {path}; remove the photo or crop closer", path=path),
-                ending.NO_FACE,
+                "no face in {path}; remove the photo or crop closer", ending.NO_FACE, path=path
             )
         chosen = reading.selected(faces, self._given["which"])
         namesakes = [other for other in self._paths if other.name == path.name]

@@ -41,7 +41,7 @@ class Outputs:
         self._files, self._folder = files, folder
         if list(files.values()).count(STDOUT) > 1:
             raise ending.Stop(
-                Text("only one file can be printed; give names to the others"), ending.USAGE
+                "only one file can be printed; give names to the others", ending.USAGE
             )
         for file in files.values():
             if file != STDOUT and file.parent == folder:
@@ -91,11 +91,9 @@ def check_empty(folder: Path, force: bool) -> None:
     """Stop if the folder isn't empty, unless `force`."""
     if folder.is_dir() and any(folder.iterdir()) and not force:
         raise ending.Stop(
-            Text(
-                "{folder} isn't empty; choose another folder, or overwrite files with --force",
-                folder=folder,
-            ),
+            "{folder} isn't empty; choose another folder, or overwrite files with --force",
             ending.USAGE,
+            folder=folder,
         )
 
 
@@ -103,8 +101,6 @@ def _check_folder(folder: Path) -> None:
     """Stop if the folder isn't writable or can't be made."""
     nearest = next((place for place in (folder, *folder.parents) if place.exists()), folder)
     if not nearest.is_dir():
-        raise ending.Stop(Text("there is no folder {folder}", folder=folder), ending.UNREADABLE)
+        raise ending.Stop("there is no folder {folder}", ending.UNREADABLE, folder=folder)
     if not os.access(nearest, os.W_OK):
-        raise ending.Stop(
-            Text("no permission to write to {nearest}", nearest=nearest), ending.UNREADABLE
-        )
+        raise ending.Stop("no permission to write to {nearest}", ending.UNREADABLE, nearest=nearest)

@@ -11,7 +11,7 @@ from typing import Any, Final, get_args
 import click
 
 from kogao_core.base.json_reader import BadFile
-from kogao_core.base.language import Text, tr
+from kogao_core.base.language import tr
 from kogao_core.base.wording import shown
 from kogao_core.cli import common, ending, options, reading, words
 from kogao_core.cli.common import ProgressLine
@@ -47,15 +47,15 @@ def _numbers(low: float, high: float) -> Callable[..., tuple[float, ...]]:
             found = tuple(float(part) for part in value.split(",") if part)
         except ValueError:
             raise words.bad_value(
-                Text("{value} is not a list such as 0.5,1,2.", value=shown(value))
+                "{value} is not a list such as 0.5,1,2.", value=shown(value)
             ) from None
         if len(set(found)) != len(found) or not all(low <= one <= high for one in found):
             raise words.bad_value(
-                Text(
-                    "{value} must be different numbers within {low:g}..{high:g}.",
-                    value=shown(value), low=low, high=high,
-                )
-            )  # fmt: skip
+                "{value} must be different numbers within {low:g}..{high:g}.",
+                value=shown(value),
+                low=low,
+                high=high,
+            )
         return found
 
     return read
@@ -68,7 +68,7 @@ def _fits(_: click.Context, __: click.Parameter, value: str | None) -> tuple[Fit
     found = tuple(fit for fit in get_args(Fit) if fit in given)
     if len(found) != len(given):
         raise words.bad_value(
-            Text("{value} is not a list such as exact,approximation.", value=shown(value))
+            "{value} is not a list such as exact,approximation.", value=shown(value)
         )
     return found
 
@@ -81,7 +81,7 @@ def _text(path: Path | None) -> str:
         return path.read_text(encoding="utf-8").strip()
     except (OSError, UnicodeDecodeError):
         raise ending.Stop(
-            Text("{path} can't be read; name a text file in UTF-8", path=path), ending.UNREADABLE
+            "{path} can't be read; name a text file in UTF-8", ending.UNREADABLE, path=path
         ) from None
 
 
@@ -249,13 +249,13 @@ def report(**given: Any) -> int:
     """Count the ratings of the studies in FOLDERS."""
     args = SimpleNamespace(**given)
     if args.keys and len(args.keys) != len(args.folders):
-        raise ending.Stop(Text("give one --key per folder, or none"), ending.USAGE)
+        raise ending.Stop("give one --key per folder, or none", ending.USAGE)
     to = outputs.Outputs(outputs.asked_for(given), args.data, args.force)
     keys = args.keys or [plan.key_path(folder) for folder in args.folders]
     with ending.stopping(BadFile, ending.UNREADABLE):
         counted = tally.tally(list(zip(args.folders, keys, strict=True)), args.files, args.exclude)
     for rater in set(args.exclude) - set(counted.raters):
-        raise ending.Stop(Text("no rater {rater}", rater=rater), ending.USAGE)
+        raise ending.Stop("no rater {rater}", ending.USAGE, rater=rater)
     for note in notes(counted):
         ending.print_message(note)
     to.write(made_report(counted))

@@ -55,7 +55,7 @@ def _is_avif(file: IO[bytes], _: Path) -> bool:
 def _decode(source: Source) -> Photo:
     if not features.check("avif"):
         raise UnreadablePhoto(
-            Text("is an AVIF photo, which this Pillow was built without; install Kogao by pip")
+            "is an AVIF photo, which this Pillow was built without; install Kogao by pip"
         )
     data = source.data()
     properties = dict[bytes, bytes]()
@@ -89,7 +89,7 @@ def _lenient(source: Source, properties: dict[bytes, bytes]) -> Photo:
     width, height = struct.unpack_from(">4xII", properties[b"ispe"])
     if max(width, height) > _LONGEST_PX:
         raise UnreadablePhoto(
-            Text("is an AVIF photo of more than {px} px a side; make it smaller", px=_LONGEST_PX)
+            "is an AVIF photo of more than {px} px a side; make it smaller", px=_LONGEST_PX
         )
     source.check(width, height, 8)
     note = Text("its metadata are of a kind that isn't kept")

@@ -107,7 +107,7 @@ def _opened(source: Source) -> Any:
         import pi_heif  # an extra
     except ImportError:
         raise UnreadablePhoto(
-            Text("is a HEIC photo, which an extra reads: {how}", how=adding("heic"))
+            "is a HEIC photo, which an extra reads: {how}", how=adding("heic")
         ) from None
     try:
         image = pi_heif.open_heif(source.file, convert_hdr_to_8bit=False)
@@ -115,10 +115,8 @@ def _opened(source: Source) -> Any:
     except (IndexError, ValueError):  # IndexError: no picture that libheif knows
         if (coding := _RARE.search(source.data())) is not None:
             raise UnreadablePhoto(
-                Text(
-                    "is a HEIC photo of a rare kind ({coding}); save it as JPEG or PNG first",
-                    coding=coding[1].decode(),
-                )
+                "is a HEIC photo of a rare kind ({coding}); save it as JPEG or PNG first",
+                coding=coding[1].decode(),
             ) from None
         raise
     return image

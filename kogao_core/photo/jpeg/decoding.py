@@ -39,11 +39,8 @@ def check_segments(file: IO[bytes]) -> None:
     is_jpeg = file.read(len(SOI)) == SOI
     if is_jpeg and sum(1 for _ in islice(segments(file), MAX_SEGMENTS + 1)) > MAX_SEGMENTS:
         raise UnreadablePhoto(
-            Text(
-                "is a JPEG with more than {count:,} segments; save it again in another "
-                "program first",
-                count=MAX_SEGMENTS,
-            )
+            "is a JPEG with more than {count:,} segments; save it again in another program first",
+            count=MAX_SEGMENTS,
         )
     file.seek(0)
 
@@ -63,11 +60,9 @@ def check(file: IO[bytes]) -> bool:
     is_long = len(codes) > _MOST_MARKERS and codes[-1] != END
     if is_long or codes.count(START_OF_SCAN) > MOST_SCANS:
         raise UnreadablePhoto(
-            Text(
-                "is a JPEG in more than {most_scans} scans, which would take "
-                "very long; save it as an ordinary JPEG or as PNG first",
-                most_scans=MOST_SCANS,
-            )
+            "is a JPEG in more than {most_scans} scans, which would take "
+            "very long; save it as an ordinary JPEG or as PNG first",
+            most_scans=MOST_SCANS,
         )
     return codes[-2:] == [START_OF_SCAN, END]
 

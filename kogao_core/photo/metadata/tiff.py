@@ -106,7 +106,7 @@ def is_tiff(file: IO[bytes], _: Path) -> bool:
     head = file.read(4)
     file.seek(0)
     if head in _BIG_HEADS:
-        raise UnreadablePhoto(Text("is a BigTIFF; save it as an ordinary TIFF"))
+        raise UnreadablePhoto("is a BigTIFF; save it as an ordinary TIFF")
     return head in HEADS
 
 
@@ -191,19 +191,15 @@ class TiffTags:
         is_copy = self[Tag.NewSubfileType] & 1
         if is_copy and (Tag.SubIFDs in self.tags or self.tags.get_ifd(ExifTags.IFD.IFD1)):
             raise UnreadablePhoto(
-                Text(
-                    "is a TIFF that begins with a small copy of its picture; save it as an "
-                    "ordinary TIFF first, or give a raw photo its own ending again"
-                )
+                "is a TIFF that begins with a small copy of its picture; save it as an "
+                "ordinary TIFF first, or give a raw photo its own ending again"
             )
         number = self[Tag.Compression]
         if number not in (LOSSLESS if self.is_deep else _PILLOW_READS):
             raise UnreadablePhoto(
-                Text(
-                    "is a TIFF of a compression that Kogao doesn't read "
-                    "({compression}); save it uncompressed, or with LZW or Deflate",
-                    compression=compression_name(number),
-                )
+                "is a TIFF of a compression that Kogao doesn't read "
+                "({compression}); save it uncompressed, or with LZW or Deflate",
+                compression=compression_name(number),
             )
         samples = self[Tag.SamplesPerPixel]
         # OpenCV derives the number of channels from the photometric interpretation and fills
