@@ -17,7 +17,7 @@ from kogao_core.cli.common import PHOTO, limits_megapixels
 from kogao_core.faces.choices import CHOICES
 from kogao_core.recipe import presets
 from kogao_core.recipe.export import EXPORT_SETTINGS, ExportSetting, ExportSettings
-from kogao_core.recipe.recipe import PAPER, SETTINGS, Recipe
+from kogao_core.recipe.recipe import SETTINGS, Recipe
 from kogao_core.recipe.settings import Setting
 
 # The first suffix of each output format. A test compares these names with the module that declares
@@ -238,11 +238,6 @@ chooses_percent = _option(SETTINGS["percent"])
 # For commands that repeat the paper's experiments.
 takes_papers_recipe = _recipe_file(Text("Load settings (JSON) [settings of the paper]"))
 chooses_as_the_paper = words.together(takes_papers_recipe, chooses_faces)
-
-
-def paper_recipe_of(file: Path | None, percent: float | None) -> Recipe:
-    """Return the recipe in `file`, or the paper's, with the given amount."""
-    return recipe_of(file, {"percent": percent}, PAPER)
 
 
 def recipe_of(

@@ -40,9 +40,7 @@ class Outputs:
     def __init__(self, files: Mapping[str, Path], folder: Path | None, force: bool) -> None:
         self._files, self._folder = files, folder
         if list(files.values()).count(STDOUT) > 1:
-            raise ending.Stop(
-                "only one file can be printed; give names to the others", ending.USAGE
-            )
+            raise ending.Stop("only one file can be printed; give names to the others")
         for file in files.values():
             if file != STDOUT and file.parent == folder:
                 common.check_free(file, force)
@@ -92,7 +90,6 @@ def check_empty(folder: Path, force: bool) -> None:
     if folder.is_dir() and any(folder.iterdir()) and not force:
         raise ending.Stop(
             "{folder} isn't empty; choose another folder, or overwrite files with --force",
-            ending.USAGE,
             folder=folder,
         )
 

@@ -24,6 +24,7 @@ from kogao_core.lab.study.design import Conduct, Rules, variants
 from kogao_core.lab.study.report import notes
 from kogao_core.lab.study.report import report as made_report
 from kogao_core.lab.subjects import Subject
+from kogao_core.recipe.recipe import PAPER
 from kogao_core.recipe.settings import PAPER_CENTERS, Fit
 
 _LARGEST_LATTICE: Final = 8.0
@@ -157,7 +158,7 @@ def make(**given: Any) -> None:
     photos = reading.input_paths(args.inputs, args.sample)
     with ending.stopping(making.RefusedFolder, ending.USAGE):
         making.check_folder(args.folder)
-    recipe = options.paper_recipe_of(args.recipe_file, None)
+    recipe = options.recipe_of(args.recipe_file, {}, PAPER)
     kinds = variants(
         recipe,
         args.lattices,
@@ -249,13 +250,13 @@ def report(**given: Any) -> int:
     """Count the ratings of the studies in FOLDERS."""
     args = SimpleNamespace(**given)
     if args.keys and len(args.keys) != len(args.folders):
-        raise ending.Stop("give one --key per folder, or none", ending.USAGE)
+        raise ending.Stop("give one --key per folder, or none")
     to = outputs.Outputs(outputs.asked_for(given), args.data, args.force)
     keys = args.keys or [plan.key_path(folder) for folder in args.folders]
     with ending.stopping(BadFile, ending.UNREADABLE):
         counted = tally.tally(list(zip(args.folders, keys, strict=True)), args.files, args.exclude)
     for rater in set(args.exclude) - set(counted.raters):
-        raise ending.Stop("no rater {rater}", ending.USAGE, rater=rater)
+        raise ending.Stop("no rater {rater}", rater=rater)
     for note in notes(counted):
         ending.print_message(note)
     to.write(made_report(counted))
