@@ -318,14 +318,7 @@ class Recipe:
 
     @property
     def amount(self) -> Text:
-        """The Amount and all settings that differ from the defaults, as one sentence.
-
-        Examples
-        --------
-        >>> import kogao_core as kogao
-        >>> kogao.Recipe(percent=6, chin_length=-5, even_out=20).amount
-        '6 %, even out 20 %, chin length -5 %'
-        """
+        """The Amount and all settings that differ from the defaults, as one sentence."""
         if self.scope == "head":
             said = [Text("{percent:g} %", percent=self.percent)]
         else:
@@ -354,14 +347,6 @@ class Recipe:
         Returns
         -------
         Recipe
-
-        Examples
-        --------
-        >>> import kogao_core as kogao
-        >>> photo, own = kogao.Recipe(interpolation="lanczos4"), kogao.Recipe(percent=8)
-        >>> both = photo.of_face(own)
-        >>> both.percent, both.interpolation
-        (8, 'lanczos4')
         """
         if own is None:
             return self
@@ -379,12 +364,6 @@ class Recipe:
         -------
         Recipe
             The threshold stays at least the lossless 1/64 px.
-
-        Examples
-        --------
-        >>> import kogao_core as kogao
-        >>> kogao.Recipe(threshold_px=2.0).at_scale(0.5).threshold_px
-        1.0
         """
         if self.threshold_px <= LOSSLESS_PX:
             return self
