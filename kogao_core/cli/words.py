@@ -21,22 +21,9 @@ _Function = TypeVar("_Function", bound=Callable[..., Any])
 
 
 class Option(click.Option):
-    """An option with translated help.
+    """An option with translated help, below a heading `section`; without a section it comes first.
 
-    Parameters
-    ----------
-    names : sequence of str
-        Names as in `click.Option`.
-    help : str or Text, optional
-        Description. Literals are collected for the catalogues.
-    section : Text, optional
-        Heading of the option in the help. Options without a section come first.
-    needs : str, optional
-        Option that must be given, too.
-    excludes : sequence of str
-        Options that can't be combined with this option.
-    **settings : object
-        Settings as in `click.Option`.
+    `needs`: an option that must be given, too. `excludes`: options that can't be combined with it.
     """
 
     def __init__(

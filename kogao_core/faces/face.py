@@ -312,20 +312,11 @@ class LandmarkSource(Protocol):
     name: str
 
     def find(self, rgb: Image, on_face: OnFace = ignored) -> list[Face]:
-        """Return the faces of an upright image in reading order; empty if there is none.
+        """Return the faces of an upright image in reading order, px; empty if there is none.
 
-        Parameters
-        ----------
-        rgb : array of shape (H, W) or (H, W, C)
-            Pixels: uint8, uint16 or float32.
-        on_face : callable
-            Called with each face when it is found, one at a time, from any thread. The returned
-            face may have refined landmarks.
-
-        Returns
-        -------
-        list of Face
-            In px of the image.
+        `rgb` (H, W) or (H, W, C): uint8, uint16 or float32 (0 to 1). `on_face` is called with each
+        face when it is found, one at a time, from any thread; the returned face may have refined
+        landmarks.
         """
         ...
 

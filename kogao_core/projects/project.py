@@ -35,20 +35,11 @@ _FIELDS: Final = (
 
 @dataclass(frozen=True, eq=False)
 class Sheet:
-    """The faces and settings of one mode.
+    """The faces and settings of one mode."""
 
-    Parameters
-    ----------
-    faces : tuple of Face
-        Px of the upright photo.
-    off : frozenset of int
-        Indices of the faces that are not changed.
-    recipe : Recipe
-        Settings of the photo, for all faces without settings of their own.
-    """
-
-    faces: tuple[Face, ...] = ()
-    off: frozenset[int] = frozenset()
+    faces: tuple[Face, ...] = ()  # px of the upright photo
+    off: frozenset[int] = frozenset()  # indices of the faces that are not changed
+    # Settings of the photo, for all faces without settings of their own.
     recipe: Recipe = dataclasses.field(default_factory=Recipe)
 
     @property
@@ -62,18 +53,7 @@ class Sheet:
         return [face for index, face in enumerate(self.faces) if index in self.off]
 
     def mapped(self, transform: Affine) -> Sheet:
-        """Return the sheet for the photo resized by a similarity transform.
-
-        Parameters
-        ----------
-        transform : Affine
-            From px of this photo to px of the resized photo.
-
-        Returns
-        -------
-        Sheet
-            With scaled faces and threshold.
-        """
+        """Return the sheet for the photo resized by a similarity transform."""
         faces = tuple(face.mapped(transform) for face in self.faces)
         return Sheet(faces, self.off, self.recipe.at_scale(transform.scale))
 
