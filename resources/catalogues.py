@@ -67,6 +67,7 @@ RAISED: Final = (
     *("AssetMissing", "BadFile", "BadXmp", "CannotDisclose", "CannotKeepBlocks", "CannotWrite"),
     *("ChangedSince", "ModelRefused", "NoOriginal", "NotRead", "OutOfBounds", "RefusedFolder"),
     *("RefusedOutput", "UnreadablePhoto", "PhotoNotBeside", "Stop", "bad_value"),
+    *("refusing", "print_message", "_end"),
 )
 # Which arguments of these, and of the editor's actions, menus and form fields, are texts.
 _ACTION: Final = {

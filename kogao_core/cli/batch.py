@@ -56,12 +56,9 @@ def run(args: SimpleNamespace) -> int:
         )  # fmt: skip
     progress = _Progress(len(tasks))
     with ending.refusing(
-        lambda reason: Text(
-            "the report {report} can't be written ({reason}); free some space or choose another "
-            "file, then run the batch again to resume",
-            report=report,
-            reason=reason,
-        )
+        "the report {report} can't be written ({reason}); free some space or choose another file, "
+        "then run the batch again to resume",
+        report=report,
     ):
         batch.record(
             batch.run(tasks, Workers.processes(args.jobs)), report, Results.of_user(), progress.add

@@ -224,17 +224,9 @@ def tell(
             sys.stdout.flush()
     except BrokenPipeError:
         raise
-    except ending.Stop as stop:
-        ending.print_message(
-            Text("photo saved, but the report failed: {problem}", problem=stop.message)
-        )
     except Exception as error:
-        ending.print_message(
-            Text(
-                "photo saved, but the report failed: {problem}",
-                problem=system_reason(error) if isinstance(error, OSError) else str(error),
-            )
-        )
+        problem = system_reason(error) if isinstance(error, OSError) else str(error)
+        ending.print_message("photo saved, but the report failed: {problem}", problem=problem)
 
 
 class ProgressLine:

@@ -103,7 +103,7 @@ def mention_fallback(wanted: str | None) -> None:
     """Print a message if the AAM replaces missing networks."""
     if wanted is None and not networks_are_here():
         ending.print_message(
-            Text("the networks are missing; using the less exact AAM (see kogao-cli doctor)")
+            "the networks are missing; using the less exact AAM (see kogao-cli doctor)"
         )
 
 

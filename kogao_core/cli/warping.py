@@ -184,7 +184,7 @@ def _tell(options: WarpOptions, report: summary.WarpReport) -> None:
     def text() -> str:
         if options.json_file != common.STDOUT:
             for warning in report.warnings():
-                ending.print_message(Text("warning: {problem}", problem=warning))
+                ending.print_message("warning: {problem}", problem=warning)
         if options.quiet:
             return ""
         # The details count pixels, which takes longer than the warp.

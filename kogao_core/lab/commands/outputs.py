@@ -77,11 +77,7 @@ class Outputs:
 
 def _writing(place: Path) -> AbstractContextManager[None]:
     return ending.refusing(
-        lambda reason: Text(
-            "{place} can't be written ({reason}); choose another folder or make room",
-            place=place,
-            reason=reason,
-        )
+        "{place} can't be written ({reason}); choose another folder or make room", place=place
     )
 
 
