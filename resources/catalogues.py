@@ -64,9 +64,9 @@ _CALLS: Final = {
 }
 # Exceptions and functions whose first argument is a text, if it is a literal.
 RAISED: Final = (
-    *("AssetMissing", "BadFile", "BadXmp", "CannotDisclose", "CannotKeepBlocks", "CannotWrite"),
-    *("ChangedSince", "ModelRefused", "NoOriginal", "NotRead", "OutOfBounds", "RefusedFolder"),
-    *("RefusedOutput", "UnreadablePhoto", "PhotoNotBeside", "Stop", "bad_value"),
+    *("AssetMissing", "BadFile", "BadValue", "BadXmp", "CannotDisclose", "CannotKeepBlocks"),
+    *("CannotWrite", "ChangedSince", "ModelRefused", "NoOriginal", "NotRead", "OutOfBounds"),
+    *("RefusedFolder", "RefusedOutput", "UnreadablePhoto", "PhotoNotBeside", "Stop", "bad_value"),
     *("refusing", "print_message", "_end"),
 )
 # Which arguments of these, and of the editor's actions, menus and form fields, are texts.

@@ -67,6 +67,10 @@ class TextError(Exception):
         super().__init__(as_text(message, **values))
 
 
+class BadValue(TextError, ValueError):
+    """A value of the wrong form or outside its range."""
+
+
 def as_text(message: object, /, **values: object) -> Text:
     """Return a message with its values as a `Text`; a ready `Text` stays."""
     said = str(message)

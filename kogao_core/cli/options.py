@@ -10,7 +10,7 @@ from typing import Any, Final, TypeVar
 
 import click
 
-from kogao_core.base.language import Text
+from kogao_core.base.language import BadValue, Text
 from kogao_core.base.wording import shown
 from kogao_core.cli import common, ending, words
 from kogao_core.cli.common import PHOTO, limits_megapixels
@@ -249,12 +249,10 @@ def recipe_of(
         recipe = dataclasses.replace(presets.read(file) if file else otherwise, **given)
         for setting in (SETTINGS[name] for name in given if not SETTINGS[name].counts(recipe)):
             needed = SETTINGS[setting.needs]
-            raise ValueError(
-                Text(
-                    "--{option} has no effect with --{needed} {value}",
-                    option=(setting.option or setting.name).replace("_", "-"),
-                    needed=(needed.option or needed.name).replace("_", "-"),
-                    value=setting.unless,
-                )
+            raise BadValue(
+                "--{option} has no effect with --{needed} {value}",
+                option=(setting.option or setting.name).replace("_", "-"),
+                needed=(needed.option or needed.name).replace("_", "-"),
+                value=setting.unless,
             )
     return recipe

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from operator import attrgetter
 from typing import Any, Final, TypeVar
 
-from kogao_core.base.language import Text
+from kogao_core.base.language import BadValue, Text
 from kogao_core.base.wording import shown
 from kogao_core.paper.choices import LOSSLESS_PX as LOSSLESS_PX
 from kogao_core.recipe.settings import (
@@ -392,25 +392,21 @@ class Recipe:
             If the version is another one, a field is unknown or a value is out of range.
         """
         if not isinstance(values, Mapping):
-            raise ValueError(Text("a recipe must be a JSON object"))
+            raise BadValue("a recipe must be a JSON object")
         fields = dict(values)
         if (version := fields.pop("version", VERSION)) != VERSION:
-            raise ValueError(
-                Text(
-                    "this program reads recipes of version {version}, got {found}; update Kogao, "
-                    "or save the recipe again",
-                    version=VERSION,
-                    found=shown(version),
-                )
+            raise BadValue(
+                "this program reads recipes of version {version}, got {found}; update Kogao, "
+                "or save the recipe again",
+                version=VERSION,
+                found=shown(version),
             )
         unknown = sorted(set(fields) - set(SETTINGS))
         if unknown:
-            raise ValueError(
-                Text(
-                    "unknown recipe field {unknown}; known: {names}",
-                    unknown=shown(unknown[0]),
-                    names=", ".join(sorted(SETTINGS)),
-                )
+            raise BadValue(
+                "unknown recipe field {unknown}; known: {names}",
+                unknown=shown(unknown[0]),
+                names=", ".join(sorted(SETTINGS)),
             )
         return Recipe(**fields)
 

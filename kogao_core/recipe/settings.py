@@ -10,7 +10,7 @@ from numbers import Real
 from operator import attrgetter
 from typing import Any, Final, Generic, Literal, TypeVar
 
-from kogao_core.base.language import Text
+from kogao_core.base.language import BadValue, Text
 from kogao_core.base.wording import shown
 from kogao_core.paper.choices import FRACTIONS
 from kogao_core.paper.choices import DomainName as DomainName
@@ -113,19 +113,15 @@ class Setting:
             if value not in self.choices:
                 numbers = ("{:g}..{:g}".format(*self.within),) if self.within else ()
                 allowed = ", ".join([*self.choices, *numbers])
-                raise ValueError(
-                    Text(
-                        "{name} must be one of {allowed}, got {value}",
-                        name=self.name,
-                        allowed=allowed,
-                        value=shown(value),
-                    )
+                raise BadValue(
+                    "{name} must be one of {allowed}, got {value}",
+                    name=self.name,
+                    allowed=allowed,
+                    value=shown(value),
                 )
         elif not isinstance(value, bool):
-            raise ValueError(
-                Text(
-                    "{name} must be true or false, got {value}", name=self.name, value=shown(value)
-                )
+            raise BadValue(
+                "{name} must be true or false, got {value}", name=self.name, value=shown(value)
             )
 
     def plain(self, value: Any) -> Any:
@@ -136,29 +132,25 @@ class Setting:
 
     def _check_number(self, value: object, low: float, high: float) -> None:
         if isinstance(value, bool) or not isinstance(value, Real):
-            raise ValueError(
-                Text("{name} must be a number, got {value}", name=self.name, value=shown(value))
+            raise BadValue(
+                "{name} must be a number, got {value}", name=self.name, value=shown(value)
             )
         number: Any = value  # mypy: Real has no comparison
         if not low <= number <= high:
-            raise ValueError(
-                Text(
-                    "{name} must be within {low:g}..{high:g}, got {value}",
-                    name=self.name,
-                    low=low,
-                    high=high,
-                    value=shown(value),
-                )
+            raise BadValue(
+                "{name} must be within {low:g}..{high:g}, got {value}",
+                name=self.name,
+                low=low,
+                high=high,
+                value=shown(value),
             )
         if self.is_whole and number != int(number):
-            raise ValueError(
-                Text(
-                    "{name} must be a whole number {low:g}..{high:g}, got {value}",
-                    name=self.name,
-                    low=low,
-                    high=high,
-                    value=shown(value),
-                )
+            raise BadValue(
+                "{name} must be a whole number {low:g}..{high:g}, got {value}",
+                name=self.name,
+                low=low,
+                high=high,
+                value=shown(value),
             )
 
 

@@ -22,7 +22,7 @@ from kogao_core import __version__
 from kogao_core.base.atomic import atomic_write, temporary_folder
 from kogao_core.base.display import rgb8
 from kogao_core.base.geometry import Image
-from kogao_core.base.language import Text, TextError
+from kogao_core.base.language import BadValue, TextError
 from kogao_core.base.wording import printable
 from kogao_core.faces.face import Face
 from kogao_core.lab.study import page, plan
@@ -143,9 +143,7 @@ class Choices:
     def __post_init__(self) -> None:
         """Raise ValueError if the key can't store the seed."""
         if self.seed and (len(self.seed) > plan.LONGEST_SEED or printable(self.seed) != self.seed):
-            raise ValueError(
-                Text("a seed has at most {most} printable letters", most=plan.LONGEST_SEED)
-            )
+            raise BadValue("a seed has at most {most} printable letters", most=plan.LONGEST_SEED)
 
 
 def check_folder(folder: Path) -> None:

@@ -18,7 +18,7 @@ from PIL import features
 
 from kogao_core.base.atomic import Chunks
 from kogao_core.base.geometry import Box, Image
-from kogao_core.base.language import Text
+from kogao_core.base.language import BadValue, Text
 from kogao_core.photo import profiles
 from kogao_core.photo.errors import UnreadablePhoto
 from kogao_core.photo.formats import colour, common, heif
@@ -141,7 +141,7 @@ def _boxes(data: bytes) -> Iterator[tuple[bytes, bytes]]:
 
 def _encode(content: Content) -> Chunks:
     if not features.check("avif"):
-        raise ValueError(Text("this Pillow was built without it"))
+        raise BadValue("this Pillow was built without it")
     blocks = content.blocks
     del blocks["dpi"]  # AVIF can store neither resolution nor Photoshop resources
     exif: bytes = _exif(blocks["exif"])

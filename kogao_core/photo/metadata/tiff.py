@@ -16,7 +16,7 @@ from PIL import TiffTags as TiffTypes
 from PIL.ExifTags import Base as Tag
 
 from kogao_core.base.geometry import Image
-from kogao_core.base.language import Text
+from kogao_core.base.language import BadValue, Text
 from kogao_core.base.stderr import no_warnings
 from kogao_core.photo.errors import UnreadablePhoto
 from kogao_core.photo.metadata import photoshop
@@ -125,7 +125,7 @@ class TiffTags:
         file.seek(0)
         tags.load_from_fp(file)
         if Tag.ImageWidth not in tags or Tag.ImageLength not in tags:
-            raise ValueError(Text("a directory without a picture"))
+            raise BadValue("a directory without a picture")
         there = _directory(head, file)
         # Most programs use 32-bit numbers; Pillow would keep the first number only.
         there.tagtype[Tag.IPTCNAA] = TiffTypes.UNDEFINED
@@ -145,7 +145,7 @@ class TiffTags:
         ):
             parts = zip(numbers(self.tags, places), numbers(self.tags, lengths), strict=False)
             if any(start + length > file_bytes for start, length in parts):
-                raise ValueError(Text("the file ends before its pixels"))
+                raise BadValue("the file ends before its pixels")
 
     @property
     def orientation(self) -> int:
