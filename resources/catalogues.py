@@ -62,8 +62,20 @@ _CALLS: Final = {
     **dict.fromkeys(("tr_count", "counted"), slice(1, 3)),
     _CONTEXT: slice(2),
 }
-# Which arguments of the editor's actions, menus and form fields are texts.
-_ACTION: Final = {"Item": slice(1, 4, 2), "Menu": slice(1), "FormField": slice(1, 3)}
+# Exceptions and functions whose first argument is a text, if it is a literal.
+RAISED: Final = (
+    *("AssetMissing", "BadFile", "BadValue", "BadXmp", "CannotDisclose", "CannotKeepBlocks"),
+    *("CannotWrite", "ChangedSince", "ModelRefused", "NoOriginal", "NotRead", "OutOfBounds"),
+    *("RefusedFolder", "RefusedOutput", "UnreadablePhoto", "PhotoNotBeside", "Stop", "bad_value"),
+    *("refusing", "print_message", "_end"),
+)
+# Which arguments of these, and of the editor's actions, menus and form fields, are texts.
+_ACTION: Final = {
+    **dict.fromkeys(RAISED, slice(1)),
+    "Item": slice(1, 4, 2),
+    "Menu": slice(1),
+    "FormField": slice(1, 3),
+}
 _OPTION: Final = "option"  # command-line options: the help is a text, too
 
 

@@ -1,4 +1,4 @@
-"""Photo files as cameras and other programs write them, built byte by byte and without Kogao."""
+"""Photo files as other programs write them, built without Kogao; `opened` reads them."""
 
 import io
 import struct
@@ -7,6 +7,8 @@ import zlib
 import cv2
 import numpy as np
 from PIL import Image, ImageCms
+
+from kogao_core import photo
 
 SRGB = ImageCms.ImageCmsProfile(ImageCms.createProfile("sRGB")).tobytes()
 GREY = SRGB[:16] + b"GRAY" + SRGB[20:]
@@ -127,6 +129,12 @@ def empty_png(width, height):
     """Return a PNG file that claims a size and holds no pixels."""
     header = chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0))
     return b"\x89PNG\r\n\x1a\n" + header + chunk(b"IDAT", zlib.compress(b"\0"))
+
+
+def opened(path, data):
+    """Write a file and read the photo in it."""
+    path.write_bytes(data)
+    return photo.read(path)
 
 
 def saved(picture, form, **options):

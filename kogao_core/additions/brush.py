@@ -21,7 +21,7 @@ import numpy.typing as npt
 from kogao_core.additions.edge import zero_on_edges
 from kogao_core.additions.guard import limited_stroke
 from kogao_core.base.geometry import Affine, Array, Box, frozen, smoothstep
-from kogao_core.base.language import Text
+from kogao_core.base.language import BadValue
 from kogao_core.field.field import Field
 from kogao_core.field.one_to_one import fade_is_safe
 from kogao_core.paper.lattice import MIN_SPACING_PX, Grid, Lattice, meet
@@ -63,19 +63,22 @@ class BrushStroke:
                 pressure = frozen(self.pressure, (len(self.points_px),))
                 object.__setattr__(self, "pressure", pressure)
         except ValueError as error:
-            raise ValueError(Text("a stroke can't be used: {error}", error=error)) from None
+            raise BadValue("a stroke can't be used: {error}", error=error) from None
         if not len(self.points_px):
-            raise ValueError(Text("a stroke needs at least one point"))
+            raise BadValue("a stroke needs at least one point")
         for name, value, low, high in (
             ("radius_px", self.radius_px, MIN_SPACING_PX, np.inf),
             ("strength", self.strength, 0.0, 1.0),
             ("falloff", self.falloff, LEAST_FALLOFF, 1.0),
         ):
             if not low <= value <= high or value == np.inf:
-                raise ValueError(
-                    Text("{name} must be {low:g} to {high:g}, got {value!r}", name=name, low=low,
-                         high=high, value=value)
-                )  # fmt: skip
+                raise BadValue(
+                    "{name} must be {low:g} to {high:g}, got {value!r}",
+                    name=name,
+                    low=low,
+                    high=high,
+                    value=value,
+                )
 
     @property
     def spacing_px(self) -> float:

@@ -16,7 +16,6 @@ from kogao_core.additions.exact import exact, norm_px
 from kogao_core.additions.head import HeadField
 from kogao_core.additions.limits import MOST_CONTROL_POINTS, MOST_TOGETHER, OutOfBounds
 from kogao_core.base.geometry import Array, Box
-from kogao_core.base.language import Text
 from kogao_core.faces.face import Anchor
 from kogao_core.faces.targets import FacePairs
 from kogao_core.paper import fit as paper
@@ -185,14 +184,12 @@ def _check_control_points(
         total += columns * rows
     if not total <= MOST_CONTROL_POINTS:
         raise OutOfBounds(
-            Text(
-                "these faces take {total:.3g} control points at this lattice, and at "
-                "most {most_control_points} are worked on; make the lattice coarser "
-                "(a larger R), choose fewer faces, or correct landmarks far from "
-                "their face",
-                total=total,
-                most_control_points=MOST_CONTROL_POINTS,
-            )
+            "these faces take {total:.3g} control points at this lattice, and at "
+            "most {most_control_points} are worked on; make the lattice coarser "
+            "(a larger R), choose fewer faces, or correct landmarks far from "
+            "their face",
+            total=total,
+            most_control_points=MOST_CONTROL_POINTS,
         )
 
 
@@ -205,12 +202,10 @@ def _check_together(problems: Sequence[Problem]) -> None:
         )
         if points * min(points, nodes) > MOST_TOGETHER**2:
             raise OutOfBounds(
-                Text(
-                    "faces that touch each other have {points} landmarks together, more than "
-                    "can be solved at once (about {most_together}); choose fewer faces",
-                    points=points,
-                    most_together=MOST_TOGETHER,
-                )
+                "faces that touch each other have {points} landmarks together, more than "
+                "can be solved at once (about {most_together}); choose fewer faces",
+                points=points,
+                most_together=MOST_TOGETHER,
             )
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from kogao_core.base.geometry import Array, Box
-from kogao_core.base.language import Text
+from kogao_core.base.language import Text, TextError
 
 if TYPE_CHECKING:
     from kogao_core.additions.brush import Brushwork
@@ -32,7 +32,7 @@ WIDEST_PX: Final = 1024.0
 MOST_LANDMARKS: Final = 50_000
 
 
-class OutOfBounds(ValueError):
+class OutOfBounds(TextError, ValueError):
     """A point lies far outside the photo, or a limit of size is exceeded."""
 
 
@@ -56,13 +56,11 @@ def _check_apart(faces: Sequence[Face]) -> None:
         on_it = int((np.hypot(*off.T) < _ON_ONE * size_px(face)).sum())
         if on_it > MOST_ON_ONE:
             raise OutOfBounds(
-                Text(
-                    "{count} faces lie where face {number} does, and at most {most} are worked on; "
-                    "take those away that are there twice",
-                    count=on_it,
-                    number=number,
-                    most=MOST_ON_ONE,
-                )
+                "{count} faces lie where face {number} does, and at most {most} are worked on; "
+                "take those away that are there twice",
+                count=on_it,
+                number=number,
+                most=MOST_ON_ONE,
             )
 
 
@@ -86,11 +84,9 @@ def check_protection(protection: Protection, image: Box) -> None:
         )
         if 2.0 * stroke.radius_px > widest:
             raise OutOfBounds(
-                Text(
-                    "protected line {number} is wider than {px:g} px; use a narrower line",
-                    number=number,
-                    px=widest,
-                )
+                "protected line {number} is wider than {px:g} px; use a narrower line",
+                number=number,
+                px=widest,
             )
 
 
@@ -99,12 +95,10 @@ def check_corners(protection: Protection) -> None:
     corners = sum(len(stroke.points_px) for stroke in protection.strokes)
     if corners > MOST_CORNERS:
         raise OutOfBounds(
-            Text(
-                "the protected lines have {corners} corners together; at most "
-                "{most_corners} are allowed: draw them with fewer",
-                corners=corners,
-                most_corners=MOST_CORNERS,
-            )
+            "the protected lines have {corners} corners together; at most "
+            "{most_corners} are allowed: draw them with fewer",
+            corners=corners,
+            most_corners=MOST_CORNERS,
         )
 
 
@@ -116,7 +110,7 @@ def check_brushwork(brushwork: Brushwork, image: Box) -> None:
         where = Text("corner {{}} of brush stroke {number}", number=number)
         _check_near(stroke.points_px, image, longer, where)
         if stroke.radius_px > max(longer, WIDEST_PX):
-            raise OutOfBounds(Text("brush stroke {number} is wider than the photo", number=number))
+            raise OutOfBounds("brush stroke {number} is wider than the photo", number=number)
 
 
 def check_strokes(brushwork: Brushwork) -> None:
@@ -128,10 +122,8 @@ def check_strokes(brushwork: Brushwork) -> None:
         nodes += float(np.prod(sides / stroke.spacing_px))
     if steps > MOST_BRUSH_STEPS or nodes > MOST_CONTROL_POINTS:
         raise OutOfBounds(
-            Text(
-                "the strokes of push and restore are too long for so small a brush; draw shorter "
-                "ones, or take a larger brush"
-            )
+            "the strokes of push and restore are too long for so small a brush; draw shorter "
+            "ones, or take a larger brush"
         )
 
 
@@ -143,13 +135,11 @@ def _check_near(points: Array, image: Box, room_px: float, name: str) -> None:
     if len(far):
         x, y = points[far[0]].tolist()
         raise OutOfBounds(
-            Text(
-                "{format} lies at {x:g}, {y:g}, far outside the photo, which ends at "
-                "{right}, {bottom}; correct it",
-                format=name.format(far[0] + 1),
-                x=x,
-                y=y,
-                right=image.right - 1,
-                bottom=image.bottom - 1,
-            )
+            "{format} lies at {x:g}, {y:g}, far outside the photo, which ends at "
+            "{right}, {bottom}; correct it",
+            format=name.format(far[0] + 1),
+            x=x,
+            y=y,
+            right=image.right - 1,
+            bottom=image.bottom - 1,
         )

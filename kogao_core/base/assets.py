@@ -7,12 +7,12 @@ from pathlib import Path
 from typing import Final
 
 from kogao_core.base.installed import again
-from kogao_core.base.language import Text
+from kogao_core.base.language import Text, TextError
 
 _SAMPLE: Final = "samples/average.jpg"
 
 
-class AssetMissing(RuntimeError):
+class AssetMissing(TextError, RuntimeError):
     """A packed file is missing from this installation. The message tells how to get the file."""
 
 
@@ -43,10 +43,7 @@ def _folder() -> Path:
         resources = importlib.import_module("kogao_resources")
     except ModuleNotFoundError:
         raise AssetMissing(
-            Text(
-                "Kogao runs from a checkout that isn't installed; run `pip install "
-                "-e .` in its folder"
-            )
+            "Kogao runs from a checkout that isn't installed; run `pip install -e .` in its folder"
         ) from None
     return Path(resources.__path__[0])
 

@@ -8,7 +8,7 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
-from kogao_core.base.language import Text
+from kogao_core.base.language import BadValue
 
 Array = npt.NDArray[np.float64]
 # Ends (x, y) of a straight line.
@@ -150,15 +150,13 @@ def frozen(
             want is not None and want != got for want, got in zip(shape, array.shape, strict=True)
         )
     ):
-        raise ValueError(
-            Text(
-                "expected points of shape {shape}, got {got}",
-                shape=str(shape).replace("None", "N"),
-                got=array.shape,
-            )
+        raise BadValue(
+            "expected points of shape {shape}, got {got}",
+            shape=str(shape).replace("None", "N"),
+            got=array.shape,
         )
     if np.isinf(array).any() or (not gaps and np.isnan(array).any()):
-        raise ValueError(Text("coordinates must be finite numbers"))
+        raise BadValue("coordinates must be finite numbers")
     array.setflags(write=False)
     return array
 

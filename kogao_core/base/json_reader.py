@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final, NoReturn
 
-from kogao_core.base.language import Text
+from kogao_core.base.language import Text, TextError
 from kogao_core.base.wording import shown, system_reason
 
 # Control characters, and surrogates, which can't be encoded.
@@ -20,7 +20,7 @@ _UNPLAIN: Final = re.compile("[\x00-\x1f\ud800-\udfff]")
 _FILE: Final = Text("the file")
 
 
-class BadFile(ValueError):
+class BadFile(TextError, ValueError):
     """A file has invalid content; the message tells place and reason."""
 
 
@@ -101,7 +101,7 @@ class Node:
 
     def refuse(self, reason: str) -> NoReturn:
         """Raise BadFile for this value."""
-        raise BadFile(Text("{root}{path} {reason}", root=self.root, path=self.path, reason=reason))
+        raise BadFile("{root}{path} {reason}", root=self.root, path=self.path, reason=reason)
 
 
 def read(path: Path, most_bytes: int) -> bytes:
@@ -113,12 +113,10 @@ def read(path: Path, most_bytes: int) -> bytes:
         with path.open("rb") as file:
             return file.read(most_bytes + 1)
     except FileNotFoundError:
-        raise BadFile(
-            Text("{path} doesn't exist; check the name and the folder", path=path)
-        ) from None
+        raise BadFile("{path} doesn't exist; check the name and the folder", path=path) from None
     except OSError as error:
         raise BadFile(
-            Text("{path} can't be read ({reason})", path=path, reason=system_reason(error))
+            "{path} can't be read ({reason})", path=path, reason=system_reason(error)
         ) from None
 
 
@@ -129,33 +127,31 @@ def parse(data: bytes, most_bytes: int) -> Node:
     """
     if len(data) > most_bytes:
         raise BadFile(
-            Text(
-                "the file has {count} bytes; at most {most_bytes} are allowed",
-                count=len(data),
-                most_bytes=most_bytes,
-            )
+            "the file has {count} bytes; at most {most_bytes} are allowed",
+            count=len(data),
+            most_bytes=most_bytes,
         )
     try:
         value = json.loads(
             data.decode("utf-8-sig"), parse_constant=_no_constant, object_pairs_hook=_once
         )
     except RecursionError:
-        raise BadFile(Text("the file is nested too deeply")) from None
+        raise BadFile("the file is nested too deeply") from None
     except UnicodeDecodeError:
-        raise BadFile(Text("the file is not JSON, but binary data")) from None
+        raise BadFile("the file is not JSON, but binary data") from None
     except BadFile:
         raise
     except ValueError as error:  # not JSON, or a number of thousands of digits
-        raise BadFile(Text("the file is not JSON ({error})", error=str(error)[:80])) from None
+        raise BadFile("the file is not JSON ({error})", error=str(error)[:80]) from None
     return Node(value)
 
 
 def _no_constant(text: str) -> NoReturn:
-    raise BadFile(Text("the file contains {text}, which is not a number", text=text))
+    raise BadFile("the file contains {text}, which is not a number", text=text)
 
 
 def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     found = dict(pairs)
     if len(found) != len(pairs):
-        raise BadFile(Text("the file contains a field twice"))
+        raise BadFile("the file contains a field twice")
     return found

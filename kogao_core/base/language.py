@@ -60,6 +60,23 @@ class Text(str):
         return Text._made, (self.template, self.many, self.values)
 
 
+class TextError(Exception):
+    """An exception whose message is a `Text`: ``raise BadFile("{path} is empty", path=path)``."""
+
+    def __init__(self, message: object, /, **values: object) -> None:
+        super().__init__(as_text(message, **values))
+
+
+class BadValue(TextError, ValueError):
+    """A value of the wrong form or outside its range."""
+
+
+def as_text(message: object, /, **values: object) -> Text:
+    """Return a message with its values as a `Text`; a ready `Text` stays."""
+    said = str(message)
+    return said if isinstance(said, Text) else Text(said, **values)
+
+
 def translated(message: object) -> str:
     """Return ``str(message)`` as plain text in the current language."""
     text = str(message)

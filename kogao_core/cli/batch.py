@@ -46,9 +46,7 @@ def run(args: SimpleNamespace) -> int:
             try:
                 batch.check_free(tasks)
             except batch.NothingToDo as error:
-                raise ending.Stop(
-                    Text("{error}, or use --force to overwrite", error=error)
-                ) from None
+                raise ending.Stop("{error}, or use --force to overwrite", error=error) from None
     reading.check_networks()
     reading.mention_fallback(args.landmarks)
     if count := batch.outdated(tasks):
@@ -58,12 +56,9 @@ def run(args: SimpleNamespace) -> int:
         )  # fmt: skip
     progress = _Progress(len(tasks))
     with ending.refusing(
-        lambda reason: Text(
-            "the report {report} can't be written ({reason}); mend that, or choose another file "
-            "with --report, then run the batch again to resume",
-            report=report,
-            reason=reason,
-        )
+        "the report {report} can't be written ({reason}); mend that, or choose another file "
+        "with --report, then run the batch again to resume",
+        report=report,
     ):
         batch.record(
             batch.run(tasks, Workers.processes(args.jobs)), report, Results.of_user(), progress.add
@@ -87,9 +82,7 @@ def _expanded(inputs: tuple[Path, ...]) -> list[Path]:
         anchor = Path(path.anchor) if path.anchor else Path()
         found = sorted(anchor.glob(str(path.relative_to(anchor) if path.anchor else path)))
         if not found:
-            raise ending.Stop(
-                Text("no file matches {path}; check the pattern and the folder", path=path)
-            )
+            raise ending.Stop("no file matches {path}; check the pattern and the folder", path=path)
         paths += found
     return paths
 

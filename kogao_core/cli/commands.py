@@ -14,7 +14,7 @@ from contextlib import suppress
 import click
 
 from kogao_core.base.interrupts import CODE
-from kogao_core.base.language import system_languages, tr, translated, use_language
+from kogao_core.base.language import system_languages, translated, use_language
 from kogao_core.base.stderr import open_standard_streams
 from kogao_core.base.threads import reuse_freed_memory, skip_final_collection, without_blas_threads
 from kogao_core.base.wording import system_reason
@@ -47,27 +47,23 @@ def run(arguments: Sequence[str] | None) -> int:
         return _end(_sentence(stop), stop.code)
     except click.UsageError as error:
         return _end(
-            tr(
-                "{problem} (see {command} --help)",
-                problem=_sentence(error),
-                command=error.ctx.command_path if error.ctx else PROGRAM,
-            ),
+            "{problem} (see {command} --help)",
             USAGE,
+            problem=_sentence(error),
+            command=error.ctx.command_path if error.ctx else PROGRAM,
         )
     except click.Abort:
-        return _end(tr("interrupted"), CODE)
+        return _end("interrupted", CODE)
     except (BrokenPipeError, SystemExit):  # the reader closed the pipe, as in | head: click exits
         _drop_the_rest()
         return 0
     except OSError as error:
         reason = system_reason(error)
         if error.filename is not None:
-            return _end(f"{os.fsdecode(error.filename)}: {translated(reason)}", UNREADABLE)
+            file = os.fsdecode(error.filename)
+            return _end("{path}: {problem}", UNREADABLE, path=file, problem=reason)
         _drop_the_rest()
-        return _end(
-            tr("the report can't be printed: {reason}", reason=reason),
-            UNREADABLE,
-        )
+        return _end("the report can't be printed: {reason}", UNREADABLE, reason=reason)
     except Exception as error:  # every error ends in one line
         return _unforeseen(error)
     return code if isinstance(code, int) else 0
@@ -83,7 +79,7 @@ def _unforeseen(error: Exception) -> int:
         traceback.print_exception(error)
     if isinstance(error, MemoryError):
         return _end(
-            tr("not enough memory; close other programs, or use a smaller photo or fewer faces"),
+            "not enough memory; close other programs, or use a smaller photo or fewer faces",
             UNEXPECTED,
         )
     from kogao_core.cli.doctor import incomplete  # slow to import and rarely needed
@@ -92,12 +88,10 @@ def _unforeseen(error: Exception) -> int:
         return _end(lacks, BROKEN)
     text = " ".join(f"{type(error).__name__}: {error}".split())[:_LONGEST_ERROR]
     return _end(
-        tr(
-            "internal error ({text}); please report the output of the same command with {debug}=1",
-            text=text,
-            debug=DEBUG,
-        ),
+        "internal error ({text}); please report the output of the same command with {debug}=1",
         UNEXPECTED,
+        text=text,
+        debug=DEBUG,
     )
 
 
@@ -110,6 +104,6 @@ def _sentence(error: click.ClickException) -> str:
     return " ".join(translated(error.format_message()).split()).rstrip(".。")
 
 
-def _end(message: str, code: int) -> int:
-    print_message(message)
+def _end(message: str, code: int, /, **values: object) -> int:
+    print_message(message, **values)
     return code

@@ -45,11 +45,9 @@ class Number(click.FloatRange):
             if isfinite(number):
                 return number
         raise words.bad_value(
-            Text(
-                "{value} is not a number in the range {limits}.",
-                value=shown(value),
-                limits=_limits(self),
-            )
+            "{value} is not a number in the range {limits}.",
+            value=shown(value),
+            limits=_limits(self),
         )
 
 
@@ -61,11 +59,9 @@ class Whole(click.IntRange):
         with suppress(click.BadParameter):
             return int(super().convert(value, param, ctx))
         raise words.bad_value(
-            Text(
-                "{value} is not a whole number in the range {limits}.",
-                value=shown(value),
-                limits=_limits(self),
-            )
+            "{value} is not a whole number in the range {limits}.",
+            value=shown(value),
+            limits=_limits(self),
         )
 
 
@@ -82,14 +78,12 @@ def check_free(file: Path, force: bool) -> None:
         check_target(file)
     except NotAFile as error:
         raise ending.Stop(
-            Text(
-                "{file} can't be replaced: {reason}; name another file",
-                file=file,
-                reason=system_reason(error),
-            )
+            "{file} can't be replaced: {reason}; name another file",
+            file=file,
+            reason=system_reason(error),
         ) from None
     if file.exists() and not force:
-        raise ending.Stop(Text("{file} already exists; use --force to overwrite", file=file))
+        raise ending.Stop("{file} already exists; use --force to overwrite", file=file)
 
 
 limits_megapixels = words.option(
@@ -131,9 +125,9 @@ def no_photo(_: click.Context, parameter: click.Parameter, file: Path | None) ->
 
     if file.suffix.lower() in READABLE:
         if parameter.type is not _PLACE:
-            raise words.bad_value(Text("{file} is a photo; name another file.", file=file))
+            raise words.bad_value("{file} is a photo; name another file.", file=file)
         raise words.bad_value(
-            Text("{file} is a photo; name a report file, or - for standard output.", file=file)
+            "{file} is a photo; name a report file, or - for standard output.", file=file
         )
     return file
 
@@ -156,20 +150,22 @@ def check_report(file: Path | None, force: bool) -> None:
     check_free(file, force)
     if not file.parent.is_dir():
         raise ending.Stop(
-            Text("folder {folder} doesn't exist; create the folder first", folder=file.parent),
+            "folder {folder} doesn't exist; create the folder first",
             ending.UNREADABLE,
+            folder=file.parent,
         )
     if not os.access(file.parent, os.W_OK | os.X_OK):
         raise ending.Stop(
-            Text("folder {folder} isn't writable; choose another folder", folder=file.parent),
+            "folder {folder} isn't writable; choose another folder",
             ending.UNREADABLE,
+            folder=file.parent,
         )
 
 
 def input_path(source: Path | None, sample: bool) -> Path:
     """Return the path of the photo or the sample. Raises Stop unless exactly one is given."""
     if (source is None) != sample:
-        raise ending.Stop(Text("name one photo, or use --sample"))
+        raise ending.Stop("name one photo, or use --sample")
     if source is not None:
         return source
 
@@ -186,7 +182,7 @@ def received() -> Iterator[Path]:
             shutil.copyfileobj(sys.stdin.buffer, file)
         if path.stat().st_size == 0:
             raise ending.Stop(
-                Text("standard input is empty; pipe a photo into the command"), ending.UNREADABLE
+                "standard input is empty; pipe a photo into the command", ending.UNREADABLE
             )
         yield path
 
@@ -228,17 +224,9 @@ def tell(
             sys.stdout.flush()
     except BrokenPipeError:
         raise
-    except ending.Stop as stop:
-        ending.print_message(
-            Text("photo saved, but the report failed: {problem}", problem=stop.message)
-        )
     except Exception as error:
-        ending.print_message(
-            Text(
-                "photo saved, but the report failed: {problem}",
-                problem=system_reason(error) if isinstance(error, OSError) else str(error),
-            )
-        )
+        problem = system_reason(error) if isinstance(error, OSError) else str(error)
+        ending.print_message("photo saved, but the report failed: {problem}", problem=problem)
 
 
 class ProgressLine:

@@ -58,7 +58,7 @@ def _lines(_: click.Context, __: click.Parameter, values: Sequence[str]) -> list
     for value, line in zip(values, lines, strict=True):
         if not line or any(len(corner) != 2 or not all(map(isfinite, corner)) for corner in line):
             raise words.bad_value(
-                Text("{value} is not a list such as '10,20 10,400'.", value=shown(value))
+                "{value} is not a list such as '10,20 10,400'.", value=shown(value)
             )
     return lines
 
@@ -224,7 +224,7 @@ def batch() -> None:
 
 def _png(_: click.Context, __: click.Parameter, file: Path | None) -> Path | None:
     if file is not None and file.suffix.lower() != ".png":
-        raise words.bad_value(Text("{file} doesn't end in .png.", file=file))
+        raise words.bad_value("{file} doesn't end in .png.", file=file)
     return file
 
 

@@ -36,7 +36,7 @@ def run(args: SimpleNamespace) -> None:
     common.check_report(args.mask_file, args.force)
     path = common.input_path(args.source, args.sample)
     if args.mask_file is not None and args.mask_file.exists() and args.mask_file.samefile(path):
-        raise ending.Stop(Text("{file} is the input photo; name another file", file=path))
+        raise ending.Stop("{file} is the input photo; name another file", file=path)
     known = landmark_source(args.landmarks)
     photo = reading.read_photo(path, args.max_megapixels)
     faces = reading.find_faces(photo, args.landmarks, known=known)
@@ -44,9 +44,7 @@ def run(args: SimpleNamespace) -> None:
     mask_file = args.mask_file
     people = None if mask_file is None else _people(photo, faces)
     if mask_file is not None and people is not None:
-        with ending.refusing(
-            lambda reason: Text("{file} can't be written: {reason}", file=mask_file, reason=reason)
-        ):
+        with ending.refusing("{file} can't be written: {reason}", file=mask_file):
             atomic_write(png(people.picture(photo.width, photo.height)), mask_file)
     common.deliver(
         lambda: _found(photo, judged, mask_file, people),
@@ -60,12 +58,10 @@ def _people(photo: Photo, faces: Sequence[Face]) -> PersonMask:
         people = PersonFinder().find(photo.pixels, faces)
     if people.missed:
         ending.print_message(
-            Text(
-                "{missed} of {count_of_faces} can't be separated from the background; the mask is "
-                "black there",
-                missed=people.missed,
-                count_of_faces=common.count_of_faces(len(faces)),
-            )
+            "{missed} of {count_of_faces} can't be separated from the background; the mask is "
+            "black there",
+            missed=people.missed,
+            count_of_faces=common.count_of_faces(len(faces)),
         )
     return people
 

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import Final
 
 import click
 
-from kogao_core.base.language import Text, translated
+from kogao_core.base.language import as_text, translated
 from kogao_core.base.wording import printable, sentence, system_reason
 
 BROKEN: Final = 1
@@ -24,8 +24,8 @@ UNEXPECTED: Final = 70  # EX_SOFTWARE of sysexits.h
 class Stop(click.ClickException):
     """Ends the command with one line on stderr and an exit code, USAGE by default."""
 
-    def __init__(self, message: object, code: int = USAGE) -> None:
-        super().__init__(str(message))
+    def __init__(self, message: object, code: int = USAGE, /, **values: object) -> None:
+        super().__init__(as_text(message, **values))
         self.code = code
 
 
@@ -39,19 +39,17 @@ def stopping(kinds: type[Exception] | tuple[type[Exception], ...], code: int) ->
 
 
 @contextmanager
-def refusing(sentence: Callable[[str], Text]) -> Iterator[None]:
-    """Convert an OSError to `Stop`. `sentence` makes the message from the system's reason."""
+def refusing(message: str, **values: object) -> Iterator[None]:
+    """Convert an OSError to `Stop`. The field ``reason`` of the message is the system's reason."""
     try:
         yield
     except OSError as error:
-        raise Stop(sentence(system_reason(error)), UNREADABLE) from error
+        raise Stop(message, UNREADABLE, reason=system_reason(error), **values) from error
 
 
 def writing(path: Path) -> AbstractContextManager[None]:
     """Convert an OSError on writing a file or folder to `Stop`."""
-    return refusing(
-        lambda reason: Text("{path} can't be written ({reason})", path=path, reason=reason)
-    )
+    return refusing("{path} can't be written ({reason})", path=path)
 
 
 def print_text(text: str, *, err: bool = False) -> None:
@@ -59,6 +57,6 @@ def print_text(text: str, *, err: bool = False) -> None:
     click.echo("\n".join(map(printable, text.split("\n"))), err=err)
 
 
-def print_message(message: str) -> None:
+def print_message(message: str, **values: object) -> None:
     """Print one line on stderr, in the user's language."""
-    click.echo(f"kogao-cli: {sentence(translated(message))}", err=True)
+    click.echo(f"kogao-cli: {sentence(translated(as_text(message, **values)))}", err=True)

@@ -148,12 +148,10 @@ def run(args: SimpleNamespace) -> None:
                     messages += _change_desktop(args.settings, args.remove)
     except OSError as error:
         raise ending.Stop(
-            Text(
-                "{place} can't be changed ({why})",
-                place=error.filename or args.settings or args.host or _DESKTOP,
-                why=system_reason(error),
-            ),
+            "{place} can't be changed ({why})",
             ending.UNREADABLE,
+            place=error.filename or args.settings or args.host or _DESKTOP,
+            why=system_reason(error),
         ) from error
     ending.print_text("\n".join(map(translated, messages)))
 
@@ -161,7 +159,7 @@ def run(args: SimpleNamespace) -> None:
 def _change_desktop(share: Path | None, remove: bool) -> Iterator[Text]:
     """Change the menu of the desktop; yield messages."""
     if sys.platform in ("win32", "darwin"):
-        raise ending.Stop(Text("integrate desktop works on Linux only"))
+        raise ending.Stop("integrate desktop works on Linux only")
     folder = share or desktop.data_home()
     if not remove:
         desktop.install(folder, _program("kogao"))
@@ -208,11 +206,9 @@ def _places(name: str, settings: Path | None, remove: bool) -> list[tuple[Host, 
     ]
     if not places:
         raise ending.Stop(
-            Text(
-                "{host} has no settings yet; start {host} once, then run this command again",
-                host=hosts[0].title,
-            ),
+            "{host} has no settings yet; start {host} once, then run this command again",
             ending.UNREADABLE,
+            host=hosts[0].title,
         )
     return places
 
@@ -261,8 +257,10 @@ def _program(name: str) -> Path:
     found = installed.program(name)
     if found is None:
         raise ending.Stop(
-            Text("{program} is missing: {command}", program=name, command=installed.again()),
+            "{program} is missing: {command}",
             ending.BROKEN,
+            program=name,
+            command=installed.again(),
         )
     return found
 
@@ -272,8 +270,7 @@ def _python() -> Path:
     found = shutil.which("python3") if installed.is_bundle() else sys.executable
     if found is None:
         raise ending.Stop(
-            Text("GIMP 2.10 needs a Python 3 to start Kogao, and none is on the path"),
-            ending.BROKEN,
+            "GIMP 2.10 needs a Python 3 to start Kogao, and none is on the path", ending.BROKEN
         )
     return Path(found)
 

@@ -10,14 +10,14 @@ from typing import Any, Final, TypeVar
 
 import click
 
-from kogao_core.base.language import Text
+from kogao_core.base.language import BadValue, Text
 from kogao_core.base.wording import shown
 from kogao_core.cli import common, ending, words
 from kogao_core.cli.common import PHOTO, limits_megapixels
 from kogao_core.faces.choices import CHOICES
 from kogao_core.recipe import presets
 from kogao_core.recipe.export import EXPORT_SETTINGS, ExportSetting, ExportSettings
-from kogao_core.recipe.recipe import PAPER, SETTINGS, Recipe
+from kogao_core.recipe.recipe import SETTINGS, Recipe
 from kogao_core.recipe.settings import Setting
 
 # The first suffix of each output format. A test compares these names with the module that declares
@@ -79,7 +79,7 @@ takes_results = words.option(
 def _face_choice(_: click.Context, __: click.Parameter, value: str) -> str:
     if not _FACES.fullmatch(value):
         raise words.bad_value(
-            Text("{value}: expected all, largest, or numbers such as 1,3.", value=shown(value))
+            "{value}: expected all, largest, or numbers such as 1,3.", value=shown(value)
         )
     return value
 
@@ -240,11 +240,6 @@ takes_papers_recipe = _recipe_file(Text("Load settings (JSON) [settings of the p
 chooses_as_the_paper = words.together(takes_papers_recipe, chooses_faces)
 
 
-def paper_recipe_of(file: Path | None, percent: float | None) -> Recipe:
-    """Return the recipe in `file`, or the paper's, with the given amount."""
-    return recipe_of(file, {"percent": percent}, PAPER)
-
-
 def recipe_of(
     file: Path | None, choices: Mapping[str, Any], otherwise: Recipe = _DEFAULTS
 ) -> Recipe:
@@ -254,12 +249,10 @@ def recipe_of(
         recipe = dataclasses.replace(presets.read(file) if file else otherwise, **given)
         for setting in (SETTINGS[name] for name in given if not SETTINGS[name].counts(recipe)):
             needed = SETTINGS[setting.needs]
-            raise ValueError(
-                Text(
-                    "--{option} has no effect with --{needed} {value}",
-                    option=(setting.option or setting.name).replace("_", "-"),
-                    needed=(needed.option or needed.name).replace("_", "-"),
-                    value=setting.unless,
-                )
+            raise BadValue(
+                "--{option} has no effect with --{needed} {value}",
+                option=(setting.option or setting.name).replace("_", "-"),
+                needed=(needed.option or needed.name).replace("_", "-"),
+                value=setting.unless,
             )
     return recipe

@@ -39,9 +39,7 @@ def restore(args: SimpleNamespace) -> None:
     common.check_free(file, force=True)
     with (
         ending.stopping(NoOriginal, ending.USAGE),
-        ending.refusing(
-            lambda reason: Text("{file} can't be restored ({reason})", file=file, reason=reason)
-        ),
+        ending.refusing("{file} can't be restored ({reason})", file=file),
     ):
         is_restored = Originals.of_user().restore(file, args.number, force=args.force)
     ending.print_text(

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import click
 
-from kogao_core.base.language import Text, tr, translated
+from kogao_core.base.language import tr, translated
 from kogao_core.cli import common, ending
 from kogao_core.recipe import presets
 
@@ -19,7 +19,7 @@ def run(args: SimpleNamespace) -> None:
     found = presets.BUILT_IN | presets.listed(folder) | presets.BUILT_IN
     if args.name is not None:
         if args.name not in found:
-            raise ending.Stop(Text("no preset {name}; see kogao-cli presets", name=args.name))
+            raise ending.Stop("no preset {name}; see kogao-cli presets", name=args.name)
         click.echo(json.dumps(found[args.name].to_dict(), indent=1))
         return
     common.check_report(args.json_file, args.force)

@@ -20,16 +20,14 @@ from kogao_core.recipe import presets
 def run(args: SimpleNamespace) -> None:
     """Run the command."""
     if len(args.inputs) % 2:
-        raise ending.Stop(Text("name photos in pairs: the original, then its retouched copy"))
+        raise ending.Stop("name photos in pairs: the original, then its retouched copy")
     if args.project_file is not None and len(args.inputs) > 2:
-        raise ending.Stop(Text("--project takes one pair"))
+        raise ending.Stop("--project takes one pair")
     for report in (args.project_file, args.json_file):
         common.check_report(report, args.force)
     if args.style is not None:
         if args.style in presets.BUILT_IN:
-            raise ending.Stop(
-                Text("{name} is a built-in preset; choose another name", name=args.style)
-            )
+            raise ending.Stop("{name} is a built-in preset; choose another name", name=args.style)
         with ending.stopping(ValueError, ending.USAGE):
             common.check_free(presets.file_of(presets.user_folder(), args.style), args.force)
     found = []

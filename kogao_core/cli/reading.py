@@ -43,8 +43,9 @@ def refuse_result(path: Path) -> None:
     origin = Results.of_user().origin(path)
     if origin is not None:
         raise ending.Stop(
-            Text("{why}; open the original, or use --results to continue", why=origin.why),
+            "{why}; open the original, or use --results to continue",
             ending.OWN_RESULT,
+            why=origin.why,
         )
 
 
@@ -54,7 +55,7 @@ def input_paths(inputs: Sequence[Path], sample: bool, *, named: bool = False) ->
     With `named`, raise Stop if files that are named after two photos would have one name.
     """
     if bool(inputs) == sample:
-        raise ending.Stop(Text("name photos or folders of photos, or use --sample"))
+        raise ending.Stop("name photos or folders of photos, or use --sample")
     if sample:
         return [common.input_path(None, sample)]
     paths: list[Path] = []
@@ -64,11 +65,11 @@ def input_paths(inputs: Sequence[Path], sample: bool, *, named: bool = False) ->
             continue
         within = [p for p in sorted(path.rglob("*")) if p.suffix.lower() in READABLE]
         if not within:
-            raise ending.Stop(Text("no photo found in {path}", path=path))
+            raise ending.Stop("no photo found in {path}", path=path)
         paths += within
     stem, count = Counter(path.stem for path in paths).most_common(1)[0]
     if named and count > 1:
-        raise ending.Stop(Text("several photos are called {stem}; use separate folders", stem=stem))
+        raise ending.Stop("several photos are called {stem}; use separate folders", stem=stem)
     return paths
 
 
@@ -102,7 +103,7 @@ def mention_fallback(wanted: str | None) -> None:
     """Print a message if the AAM replaces missing networks."""
     if wanted is None and not networks_are_here():
         ending.print_message(
-            Text("the networks are missing; using the less exact AAM (see kogao-cli doctor)")
+            "the networks are missing; using the less exact AAM (see kogao-cli doctor)"
         )
 
 
@@ -132,23 +133,18 @@ def find_faces(
             faces = (known or landmark_source(landmarks)).find(for_search(photo))
         except ValueError as error:  # raised by `Face`
             raise ending.Stop(
-                Text(
-                    "the landmarks in {path} form no face: {error}; choose another source "
-                    "with --landmarks",
-                    path=photo.path,
-                    error=error,
-                ),
+                "the landmarks in {path} form no face: {error}; choose another source "
+                "with --landmarks",
                 ending.NO_FACE,
+                path=photo.path,
+                error=error,
             ) from error
     mention_fallback(landmarks)
     if not faces:
         raise ending.Stop(
-            Text(
-                "no face in {path}; crop closer, or place a face by hand in the editor "
-                "(kogao {path})",
-                path=photo.path,
-            ),
+            "no face in {path}; crop closer, or place a face by hand in the editor (kogao {path})",
             ending.NO_FACE,
+            path=photo.path,
         )
     return faces
 

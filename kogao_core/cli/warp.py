@@ -10,7 +10,6 @@ from typing import Final
 
 import click
 
-from kogao_core.base.language import Text
 from kogao_core.cli import common, ending, options, words
 from kogao_core.recipe.recipe import SETTINGS
 
@@ -27,14 +26,14 @@ def run(args: SimpleNamespace) -> None:
     """Check the options, then warp the photo."""
     context = click.get_current_context()
     if context.args:
-        raise ending.Stop(Text("warp takes one photo; use kogao-cli batch for several photos"))
+        raise ending.Stop("warp takes one photo; use kogao-cli batch for several photos")
     if args.project_file is not None:
         _refuse_choices(context)
     recipe = options.recipe_of(args.recipe_file, vars(args))
     if args.output == args.json_file == common.STDOUT:
-        raise ending.Stop(Text("-o - and --json - both need standard output; name a file for one"))
+        raise ending.Stop("-o - and --json - both need standard output; name a file for one")
     if args.source == common.STDIN and (args.in_place or args.save_project):
-        raise ending.Stop(Text("--in-place and --save-project need a file, not standard input"))
+        raise ending.Stop("--in-place and --save-project need a file, not standard input")
     with ExitStack() as files:
         if args.source == common.STDIN:
             args.source = files.enter_context(common.received())
@@ -70,6 +69,4 @@ def _refuse_choices(context: click.Context) -> None:
     """Raise Stop if options are given that the project contains."""
     for parameter in context.command.params:
         if parameter.name in _FROM_PROJECT and words.is_given(parameter, context):
-            raise ending.Stop(
-                Text("{option} can't be combined with --project", option=parameter.opts[0])
-            )
+            raise ending.Stop("{option} can't be combined with --project", option=parameter.opts[0])

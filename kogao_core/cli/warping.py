@@ -184,7 +184,7 @@ def _tell(options: WarpOptions, report: summary.WarpReport) -> None:
     def text() -> str:
         if options.json_file != common.STDOUT:
             for warning in report.warnings():
-                ending.print_message(Text("warning: {problem}", problem=warning))
+                ending.print_message("warning: {problem}", problem=warning)
         if options.quiet:
             return ""
         # The details count pixels, which takes longer than the warp.
@@ -200,21 +200,20 @@ def _checked_output(path: Path, options: WarpOptions, export: Export) -> Path | 
         _check_in_place(options)
         if export.coding is not None:
             raise ending.Stop(
-                Text("export options can't be combined with --in-place; save a copy with -o")
+                "export options can't be combined with --in-place; save a copy with -o"
             )
         return path
     if options.output == common.STDOUT:
         if sys.stdout.isatty():
-            raise ending.Stop(Text("standard output is a terminal; redirect it or name a file"))
+            raise ending.Stop("standard output is a terminal; redirect it or name a file")
         return None
     output: Path | None = options.output
     if output is None:
-        raise ending.Stop(Text("no output given; use -o FILE or --in-place"))
+        raise ending.Stop("no output given; use -o FILE or --in-place")
     if os.path.exists(output) and path.exists() and output.samefile(path):
         raise ending.Stop(
-            Text("{output} is the input photo; choose another output or use --in-place",
-                 output=output)
-        )  # fmt: skip
+            "{output} is the input photo; choose another output or use --in-place", output=output
+        )
     with _writing():
         check_output(output, force=True)
     common.check_free(output, options.force)
@@ -223,15 +222,13 @@ def _checked_output(path: Path, options: WarpOptions, export: Export) -> Path | 
 
 def _check_in_place(options: WarpOptions) -> None:
     if options.sample:
-        raise ending.Stop(Text("--sample can't be combined with --in-place"))
+        raise ending.Stop("--sample can't be combined with --in-place")
     if options.output is not None:
-        raise ending.Stop(Text("-o can't be combined with --in-place"))
+        raise ending.Stop("-o can't be combined with --in-place")
     if options.save_project:
         raise ending.Stop(
-            Text(
-                "--save-project can't be combined with --in-place: the project refers to the "
-                "original photo"
-            )
+            "--save-project can't be combined with --in-place: the project refers to the "
+            "original photo"
         )
 
 
@@ -275,16 +272,14 @@ def _writing() -> Iterator[None]:
 def _check_project(photo: Path, options: WarpOptions) -> None:
     """Raise Stop if no project can be written next to the photo."""
     if options.sample:
-        raise ending.Stop(Text("--sample can't be combined with --save-project"))
+        raise ending.Stop("--sample can't be combined with --save-project")
     place = sidecar_of(photo)
     common.check_free(place, options.force)
     if place.parent.is_dir() and not os.access(place.parent, os.W_OK | os.X_OK):
         raise ending.Stop(
-            Text(
-                "folder {folder} isn't writable; omit --save-project or copy the photo",
-                folder=place.parent,
-            ),
+            "folder {folder} isn't writable; omit --save-project or copy the photo",
             ending.UNREADABLE,
+            folder=place.parent,
         )
 
 
@@ -313,6 +308,4 @@ def _usable(file: Path) -> Iterator[None]:
     try:
         yield
     except BadFile as error:
-        raise ending.Stop(
-            Text("can't use project {file}: {error}", file=file, error=error)
-        ) from error
+        raise ending.Stop("can't use project {file}: {error}", file=file, error=error) from error

@@ -14,29 +14,16 @@ from typing import Any, TypeVar
 import click
 
 import kogao_core
-from kogao_core.base.language import Text, languages, looked_up, translated, use_language
+from kogao_core.base.language import Text, as_text, languages, looked_up, translated, use_language
 from kogao_core.base.wording import shown
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
 
 class Option(click.Option):
-    """An option with translated help.
+    """An option with translated help, below a heading `section`; without a section it comes first.
 
-    Parameters
-    ----------
-    names : sequence of str
-        Names as in `click.Option`.
-    help : str or Text, optional
-        Description. Literals are collected for the catalogues.
-    section : Text, optional
-        Heading of the option in the help. Options without a section come first.
-    needs : str, optional
-        Option that must be given, too.
-    excludes : sequence of str
-        Options that can't be combined with this option.
-    **settings : object
-        Settings as in `click.Option`.
+    `needs`: an option that must be given, too. `excludes`: options that can't be combined with it.
     """
 
     def __init__(
@@ -283,9 +270,9 @@ def section(
     return add
 
 
-def bad_value(why: Text) -> click.BadParameter:
+def bad_value(why: str, **values: object) -> click.BadParameter:
     """Return the error for a bad value of an option; click puts the option's name in front."""
-    return click.BadParameter(translated(why))
+    return click.BadParameter(translated(as_text(why, **values)))
 
 
 @contextmanager
@@ -304,7 +291,7 @@ def _speak(_: click.Context, __: click.Parameter, code: str | None) -> None:
         known = languages()
         if code not in known:
             among = ", ".join(known)
-            raise bad_value(Text("{code} is none of {known}.", code=shown(code), known=among))
+            raise bad_value("{code} is none of {known}.", code=shown(code), known=among)
         use_language(code)
 
 

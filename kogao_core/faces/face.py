@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kogao_core.base.geometry import Affine, Array, Image, frozen
-from kogao_core.base.language import Text
+from kogao_core.base.language import BadValue
 from kogao_core.base.wording import shown
 from kogao_core.recipe.recipe import Recipe
 
@@ -37,7 +37,7 @@ class Anchor:
     def __post_init__(self) -> None:
         """Raise ValueError unless the origin is finite and the spacing is finite and positive."""
         if not all(map(isfinite, self.origin_px)) or not 0.0 < self.spacing_px < inf:
-            raise ValueError(Text("a face's anchor needs a finite origin and a spacing above 0"))
+            raise BadValue("a face's anchor needs a finite origin and a spacing above 0")
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,18 +103,18 @@ class Face:
             object.__setattr__(self, name, _landmarks(getattr(self, name), name, count))
         outline = self.outline
         if len(outline) < 3:
-            raise ValueError(
-                Text("a face needs at least 3 outline points, got {count}", count=len(outline))
+            raise BadValue(
+                "a face needs at least 3 outline points, got {count}", count=len(outline)
             )
         if self.targets is not None:
             targets = frozen(self.targets, outline.shape, gaps=True)
             if (np.isnan(targets[:, 0]) != np.isnan(targets[:, 1])).any():
-                raise ValueError(Text("a face's target has only one coordinate"))
+                raise BadValue("a face's target has only one coordinate")
             object.__setattr__(self, "targets", targets)
         if self.confidence is not None:
             confidence = frozen(self.confidence, (len(outline) + 6,), gaps=True)
             if not ((confidence >= 0.0) & (confidence <= 1.0)).all():
-                raise ValueError(Text("confidence must lie between 0 and 1"))
+                raise BadValue("confidence must lie between 0 and 1")
             object.__setattr__(self, "confidence", confidence)
         if self.forehead is not None:
             forehead = _landmarks(self.forehead, "forehead", FOREHEAD_POINTS)
@@ -285,9 +285,7 @@ def _landmarks(points: npt.ArrayLike, name: str, count: int | None) -> Array:
     try:
         return frozen(points, (count, 2))
     except ValueError as error:
-        raise ValueError(
-            Text("a face's {name} can't be used: {error}", name=name, error=error)
-        ) from None
+        raise BadValue("a face's {name} can't be used: {error}", name=name, error=error) from None
 
 
 def _with_row(points: Array, index: int, position: npt.ArrayLike) -> Array:
@@ -312,20 +310,11 @@ class LandmarkSource(Protocol):
     name: str
 
     def find(self, rgb: Image, on_face: OnFace = ignored) -> list[Face]:
-        """Return the faces of an upright image in reading order; empty if there is none.
+        """Return the faces of an upright image in reading order, px; empty if there is none.
 
-        Parameters
-        ----------
-        rgb : array of shape (H, W) or (H, W, C)
-            Pixels: uint8, uint16 or float32.
-        on_face : callable
-            Called with each face when it is found, one at a time, from any thread. The returned
-            face may have refined landmarks.
-
-        Returns
-        -------
-        list of Face
-            In px of the image.
+        `rgb` (H, W) or (H, W, C): uint8, uint16 or float32 (0 to 1). `on_face` is called with each
+        face when it is found, one at a time, from any thread; the returned face may have refined
+        landmarks.
         """
         ...
 
@@ -362,16 +351,14 @@ def select(faces: Sequence[Face], which: str) -> list[Face]:
     try:
         numbers = [int(part) for part in which.split(",")]
     except ValueError:
-        raise ValueError(
-            Text("face must be all, largest or numbers like 1,3, got {which}", which=shown(which))
+        raise BadValue(
+            "face must be all, largest or numbers like 1,3, got {which}", which=shown(which)
         ) from None
     for number in numbers:
         if not 1 <= number <= len(faces):
-            raise ValueError(
-                Text(
-                    "there is no face {number}; the photo has {count}, from 1 up",
-                    number=number,
-                    count=len(faces),
-                )
+            raise BadValue(
+                "there is no face {number}; the photo has {count}, from 1 up",
+                number=number,
+                count=len(faces),
             )
     return [faces[number - 1] for number in sorted(set(numbers))]

@@ -75,14 +75,6 @@ class Field:
         -------
         array of shape (N, 2)
             Backward displacement, px.
-
-        Examples
-        --------
-        >>> import kogao_core as kogao
-        >>> photo, face = kogao.read(kogao.sample()), kogao.template_face((450, 480), 400)
-        >>> field = kogao.render(photo.pixels, [face], kogao.Recipe(percent=5)).field
-        >>> bool(abs(field.at(face.outline)).max() > 5.0), field.at([(5.0, 5.0)])
-        (True, array([[0., 0.]]))
         """
         points = points_of(points_px)
         displacement = self._spline.at(points)
@@ -104,14 +96,6 @@ class Field:
         -------
         array of shape (2, M, N)
             x and y component of the backward displacement, px.
-
-        Examples
-        --------
-        >>> import kogao_core as kogao
-        >>> photo, face = kogao.read(kogao.sample()), kogao.template_face((450, 480), 400)
-        >>> field = kogao.render(photo.pixels, [face], kogao.Recipe(percent=5)).field
-        >>> field.on_grid(range(900), range(300, 310)).shape
-        (2, 10, 900)
         """
         displacement = self._spline.on_grid(xs_px, ys_px)
         if self.is_plain:
@@ -131,14 +115,6 @@ class Field:
         -------
         array of shape (N,)
             0 where nothing moves, 1 without protection.
-
-        Examples
-        --------
-        >>> import kogao_core as kogao
-        >>> photo, face = kogao.read(kogao.sample()), kogao.template_face((450, 480), 400)
-        >>> field = kogao.render(photo.pixels, [face], kogao.Recipe(percent=5)).field
-        >>> field.protected_share(face.outline[:2])
-        array([1., 1.])
         """
         unprotected = dataclasses.replace(self, protection=NOTHING)
         x, y = points_px.T
@@ -156,14 +132,6 @@ class Field:
         -------
         array of shape (M, N)
             Below 1 the result is stretched, above 1 compressed; 0 or less is a fold.
-
-        Examples
-        --------
-        >>> import kogao_core as kogao
-        >>> photo, face = kogao.read(kogao.sample()), kogao.template_face((450, 480), 400)
-        >>> field = kogao.render(photo.pixels, [face], kogao.Recipe(percent=5)).field
-        >>> bool(field.det_jacobian(range(900), range(900)).min() > 0.5)
-        True
         """
         return det_of(*self.slopes(xs_px, ys_px))
 
@@ -181,15 +149,6 @@ class Field:
         -------
         along_x, along_y : array of shape (2, M, N)
             Derivatives of the x and y component, px per px.
-
-        Examples
-        --------
-        >>> import kogao_core as kogao
-        >>> photo, face = kogao.read(kogao.sample()), kogao.template_face((450, 480), 400)
-        >>> field = kogao.render(photo.pixels, [face], kogao.Recipe(percent=5)).field
-        >>> along_x, along_y = field.slopes(range(900), range(900))
-        >>> along_x.shape
-        (2, 900, 900)
         """
         along_x, along_y = self._spline.slopes(xs_px, ys_px)
         if not self.is_plain:

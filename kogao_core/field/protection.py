@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kogao_core.base.geometry import Affine, Array, arc_lengths, frozen, smoothstep
-from kogao_core.base.language import Text
+from kogao_core.base.language import BadValue
 
 _LEAST_STEP_PX: Final = 0.25  # between the places where an eraser may cut a stroke
 _MOST_PLACES: Final = 20_000  # of `sampled`, beside one for each stroke
@@ -46,16 +46,12 @@ class Stroke:
         try:
             object.__setattr__(self, "points_px", frozen(self.points_px, (None, 2)))
         except ValueError as error:
-            raise ValueError(Text("a stroke can't be used: {error}", error=error)) from None
+            raise BadValue("a stroke can't be used: {error}", error=error) from None
         if not len(self.points_px):
-            raise ValueError(Text("a stroke needs at least one point"))
+            raise BadValue("a stroke needs at least one point")
         if not 0.0 <= self.radius_px < np.inf:
-            raise ValueError(
-                Text(
-                    "{name} must be 0 or more, got {value!r}",
-                    name="radius_px",
-                    value=self.radius_px,
-                )
+            raise BadValue(
+                "{name} must be 0 or more, got {value!r}", name="radius_px", value=self.radius_px
             )
 
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from kogao_core.base.language import TextError
 
-class UnreadablePhoto(Exception):
+
+class UnreadablePhoto(TextError):
     """The file can't be read as a photo."""
 
 
-class CannotWrite(Exception):
+class CannotWrite(TextError):
     """The photo can't be written to the output path."""
 
 

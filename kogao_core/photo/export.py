@@ -16,7 +16,7 @@ import numpy as np
 
 from kogao_core.base.display import eight_bits
 from kogao_core.base.geometry import Image
-from kogao_core.base.language import Text
+from kogao_core.base.language import BadValue, Text
 from kogao_core.base.wording import shown
 from kogao_core.photo import profiles
 from kogao_core.photo.errors import RefusedOutput
@@ -42,14 +42,12 @@ class Export(ExportSettings):
         """Validate all fields. Raises ValueError."""
         self.check_ranges()
         if self.ending and self.ending not in FORMATS:
-            raise ValueError(Text("no photo is written as {ending}", ending=shown(self.ending)))
+            raise BadValue("no photo is written as {ending}", ending=shown(self.ending))
         unknown = [field for field in _FIELD.findall(self.name) if field not in _FIELDS]
         if unknown or not self.name.strip() or _SEPARATORS.search(self.name):
-            raise ValueError(
-                Text(
-                    "a name is made of letters and {{name}}, {{n}} and {{amount}}, got {value}",
-                    value=shown(self.name),
-                )
+            raise BadValue(
+                "a name is made of letters and {{name}}, {{n}} and {{amount}}, got {value}",
+                value=shown(self.name),
             )
 
     @property
@@ -84,11 +82,9 @@ class Export(ExportSettings):
         rare = {one.kind for one in photo.extras} & {kinds.COLOURS, kinds.RARE_COLOURS}
         if self.srgb and rare and photo.icc_profile is None:
             raise RefusedOutput(
-                Text(
-                    "{path} names its colours in a rare way, which can't be converted to sRGB; "
-                    "leave the colours as they are",
-                    path=photo.path,
-                )
+                "{path} names its colours in a rare way, which can't be converted to sRGB; "
+                "leave the colours as they are",
+                path=photo.path,
             )
         if self.sharpen and pixels.shape[:2] != photo.pixels.shape[:2]:
             pixels = _sharpened(pixels, self.sharpen / 100.0)

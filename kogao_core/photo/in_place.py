@@ -36,29 +36,23 @@ def check_in_place(photo: Photo) -> None:
     path, form = photo.path, formats.BY_NAME[photo.format]
     if form.encode is None:
         raise RefusedOutput(
-            Text(
-                "{path} is a {format} photo, which can't be written in place; write "
-                "the result as .jpg or .tif with -o",
-                path=path,
-                format=form.title,
-            )
+            "{path} is a {format} photo, which can't be written in place; write "
+            "the result as .jpg or .tif with -o",
+            path=path,
+            format=form.title,
         )
     if FORMATS.get(path.suffix.lower()) != photo.format:
         raise RefusedOutput(
-            Text(
-                "{path} is a {format} photo by its content; name it {stem}{suffix}",
-                path=path,
-                format=form.title,
-                stem=path.stem,
-                suffix=form.suffixes[0],
-            )
+            "{path} is a {format} photo by its content; name it {stem}{suffix}",
+            path=path,
+            format=form.title,
+            stem=path.stem,
+            suffix=form.suffixes[0],
         )
     check_output(path, force=True)
     if not os.access(path, os.W_OK):
         raise CannotWrite(
-            Text(
-                "{path} may not be written; change its permissions, or write to another", path=path
-            )
+            "{path} may not be written; change its permissions, or write to another", path=path
         )
     converted = [note for note in photo.notes if note.startswith(CONVERTED)]
     number = photo.tiff_compression
@@ -74,12 +68,10 @@ def check_in_place(photo: Photo) -> None:
         converted.append(Text("without {names}", names=Text.joined(", ", more)))
     if converted:
         raise RefusedOutput(
-            Text(
-                "{path} wouldn't come back as it is, but {other}; write the result "
-                "to another file with -o",
-                path=path,
-                other=converted[0],
-            )
+            "{path} wouldn't come back as it is, but {other}; write the result "
+            "to another file with -o",
+            path=path,
+            other=converted[0],
         )
 
 
@@ -140,23 +132,19 @@ def _keep_original(
         return was_kept, originals.keep(photo.path, pieces, _version(photo))
     except StoreFull:
         raise CannotWrite(
-            Text(
-                "{folder} holds {limit:.0f} GB of originals and is full; kogao-cli originals "
-                "lists them, kogao-cli forget PHOTO deletes one, and --anyway deletes the "
-                "oldest",
-                folder=originals.folder,
-                limit=originals.limit_bytes / 1e9,
-            )
+            "{folder} holds {limit:.0f} GB of originals and is full; kogao-cli originals "
+            "lists them, kogao-cli forget PHOTO deletes one, and --anyway deletes the "
+            "oldest",
+            folder=originals.folder,
+            limit=originals.limit_bytes / 1e9,
         ) from None
     except OSError as error:
         raise CannotWrite(
-            Text(
-                "the original of {path} can't be kept in {folder} ({reason}); "
-                "make room, or write to another file",
-                path=photo.path,
-                folder=originals.folder,
-                reason=system_reason(error),
-            )
+            "the original of {path} can't be kept in {folder} ({reason}); "
+            "make room, or write to another file",
+            path=photo.path,
+            folder=originals.folder,
+            reason=system_reason(error),
         ) from error
 
 

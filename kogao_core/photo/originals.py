@@ -19,7 +19,7 @@ from kogao_core.base.atomic import Chunks, atomic_write, temporary_folder
 from kogao_core.base.index import Index, IndexTable, Row, locked
 from kogao_core.base.installed import data_folder
 from kogao_core.base.json_reader import BadFile, parse
-from kogao_core.base.language import Text
+from kogao_core.base.language import Text, TextError
 from kogao_core.photo.picture import sha256_of
 
 LIMIT_BYTES: Final = 10**10
@@ -35,7 +35,7 @@ _MAX_RESULTS: Final = 200
 _MAX_RECORD_BYTES: Final = 1 << 16
 
 
-class NoOriginal(Exception):
+class NoOriginal(TextError):
     """No stored original can be restored; the message says what to do."""
 
 
@@ -211,9 +211,11 @@ class Originals:
             listed = self.of(path)
         if number is not None and number > len(listed):
             raise NoOriginal(
-                Text("there is no original {number} of {path}; kogao-cli originals lists {count}",
-                     number=number, path=path, count=len(listed))
-            )  # fmt: skip
+                "there is no original {number} of {path}; kogao-cli originals lists {count}",
+                number=number,
+                path=path,
+                count=len(listed),
+            )
         chosen = listed[number - 1] if number else self._only(path, present, listed)
         if present == chosen.original:
             return False
@@ -221,15 +223,15 @@ class Originals:
         known = {one for each in listed for one in (each.original, *each.results)}
         if present and not force and present not in (known if number else chosen.results):
             raise ChangedSince(
-                Text("{path} has changed since Kogao wrote it; use force to lose the changes",
-                     path=path)
-            )  # fmt: skip
+                "{path} has changed since Kogao wrote it; use force to lose the changes", path=path
+            )
         data = chosen.file.read_bytes()
         if _sha256([data]) != chosen.original:
             raise NoOriginal(
-                Text("the original of {path} is damaged ({kept}); take it from a backup",
-                     path=path, kept=chosen.file)
-            )  # fmt: skip
+                "the original of {path} is damaged ({kept}); take it from a backup",
+                path=path,
+                kept=chosen.file,
+            )
         atomic_write(data, place, like=None if place.exists() else chosen.file)
         shutil.copystat(chosen.file, place)
         return True
@@ -261,19 +263,20 @@ class Originals:
             return stored[0]
         if listed and not found:
             raise NoOriginal(
-                Text("{count} stored originals may be that of {path}; kogao-cli originals lists "
-                     "them, and restore --original N brings one back",
-                     count=len(listed), path=path)
-            )  # fmt: skip
+                "{count} stored originals may be that of {path}; kogao-cli originals lists "
+                "them, and restore --original N brings one back",
+                count=len(listed),
+                path=path,
+            )
         if found or own:
             raise NoOriginal(
-                Text("the original of {path} was deleted to make room; take it from a backup",
-                     path=path)
-            )  # fmt: skip
+                "the original of {path} was deleted to make room; take it from a backup", path=path
+            )
         raise NoOriginal(
-            Text("no original of {path} is kept in {folder}; kogao-cli originals lists all",
-                 path=path, folder=self.folder)
-        )  # fmt: skip
+            "no original of {path} is kept in {folder}; kogao-cli originals lists all",
+            path=path,
+            folder=self.folder,
+        )
 
     def _certain(self, place: Path, present: str) -> list[StoredOriginal]:
         """Return the unambiguous originals of the result at `place`, all with the same hash.

@@ -127,21 +127,18 @@ def _read_open(file: BufferedReader, path: Path, max_megapixels: float, bits: in
         except UnidentifiedImageError:
             known = formats.either([form.title for form in formats.ALL])
             raise UnreadablePhoto(
-                Text(
-                    "is not a {known} photo; convert it to one of them first",
-                    known=known,
-                )
+                "is not a {known} photo; convert it to one of them first", known=known
             ) from None
         except MemoryError:
             raise UnreadablePhoto(
-                Text("doesn't fit into memory; make it smaller or close other programs")
+                "doesn't fit into memory; make it smaller or close other programs"
             ) from None
         except Exception as error:  # decoders raise almost anything on damaged files
             # A function that a library lacks is no fault of the file.
             if isinstance(error, ImportError) or isinstance(getattr(error, "obj", 0), ModuleType):
                 raise
             raise UnreadablePhoto(
-                Text("is damaged or incomplete; copy it again from where it came")
+                "is damaged or incomplete; copy it again from where it came"
             ) from error
     photo.pixels.setflags(write=False)
     notes = (
@@ -178,27 +175,23 @@ def _check_size(width: int, height: int, pixel_bytes: int, max_megapixels: float
     megapixels = width * height / 1e6
     if megapixels > max_megapixels:
         raise UnreadablePhoto(
-            Text(
-                "is {width} x {height} px, {megapixels} megapixels; the limit "
-                "is {max_megapixels:g}: raise it by kogao-cli --max-megapixels if the "
-                "photo is genuine, or make it smaller",
-                width=width,
-                height=height,
-                megapixels=f"{megapixels:.0f}" if megapixels >= 1.0 else f"{megapixels:.2g}",
-                max_megapixels=max_megapixels,
-            )
+            "is {width} x {height} px, {megapixels} megapixels; the limit "
+            "is {max_megapixels:g}: raise it by kogao-cli --max-megapixels if the "
+            "photo is genuine, or make it smaller",
+            width=width,
+            height=height,
+            megapixels=f"{megapixels:.0f}" if megapixels >= 1.0 else f"{megapixels:.2g}",
+            max_megapixels=max_megapixels,
         )
     count = width * height * pixel_bytes
     limit = min(_RGB_BYTES * max_megapixels * 1e6, _free_bytes() / _COPIES)
     if count > limit:
         raise UnreadablePhoto(
-            Text(
-                "takes {size:.0f} MB of memory a copy; the limit is {limit:.0f} MB: close "
-                "other programs, raise it by kogao-cli --max-megapixels, or save the photo with 8 "
-                "bits",
-                size=count / 1e6,
-                limit=limit / 1e6,
-            )
+            "takes {size:.0f} MB of memory a copy; the limit is {limit:.0f} MB: close "
+            "other programs, raise it by kogao-cli --max-megapixels, or save the photo with 8 "
+            "bits",
+            size=count / 1e6,
+            limit=limit / 1e6,
         )
 
 

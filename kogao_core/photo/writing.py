@@ -113,7 +113,7 @@ def write(
     is_itself = os.path.exists(path) and photo.path.exists() and path.samefile(photo.path)
     if is_itself and before is None:
         raise RefusedOutput(
-            Text("{path} is the photo itself; choose another name, or save in place", path=path)
+            "{path} is the photo itself; choose another name, or save in place", path=path
         )
     if not formats.BY_NAME[name].holds_hdr and name != photo.format:
         photo, pixels = profiles.tone_mapped(photo, pixels)
@@ -125,7 +125,7 @@ def write(
         photo = dataclasses.replace(photo, companions=())
     if kinds.XMP not in form.kept and rating.has_record(photo.xmp or b""):
         raise RefusedOutput(
-            Text("{format} can't hold the edit record; choose another format", format=form.title)
+            "{format} can't hold the edit record; choose another format", format=form.title
         )
 
     def encoded(photo: Photo, part: Box | None) -> Chunks:
@@ -133,13 +133,11 @@ def write(
             return encode(photo, pixels, form, part, quality)
         except ValueError as error:
             raise CannotWrite(
-                Text(
-                    "{path} can't be encoded as {format} ({error}); write it as {other}",
-                    path=path,
-                    format=form.title,
-                    error=error,
-                    other=formats.exact_endings(pixels, form),
-                )
+                "{path} can't be encoded as {format} ({error}); write it as {other}",
+                path=path,
+                format=form.title,
+                error=error,
+                other=formats.exact_endings(pixels, form),
             ) from error
 
     try:
@@ -160,16 +158,14 @@ def write(
     except OSError as error:
         is_full = error.errno in (errno.ENOSPC, errno.EDQUOT)
         raise CannotWrite(
-            Text(
-                "{path} can't be written ({reason}); {remedy}",
-                path=path,
-                reason=system_reason(error),
-                remedy=Text("choose another name")
-                if isinstance(error, NotAFile)
-                else Text("make room, or choose another drive")
-                if is_full
-                else Text("choose another folder or drive, or a shorter name"),
-            )
+            "{path} can't be written ({reason}); {remedy}",
+            path=path,
+            reason=system_reason(error),
+            remedy=Text("choose another name")
+            if isinstance(error, NotAFile)
+            else Text("make room, or choose another drive")
+            if is_full
+            else Text("choose another folder or drive, or a shorter name"),
         ) from error
 
 
@@ -180,33 +176,29 @@ def check_output(path: str | os.PathLike[str], *, force: bool = False) -> str:
     """
     path = Path(path)
     if os.path.isdir(path):
-        raise RefusedOutput(Text("{path} is a folder; name a file inside it", path=path))
+        raise RefusedOutput("{path} is a folder; name a file inside it", path=path)
     form = FORMATS.get(path.suffix.lower())
     if form is None:
         raise RefusedOutput(
-            Text("{path} must end in one of {names}", path=path, names=", ".join(FORMATS))
+            "{path} must end in one of {names}", path=path, names=", ".join(FORMATS)
         )
     if not path.parent.is_dir():
-        raise CannotWrite(
-            Text("the folder {folder} doesn't exist; make it first", folder=path.parent)
-        )
+        raise CannotWrite("the folder {folder} doesn't exist; make it first", folder=path.parent)
     if not os.access(path.parent, os.W_OK | os.X_OK):
         raise CannotWrite(
-            Text("the folder {folder} isn't writable; choose another one", folder=path.parent)
+            "the folder {folder} isn't writable; choose another one", folder=path.parent
         )
     try:
         check_target(path)
     except NotAFile as error:
         raise RefusedOutput(
-            Text(
-                "{path} can't be replaced: {reason}; name another file",
-                path=path,
-                reason=system_reason(error),
-            )
+            "{path} can't be replaced: {reason}; name another file",
+            path=path,
+            reason=system_reason(error),
         ) from None
     if os.path.exists(path) and not force:
         raise RefusedOutput(
-            Text("{path} exists; choose another name, or force=True to replace it", path=path)
+            "{path} exists; choose another name, or force=True to replace it", path=path
         )
     return form
 
@@ -237,13 +229,11 @@ def check_holds(path: str | os.PathLike[str], pixels: Image) -> None:
     if reason:
         other = formats.exact_endings(pixels, form)
         raise RefusedOutput(
-            Text(
-                "{path}: {format} can't hold {reason}; write it as {other}",
-                path=path,
-                format=form.title,
-                reason=reason,
-                other=other,
-            )
+            "{path}: {format} can't hold {reason}; write it as {other}",
+            path=path,
+            format=form.title,
+            reason=reason,
+            other=other,
         )
 
 

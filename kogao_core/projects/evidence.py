@@ -26,7 +26,6 @@ from kogao_core import __version__
 from kogao_core.base.atomic import atomic_write
 from kogao_core.base.geometry import Array, Box, Image
 from kogao_core.base.json_reader import BadFile
-from kogao_core.base.language import Text
 from kogao_core.base.wording import system_reason
 from kogao_core.faces.targets import FacePairs
 from kogao_core.field.field import Field
@@ -205,12 +204,10 @@ def load(path: str | os.PathLike[str]) -> Evidence:
             return _read(file)
     except OSError as error:
         raise BadFile(
-            Text("{path} can't be read ({reason})", path=path, reason=system_reason(error))
+            "{path} can't be read ({reason})", path=path, reason=system_reason(error)
         ) from None
     except (KeyError, TypeError, ValueError, zipfile.BadZipFile, EOFError) as error:
-        raise BadFile(
-            Text("{path} is not an evidence file ({error})", path=path, error=error)
-        ) from None
+        raise BadFile("{path} is not an evidence file ({error})", path=path, error=error) from None
 
 
 def _read(file: Any) -> Evidence:

@@ -77,7 +77,7 @@ def read(path: Path, photo: str, image: Box) -> list[Face]:
     """
     if (suffix := path.suffix.lower()) not in SUFFIXES:
         names = ", ".join(SUFFIXES)
-        raise BadFile(Text("{path} must end in one of {names}", path=path, names=names))
+        raise BadFile("{path} must end in one of {names}", path=path, names=names)
     data = json_reader.read(path, landmark_files.MOST_BYTES)
     try:
         form, faces = landmark_files.parse(data, suffix)
@@ -88,7 +88,7 @@ def read(path: Path, photo: str, image: Box) -> list[Face]:
         for number, face in enumerate(found, start=1):
             _check_shape(face, number)
     except (BadFile, ValueError) as error:
-        raise BadFile(Text("{path} can't be used: {error}", path=path, error=error)) from None
+        raise BadFile("{path} can't be used: {error}", path=path, error=error) from None
     return found
 
 
@@ -101,7 +101,7 @@ def _about(faces: Sequence[Listed | Face], photo: str) -> Sequence[Listed | Face
         return faces
     own = PureWindowsPath(photo).stem.lower()
     if own not in stems:
-        raise BadFile(Text("the file has points for other photos, none for {photo}", photo=photo))
+        raise BadFile("the file has points for other photos, none for {photo}", photo=photo)
     return [face for face, stem in zip(faces, stems, strict=True) if stem == own]
 
 
@@ -111,9 +111,7 @@ def _pixels(marks: Listed, form: Format, image: Box) -> Array:
     if marks.size not in (None, size):
         sizes = [f"{width} x {height}" for width, height in (marks.size, size)]
         raise BadFile(
-            Text(
-                "it marks a photo of {size} px, this one has {own} px", size=sizes[0], own=sizes[1]
-            )
+            "it marks a photo of {size} px, this one has {own} px", size=sizes[0], own=sizes[1]
         )
     ordered, outline = _in_order(marks.points)
     points = landmark_files.coordinates(ordered)
@@ -123,9 +121,7 @@ def _pixels(marks: Listed, form: Format, image: Box) -> Array:
         across = points[EYES[3]] - points[EYES[0]]
         return points - _MESH_SHIFT * np.array([across[0] - across[1], across[1] + across[0]])
     if shares:
-        raise BadFile(
-            Text("its points are shares of the photo's size; multiply by width and height")
-        )
+        raise BadFile("its points are shares of the photo's size; multiply by width and height")
     if outline not in (0, OUTLINE_POINTS):
         points = np.vstack([along(points[:outline], OUTLINE_POINTS), points[outline:]])
     return points - form.first_pixel
@@ -152,7 +148,7 @@ def _in_order(marks: list[Mark]) -> tuple[list[Mark], int]:
     lows = {part: min(number for one, number in keys if one == part) for part in counts}
     wanted = {(part, lows[part] + k) for part, count in counts.items() for k in range(count)}
     if set(keys) != wanted or max(lows.values(), default=0) > 1:
-        raise BadFile(Text("its points must be numbered from 0 or 1, each number once"))
+        raise BadFile("its points must be numbered from 0 or 1, each number once")
     return [marks[k] for k in order], counts["outline"] if is_ours else 0
 
 
@@ -164,13 +160,11 @@ def file_for(photo: Path, place: Path) -> Path:
     file = next((file for file in candidates if file.is_file()), None)
     if file is None:
         raise BadFile(
-            Text(
-                "{folder} has no points for {photo}; expected {name} with one of {endings}",
-                photo=photo.name,
-                folder=place,
-                name=photo.stem,
-                endings=", ".join(SUFFIXES),
-            )
+            "{folder} has no points for {photo}; expected {name} with one of {endings}",
+            photo=photo.name,
+            folder=place,
+            name=photo.stem,
+            endings=", ".join(SUFFIXES),
         )
     return file
 
@@ -196,11 +190,12 @@ def check_inside(faces: Sequence[Face], image: Box) -> None:
         if not (image.left <= x < image.right and image.top <= y < image.bottom):
             place, size = f"{x:.0f}, {y:.0f}", f"{image.width} x {image.height}"
             raise BadFile(
-                Text(
-                    "face {number} lies at {place}, outside the photo of {size} px; the points "
-                    "belong to another photo or size", number=number, place=place, size=size,
-                )
-            )  # fmt: skip
+                "face {number} lies at {place}, outside the photo of {size} px; the points "
+                "belong to another photo or size",
+                number=number,
+                place=place,
+                size=size,
+            )
     try:
         check_faces(faces, image, typed=True)
     except OutOfBounds as error:
@@ -245,14 +240,14 @@ def face_of(points: Array) -> Face:
     """
     if len(points) not in _LAYOUTS:
         counts = ", ".join(map(str, _LAYOUTS))
-        raise BadFile(Text("it has {n} points instead of {counts}", n=len(points), counts=counts))
+        raise BadFile("it has {n} points instead of {counts}", n=len(points), counts=counts)
     outline, eyes, mouth = (points[list(numbers)] for numbers in _LAYOUTS[len(points)])
     if len(points) in MESH_COUNTS:
         outline = silhouette(points, eyes)
     elif len(outline) != OUTLINE_POINTS:
         outline = along(outline, OUTLINE_POINTS)
     if not np.linalg.norm(np.diff(outline, axis=0), axis=1).all():
-        raise BadFile(Text("two neighbouring points of the outline are equal"))
+        raise BadFile("two neighbouring points of the outline are equal")
     return Face(outline, eyes, mouth, source="points")
 
 
@@ -276,7 +271,7 @@ def _check_shape(face: Face, number: int) -> None:
     elif _crosses_itself(outline):
         reason = Text("the outline crosses itself, so the points are in another order")
     if reason is not None:
-        raise BadFile(Text("face {n} is no face: {reason}", n=number, reason=reason))
+        raise BadFile("face {n} is no face: {reason}", n=number, reason=reason)
 
 
 def _cross(first: Array, second: Array) -> Array:

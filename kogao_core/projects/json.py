@@ -52,10 +52,8 @@ def faces(nodes: Sequence[Node], unit: int) -> tuple[Face, ...]:
     for name in ("outline", "targets", "confidence"):
         if sum(node.count(name) for node in nodes) > MOST_LANDMARKS:
             raise BadFile(
-                Text(
-                    "the file's faces have more than {most_landmarks} landmarks together",
-                    most_landmarks=MOST_LANDMARKS,
-                )
+                "the file's faces have more than {most_landmarks} landmarks together",
+                most_landmarks=MOST_LANDMARKS,
             )
     return tuple(face(node, unit) for node in nodes)
 

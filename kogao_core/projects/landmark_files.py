@@ -63,20 +63,18 @@ class Format(NamedTuple):
 def text_of(data: bytes) -> str:
     """Decode a file without its byte order mark. Raises BadFile."""
     if len(data) > MOST_BYTES:
-        raise BadFile(
-            Text("the file has more than {n} bytes, too many for landmarks", n=MOST_BYTES)
-        )
+        raise BadFile("the file has more than {n} bytes, too many for landmarks", n=MOST_BYTES)
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError:
         text = "\0"
     if "\0" in text:
-        raise BadFile(Text("the file is no text"))
+        raise BadFile("the file is no text")
     start = 0
     ends = [*islice((end.start() for end in _LINE_ENDS.finditer(text)), _MOST_LINES + 1), len(text)]
     for end in ends:
         if len(ends) > _MOST_LINES + 1 or end - start > _LONGEST_LINE:
-            raise BadFile(Text("the file has too many lines, or too long ones, for landmarks"))
+            raise BadFile("the file has too many lines, or too long ones, for landmarks")
         start = end
     return text
 
@@ -89,7 +87,7 @@ def coordinates(marks: Sequence[Mark]) -> Array:
             points[number - 1] = [float(value) for value in pair]
         if not (np.abs(points[number - 1]) <= _FARTHEST_PX).all():
             text = shown(" ".join(map(str, pair)))
-            raise BadFile(Text("point {n} must be two numbers, got {text}", n=number, text=text))
+            raise BadFile("point {n} must be two numbers, got {text}", n=number, text=text)
     return points
 
 
@@ -97,7 +95,7 @@ def _rows(count: int, lines: Iterable[str]) -> list[Mark]:
     """Return unnamed points, one a line. Raises BadFile unless there are `count`."""
     rows = [("", *line.split()) for line in lines if line.strip()]
     if len(rows) != count:
-        raise BadFile(Text("the file says {n} points and has {found}", n=count, found=len(rows)))
+        raise BadFile("the file says {n} points and has {found}", n=count, found=len(rows))
     return rows
 
 
@@ -111,7 +109,7 @@ def _pts(text: str) -> list[Listed]:
     lines = [line for line in text.splitlines() if not line.lstrip().startswith("#")]
     match = _PTS.fullmatch("\n".join(lines))
     if match is None:
-        raise BadFile(Text("the file must be 'version: 1', 'n_points: N' and the points in braces"))
+        raise BadFile("the file must be 'version: 1', 'n_points: N' and the points in braces")
     return [Listed(_rows(int(match[1]), match[2].splitlines()))]
 
 
@@ -119,7 +117,7 @@ def _tem(text: str) -> list[Listed]:
     """Parse the number of points and the points; lines between points follow."""
     lines = text.splitlines()
     if not re.fullmatch(r"\s*\d{1,5}\s*", lines[0] if lines else "", re.ASCII):
-        raise BadFile(Text("the first line must be the number of points"))
+        raise BadFile("the first line must be the number of points")
     count = int(lines[0])
     return [Listed(_rows(count, lines[1 : count + 1])[2 if count == _PUPILS_FIRST else 0 :])]
 
@@ -128,11 +126,11 @@ def _table(text: str) -> list[list[str]]:
     first = text.partition("\n")[0]
     sign = ";" if ";" in first else ","
     if "\t" in first and sign not in first:
-        raise BadFile(Text("its columns are separated by tabs; save it as CSV with commas"))
+        raise BadFile("its columns are separated by tabs; save it as CSV with commas")
     try:
         rows = [row for row in csv.reader(io.StringIO(text), delimiter=sign, strict=True) if row]
     except csv.Error as error:
-        raise BadFile(Text("the file is not a table ({error})", error=error)) from None
+        raise BadFile("the file is not a table ({error})", error=error) from None
     return [[name.strip().lower() for name in row] for row in rows[:1]] + rows[1:]
 
 
@@ -143,9 +141,9 @@ def _csv(table: list[list[str]]) -> list[Listed]:
     """
     header = table[0] if table else []
     if header.count("x") != 1 or header.count("y") != 1:
-        raise BadFile(Text("the file's first row must name the columns x and y"))
+        raise BadFile("the file's first row must name the columns x and y")
     if any(len(row) != len(header) for row in table[1:]):
-        raise BadFile(Text("every row must have {n} columns, like the first", n=len(header)))
+        raise BadFile("every row must have {n} columns, like the first", n=len(header))
     faces = defaultdict[str, list[Mark]](list)
     for row in table[1:]:
         values = {"face": "", "point": ""} | dict(zip(header, map(str.strip, row), strict=True))
@@ -228,7 +226,7 @@ def _dlib(top: ElementTree.Element) -> list[Listed]:
 def _kogao(top: Any) -> list[Face]:
     """Return faces as `kogao-cli detect --json` and `landmarks export` write them."""
     if sum(len(face["outline"]) for face in top["faces"]) > MOST_LANDMARKS:
-        raise BadFile(Text("its faces have more than {n} landmarks together", n=MOST_LANDMARKS))
+        raise BadFile("its faces have more than {n} landmarks together", n=MOST_LANDMARKS)
     faces = []
     for face in top["faces"]:
         outline, eyes, mouth = (
@@ -266,9 +264,9 @@ def parse(data: bytes, suffix: str) -> tuple[Format, Sequence[Listed | Face]]:
     except BadFile:
         raise
     except (AttributeError, LookupError, TypeError, ValueError):
-        raise BadFile(Text("it isn't as {program} writes it", program=form.title)) from None
+        raise BadFile("it isn't as {program} writes it", program=form.title) from None
     if not 0 < len(faces) <= _MOST_FACES:
-        raise BadFile(Text("the file holds {count} faces", count=len(faces)))
+        raise BadFile("the file holds {count} faces", count=len(faces))
     return form, faces
 
 
@@ -287,11 +285,11 @@ def _content(data: bytes, suffix: str) -> tuple[Any, Collection[str]]:
     if suffix != ".xml":
         return text, [""]
     if re.search("<!(DOCTYPE|ENTITY)", text):
-        raise BadFile(Text("landmarks need no XML with definitions"))
+        raise BadFile("landmarks need no XML with definitions")
     try:
         root = ElementTree.fromstring(text)
     except (ElementTree.ParseError, ValueError) as error:
-        raise BadFile(Text("the file is not XML ({error})", error=str(error)[:80])) from None
+        raise BadFile("the file is not XML ({error})", error=str(error)[:80]) from None
     return root, [root.tag]
 
 

@@ -15,7 +15,6 @@ from kogao_core.additions.brush import UNTOUCHED, Brushwork
 from kogao_core.base.atomic import atomic_write
 from kogao_core.base.geometry import Affine, Line
 from kogao_core.base.json_reader import BadFile, Node, parse, read
-from kogao_core.base.language import Text
 from kogao_core.faces.face import Face
 from kogao_core.field.protection import NOTHING, Protection
 from kogao_core.projects import json as project_json
@@ -36,20 +35,11 @@ _FIELDS: Final = (
 
 @dataclass(frozen=True, eq=False)
 class Sheet:
-    """The faces and settings of one mode.
+    """The faces and settings of one mode."""
 
-    Parameters
-    ----------
-    faces : tuple of Face
-        Px of the upright photo.
-    off : frozenset of int
-        Indices of the faces that are not changed.
-    recipe : Recipe
-        Settings of the photo, for all faces without settings of their own.
-    """
-
-    faces: tuple[Face, ...] = ()
-    off: frozenset[int] = frozenset()
+    faces: tuple[Face, ...] = ()  # px of the upright photo
+    off: frozenset[int] = frozenset()  # indices of the faces that are not changed
+    # Settings of the photo, for all faces without settings of their own.
     recipe: Recipe = dataclasses.field(default_factory=Recipe)
 
     @property
@@ -63,18 +53,7 @@ class Sheet:
         return [face for index, face in enumerate(self.faces) if index in self.off]
 
     def mapped(self, transform: Affine) -> Sheet:
-        """Return the sheet for the photo resized by a similarity transform.
-
-        Parameters
-        ----------
-        transform : Affine
-            From px of this photo to px of the resized photo.
-
-        Returns
-        -------
-        Sheet
-            With scaled faces and threshold.
-        """
+        """Return the sheet for the photo resized by a similarity transform."""
         faces = tuple(face.mapped(transform) for face in self.faces)
         return Sheet(faces, self.off, self.recipe.at_scale(transform.scale))
 
@@ -162,14 +141,12 @@ class Project:
         # Resizing rounds each side to whole px.
         if abs(width * old.height - height * old.width) > max(old.width, old.height):
             raise BadFile(
-                Text(
-                    "the project belongs to a photo of {width} x {height} px; a photo "
-                    "of {new_width} x {new_height} px has another shape",
-                    width=old.width,
-                    height=old.height,
-                    new_width=width,
-                    new_height=height,
-                )
+                "the project belongs to a photo of {width} x {height} px; a photo "
+                "of {new_width} x {new_height} px has another shape",
+                width=old.width,
+                height=old.height,
+                new_width=width,
+                new_height=height,
             )
         resize = Affine.resize(width / old.width, height / old.height)
         return Project(
@@ -215,16 +192,14 @@ def to_dict(project: Project) -> dict[str, Any]:
 def from_node(top: Node) -> Project:
     """Read a project written by `to_dict`. Raises BadFile."""
     if top.field("format").value != _FORMAT:
-        raise BadFile(Text("the file is no project of Kogao (PHOTO.kogao.json)"))
+        raise BadFile("the file is no project of Kogao (PHOTO.kogao.json)")
     version = top.field("version").whole(1, 10**6)
     if version > VERSION:
         raise BadFile(
-            Text(
-                "the file has version {version}, from a newer Kogao; this Kogao reads "
-                "versions up to {newest}: update Kogao",
-                version=version,
-                newest=VERSION,
-            )
+            "the file has version {version}, from a newer Kogao; this Kogao reads "
+            "versions up to {newest}: update Kogao",
+            version=version,
+            newest=VERSION,
         )
     top.only(_FIELDS)
     photo = top.field("photo").only([field.name for field in dataclasses.fields(Original)])
@@ -276,9 +251,7 @@ def load(path: str | os.PathLike[str]) -> Project:
     no-such.kogao.json doesn't exist; check the name and the folder
     """
     if Path(path).exists() and not Path(path).is_file():
-        raise BadFile(
-            Text("{path} is not an ordinary file", path=path)
-        )  # reading a pipe would block
+        raise BadFile("{path} is not an ordinary file", path=path)  # reading a pipe would block
     return from_node(parse(read(Path(path), _MOST_BYTES), _MOST_BYTES))
 
 

@@ -11,7 +11,6 @@ import cv2
 import numpy as np
 
 from kogao_core.base.geometry import Affine, Array, Image
-from kogao_core.base.language import Text
 from kogao_core.base.threads import one_blas_thread
 from kogao_core.faces.face import Face
 from kogao_core.faces.landmarks.pixels import Pyramid
@@ -102,7 +101,7 @@ def read_faces(before: Image, after: Image, faces: Sequence[Face]) -> list[Readi
     Raises NotRead where `after` is no retouch of `before`, or a face is too small.
     """
     if not faces:
-        raise NotRead(Text("no face was found in the original"))
+        raise NotRead("no face was found in the original")
     with one_blas_thread():
         ours, theirs = Pyramid(before), Pyramid(after)
         alignment = aligned(ours, theirs, faces)
@@ -112,9 +111,7 @@ def read_faces(before: Image, after: Image, faces: Sequence[Face]) -> list[Readi
 def _read(before: Pyramid, after: Pyramid, alignment: Alignment, face: Face) -> Reading:
     width, to_after = width_px(face), alignment.to_after
     if min(1.0, to_after.scale) * width < _LEAST_FACE_PX:
-        raise NotRead(
-            Text("the face is too small to read: less than {n:g} px wide", n=_LEAST_FACE_PX)
-        )
+        raise NotRead("the face is too small to read: less than {n:g} px wide", n=_LEAST_FACE_PX)
     points, scale = _points(face), width / _FACE_PX
     middle = (points.min(axis=0) + points.max(axis=0)) / 2.0
     view = Affine.similarity(scale, 0.0, middle - scale * (_SIDE_PX - 1) / 2.0)
@@ -130,7 +127,7 @@ def _read(before: Pyramid, after: Pyramid, alignment: Alignment, face: Face) -> 
     inside = np.zeros(apart.shape, np.uint8)
     cv2.fillConvexPoly(inside, cv2.convexHull(np.round(here[: len(face.points)]).astype(int)), 1)
     if 100.0 / _FACE_PX * np.median(apart[inside > 0]) > _MOST_DOUBT:
-        raise NotRead(Text("a face was not warped smoothly: its displacement is too uncertain"))
+        raise NotRead("a face was not warped smoothly: its displacement is too uncertain")
     _check((pictures[0], shown), inside > 0, _mouth(view.inverse, face))
     flows = np.dstack([(there - returned) / 2.0, apart])
     near, wide = (at(_mean(flows, weights, around), here) for around in _AROUND_PX)
@@ -175,4 +172,4 @@ def _check(pictures: tuple[Image, Image], inside: Image, mouth: tuple[slice, sli
 
     most = max(_MOUTH_UNLIKE, _MOUTH_SHARE * unlike(inside, _FINE_PX))
     if unlike(inside, _COARSE_PX) > _MOST_UNLIKE or unlike(mouth, _COARSE_PX) > most:
-        raise NotRead(Text("a face differs in more than shape: another photo or another person"))
+        raise NotRead("a face differs in more than shape: another photo or another person")

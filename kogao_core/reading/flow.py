@@ -11,7 +11,7 @@ import numpy as np
 
 from kogao_core.base.display import Rgb8
 from kogao_core.base.geometry import Affine, Array, Image
-from kogao_core.base.language import Text
+from kogao_core.base.language import TextError
 from kogao_core.faces.face import Face
 from kogao_core.faces.landmarks.pixels import Pyramid
 
@@ -45,7 +45,7 @@ _DISTINCT: Final = 0.75
 _HEAD: Final = 1.5
 
 
-class NotRead(ValueError):
+class NotRead(TextError, ValueError):
     """The second picture can't be read as a retouch of the first; the message is a sentence."""
 
 
@@ -117,7 +117,7 @@ def aligned(before: Pyramid, after: Pyramid, faces: Sequence[Face]) -> Alignment
         found = first if is_first else best
         if found.is_scene:
             return found
-    raise NotRead(Text("the two pictures don't show the same scene"))
+    raise NotRead("the two pictures don't show the same scene")
 
 
 def _starts(before: Pyramid, after: Pyramid) -> Iterator[Affine]:

@@ -9,7 +9,7 @@ import dataclasses
 from dataclasses import dataclass
 from typing import Any, Final
 
-from kogao_core.base.language import Text
+from kogao_core.base.language import BadValue, Text
 from kogao_core.base.wording import shown
 from kogao_core.recipe.recipe import Value
 
@@ -103,12 +103,13 @@ class ExportSettings:
         for field, setting in EXPORT_SETTINGS.items():
             value: Any = getattr(self, field)
             if setting.most and not 0 <= value <= setting.most:
-                raise ValueError(
-                    Text(
-                        "{name} must be within {low:g}..{high:g}, got {value}",
-                        name=field, low=0, high=setting.most, value=shown(value),
-                    )
-                )  # fmt: skip
+                raise BadValue(
+                    "{name} must be within {low:g}..{high:g}, got {value}",
+                    name=field,
+                    low=0,
+                    high=setting.most,
+                    value=shown(value),
+                )
 
 
 # In declaration order.

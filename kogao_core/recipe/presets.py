@@ -12,7 +12,7 @@ from urllib.parse import unquote
 from kogao_core.base import json_reader
 from kogao_core.base.atomic import atomic_write
 from kogao_core.base.installed import data_folder
-from kogao_core.base.language import Text
+from kogao_core.base.language import BadValue, Text
 from kogao_core.base.wording import shown
 from kogao_core.recipe.recipe import PAPER, Recipe
 
@@ -43,11 +43,11 @@ def read(file: Path) -> Recipe:
     try:
         values = json_reader.parse(data, _MOST_BYTES).value
         if isinstance(values, dict) and "format" in values:
-            raise ValueError(Text("it is no recipe; apply a project with kogao-cli warp --project"))
+            raise BadValue("it is no recipe; apply a project with kogao-cli warp --project")
         return Recipe.from_dict(values)
     except ValueError as error:
-        raise ValueError(
-            Text("the recipe {file} can't be used: {error}", file=file, error=error)
+        raise BadValue(
+            "the recipe {file} can't be used: {error}", file=file, error=error
         ) from error
 
 
@@ -73,12 +73,10 @@ def file_of(folder: Path, name: str) -> Path:
     """Return the file of a preset in a folder."""
     name = name.strip()
     if not name or len(name) > LONGEST_NAME or _UNPRINTABLE.search(name):
-        raise ValueError(
-            Text(
-                "a preset's name has 1 to {longest_name} letters that print, got {name}",
-                longest_name=LONGEST_NAME,
-                name=shown(name),
-            )
+        raise BadValue(
+            "a preset's name has 1 to {longest_name} letters that print, got {name}",
+            longest_name=LONGEST_NAME,
+            name=shown(name),
         )
     fit = _UNFIT.sub(lambda letter: f"%{ord(letter[0]):02X}", name)
     return folder / f"{fit}{ENDING}"

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from operator import attrgetter
 from typing import Any, Final, TypeVar
 
-from kogao_core.base.language import Text
+from kogao_core.base.language import BadValue, Text
 from kogao_core.base.wording import shown
 from kogao_core.paper.choices import LOSSLESS_PX as LOSSLESS_PX
 from kogao_core.recipe.settings import (
@@ -318,14 +318,7 @@ class Recipe:
 
     @property
     def amount(self) -> Text:
-        """The Amount and all settings that differ from the defaults, as one sentence.
-
-        Examples
-        --------
-        >>> import kogao_core as kogao
-        >>> kogao.Recipe(percent=6, chin_length=-5, even_out=20).amount
-        '6 %, even out 20 %, chin length -5 %'
-        """
+        """The Amount and all settings that differ from the defaults, as one sentence."""
         if self.scope == "head":
             said = [Text("{percent:g} %", percent=self.percent)]
         else:
@@ -354,14 +347,6 @@ class Recipe:
         Returns
         -------
         Recipe
-
-        Examples
-        --------
-        >>> import kogao_core as kogao
-        >>> photo, own = kogao.Recipe(interpolation="lanczos4"), kogao.Recipe(percent=8)
-        >>> both = photo.of_face(own)
-        >>> both.percent, both.interpolation
-        (8, 'lanczos4')
         """
         if own is None:
             return self
@@ -379,12 +364,6 @@ class Recipe:
         -------
         Recipe
             The threshold stays at least the lossless 1/64 px.
-
-        Examples
-        --------
-        >>> import kogao_core as kogao
-        >>> kogao.Recipe(threshold_px=2.0).at_scale(0.5).threshold_px
-        1.0
         """
         if self.threshold_px <= LOSSLESS_PX:
             return self
@@ -413,25 +392,21 @@ class Recipe:
             If the version is another one, a field is unknown or a value is out of range.
         """
         if not isinstance(values, Mapping):
-            raise ValueError(Text("a recipe must be a JSON object"))
+            raise BadValue("a recipe must be a JSON object")
         fields = dict(values)
         if (version := fields.pop("version", VERSION)) != VERSION:
-            raise ValueError(
-                Text(
-                    "this program reads recipes of version {version}, got {found}; update Kogao, "
-                    "or save the recipe again",
-                    version=VERSION,
-                    found=shown(version),
-                )
+            raise BadValue(
+                "this program reads recipes of version {version}, got {found}; update Kogao, "
+                "or save the recipe again",
+                version=VERSION,
+                found=shown(version),
             )
         unknown = sorted(set(fields) - set(SETTINGS))
         if unknown:
-            raise ValueError(
-                Text(
-                    "unknown recipe field {unknown}; known: {names}",
-                    unknown=shown(unknown[0]),
-                    names=", ".join(sorted(SETTINGS)),
-                )
+            raise BadValue(
+                "unknown recipe field {unknown}; known: {names}",
+                unknown=shown(unknown[0]),
+                names=", ".join(sorted(SETTINGS)),
             )
         return Recipe(**fields)
 

@@ -10,7 +10,7 @@ from numbers import Real
 from operator import attrgetter
 from typing import Any, Final, Generic, Literal, TypeVar
 
-from kogao_core.base.language import Text
+from kogao_core.base.language import BadValue, Text
 from kogao_core.base.wording import shown
 from kogao_core.paper.choices import FRACTIONS
 from kogao_core.paper.choices import DomainName as DomainName
@@ -56,61 +56,25 @@ class Center:
 
 @dataclass(frozen=True, slots=True)
 class Setting:
-    """Declaration of a field of the recipe, shared by readers, checks and controls.
+    """Declaration of a field of the recipe, shared by readers, checks and controls."""
 
-    Parameters
-    ----------
-    title : Text
-        Visible title.
-    help : Text
-        Effect of the field, in one line.
-    where : str
-        Section of the paper; empty if not in the paper.
-    within : tuple of float, optional
-        Smallest and largest value of a number.
-    is_whole : bool
-        True if only whole numbers are valid.
-    alternatives : tuple of Alternative
-        Possible values in addition to the range. A field without range and alternatives is
-        True or False.
-    unit : str
-        Unit of a number.
-    per_photo : bool
-        True if all faces of a photo share the field; other fields can differ between faces.
-    option : str
-        Name on the command line; by default the field's name with hyphens.
-    default_text : str
-        The default in words, if the value alone is unclear.
-    word : Text, optional
-        The title within a sentence, if different.
-    needs : str
-        Name of the field that can disable this field; empty if there is none.
-    unless : str
-        The value of the field `needs` that disables this field.
-    is_method : bool
-        True for processing methods, which `Recipe.amount` omits.
-    letter : str
-        Mnemonic of the control; empty for none.
-    name : str
-        Name of the field; set by `SETTINGS`.
-    """
-
-    title: Text
-    help: Text
-    where: str = ""
-    within: tuple[float, float] | None = None
-    is_whole: bool = False
+    title: Text  # visible title
+    help: Text  # effect of the field, in one line
+    where: str = ""  # section of the paper; empty if not in the paper
+    within: tuple[float, float] | None = None  # smallest and largest value of a number
+    is_whole: bool = False  # True if only whole numbers are valid
+    # Possible values in addition to the range. Without range and alternatives: True or False.
     alternatives: tuple[Alternative[Any], ...] = ()
-    unit: str = ""
-    per_photo: bool = False
-    option: str = ""
-    default_text: str = ""
-    word: Text | None = None
-    needs: str = ""
-    unless: str = ""
-    is_method: bool = False
-    letter: str = ""
-    name: str = ""
+    unit: str = ""  # of a number
+    per_photo: bool = False  # True if all faces of a photo share the field
+    option: str = ""  # on the command line; by default the field's name with hyphens
+    default_text: str = ""  # the default in words, if the value alone is unclear
+    word: Text | None = None  # the title within a sentence, if different
+    needs: str = ""  # name of the field that can disable this field; empty if there is none
+    unless: str = ""  # the value of the field `needs` that disables this field
+    is_method: bool = False  # True for processing methods, which `Recipe.amount` omits
+    letter: str = ""  # mnemonic of the control; empty for none
+    name: str = ""  # of the field; set by `SETTINGS`
 
     def said(self, value: Any) -> Text:
         """Return a value with the field's name, for use within a sentence."""
@@ -142,81 +106,51 @@ class Setting:
         return cited(self.help, self.where)
 
     def check(self, value: object) -> None:
-        """Check a value.
-
-        Parameters
-        ----------
-        value : object
-            Any object.
-
-        Raises
-        ------
-        ValueError
-            If the value is invalid; the message names the field, its range and the value.
-        """
+        """Raise ValueError for an invalid value; the message names field, range and value."""
         if self.within is not None and not (self.alternatives and isinstance(value, str)):
             self._check_number(value, *self.within)
         elif self.alternatives:
             if value not in self.choices:
                 numbers = ("{:g}..{:g}".format(*self.within),) if self.within else ()
                 allowed = ", ".join([*self.choices, *numbers])
-                raise ValueError(
-                    Text(
-                        "{name} must be one of {allowed}, got {value}",
-                        name=self.name,
-                        allowed=allowed,
-                        value=shown(value),
-                    )
+                raise BadValue(
+                    "{name} must be one of {allowed}, got {value}",
+                    name=self.name,
+                    allowed=allowed,
+                    value=shown(value),
                 )
         elif not isinstance(value, bool):
-            raise ValueError(
-                Text(
-                    "{name} must be true or false, got {value}", name=self.name, value=shown(value)
-                )
+            raise BadValue(
+                "{name} must be true or false, got {value}", name=self.name, value=shown(value)
             )
 
     def plain(self, value: Any) -> Any:
-        """Convert a value that passed `check` to a plain JSON value.
-
-        Parameters
-        ----------
-        value : object
-            May be a numpy number.
-
-        Returns
-        -------
-        object
-            A Python number; other values unchanged.
-        """
+        """Convert a value that passed `check`, such as a numpy number, to a plain JSON value."""
         if self.is_whole:
             return int(value)
         return value if self.within is None or type(value) in (int, float, str) else float(value)
 
     def _check_number(self, value: object, low: float, high: float) -> None:
         if isinstance(value, bool) or not isinstance(value, Real):
-            raise ValueError(
-                Text("{name} must be a number, got {value}", name=self.name, value=shown(value))
+            raise BadValue(
+                "{name} must be a number, got {value}", name=self.name, value=shown(value)
             )
         number: Any = value  # mypy: Real has no comparison
         if not low <= number <= high:
-            raise ValueError(
-                Text(
-                    "{name} must be within {low:g}..{high:g}, got {value}",
-                    name=self.name,
-                    low=low,
-                    high=high,
-                    value=shown(value),
-                )
+            raise BadValue(
+                "{name} must be within {low:g}..{high:g}, got {value}",
+                name=self.name,
+                low=low,
+                high=high,
+                value=shown(value),
             )
         if self.is_whole and number != int(number):
-            raise ValueError(
-                Text(
-                    "{name} must be a whole number {low:g}..{high:g}, got {value}",
-                    name=self.name,
-                    low=low,
-                    high=high,
-                    value=shown(value),
-                )
+            raise BadValue(
+                "{name} must be a whole number {low:g}..{high:g}, got {value}",
+                name=self.name,
+                low=low,
+                high=high,
+                value=shown(value),
             )
 
 

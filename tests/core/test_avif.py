@@ -15,8 +15,7 @@ from kogao_core.photo import in_place
 
 @pytest.fixture
 def source(tmp_path):
-    (tmp_path / "in.png").write_bytes(files.png(textured_photo(64, 48, 3), 6))
-    return photo.read(tmp_path / "in.png")
+    return files.opened(tmp_path / "in.png", files.png(textured_photo(64, 48, 3), 6))
 
 
 @pytest.mark.parametrize("block", [b"Exif\0\0no TIFF at all", b"Exif\0\0II*\0\x08"])
@@ -35,8 +34,7 @@ def test_more_bits_stay_in_place_and_in_other_formats(tmp_path, bits):
     fine = textured_photo(64, 48, 3).astype(np.uint16) << (bits - 8)
     fine += np.arange(64, dtype=np.uint16)[:, None] % (1 << (bits - 8))
     how = [cv2.IMWRITE_AVIF_DEPTH, bits, cv2.IMWRITE_AVIF_QUALITY, 100]
-    path.write_bytes(cv2.imencode(".avif", fine[..., ::-1], how)[1].tobytes())
-    shown = photo.read(path)
+    shown = files.opened(path, cv2.imencode(".avif", fine[..., ::-1], how)[1].tobytes())
     assert (shown.bits, shown.notes) == (16, ())
     off = shown.pixels * ((2**bits - 1) / 65535) - fine
     assert np.abs(off).mean() < 1.0  # of 1023 or 4095 levels
@@ -53,8 +51,7 @@ def test_more_bits_stay_in_place_and_in_other_formats(tmp_path, bits):
 def test_grey_is_not_made_rgb_in_place(tmp_path):
     grey = np.tile(np.arange(64, dtype=np.uint8), (48, 1))
     data = cv2.imencode(".avif", grey)[1].tobytes()
-    (tmp_path / "in.avif").write_bytes(data)
-    shown = photo.read(tmp_path / "in.avif")
+    shown = files.opened(tmp_path / "in.avif", data)
     assert shown.channels == 1
     with pytest.raises(photo.RefusedOutput, match="as RGB instead of grey"):
         in_place.check_in_place(shown)
@@ -69,8 +66,7 @@ def test_another_brand_before_it_is_still_avif(tmp_path):
 def test_a_gain_map_as_iso_21496_has_it_is_named_where_it_cannot_be_written(tmp_path):
     data = files.avif(textured_photo(64, 48, 3))
     item = re.compile(rb"(infe\x02.{7})mime", re.DOTALL)  # the XMP packet's
-    (tmp_path / "in.avif").write_bytes(item.sub(rb"\1tmap", data))
-    source = photo.read(tmp_path / "in.avif")
+    source = files.opened(tmp_path / "in.avif", item.sub(rb"\1tmap", data))
     for suffix in (".avif", ".jpg"):
         said = photo.write(source, source.pixels // 2, tmp_path / f"out{suffix}")
         assert "not kept: the HDR gain map" in said

@@ -287,8 +287,7 @@ def test_a_grey_jpeg_keeps_its_blocks_whatever_factors_it_names(tmp_path):
     data = path.read_bytes()
     at = data.index(b"\xff\xc0") + 11
     assert data[at] == 0x11
-    path.write_bytes(data[:at] + b"\x22" + data[at + 1 :])
-    source = photo.read(path)
+    source = files.opened(path, data[:at] + b"\x22" + data[at + 1 :])
     said = photo.write(source, edited(source), tmp_path / "out.jpg")
     assert "of the JPEG unchanged" in said
     ((before, _),), ((after, _),) = components(path), components(tmp_path / "out.jpg")

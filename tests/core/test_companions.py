@@ -95,8 +95,7 @@ class Done:
 
 def warped(tmp_path, data, *, film=False, out="out.jpg"):
     (tmp_path / out).unlink(missing_ok=True)
-    (tmp_path / "in.jpg").write_bytes(data)
-    source = photo.read(tmp_path / "in.jpg")
+    source = files.opened(tmp_path / "in.jpg", data)
     face = oval_face(source.width, source.height)
     rendering = kogao.render(source.pixels, [face], kogao.Recipe(percent=6))
     along = accompanied(source, rendering.warped, film=film)

@@ -19,12 +19,8 @@ MODULES = sorted(
     for found in pkgutil.walk_packages(kogao_core.__path__, "kogao_core.")
     if ">>>" in Path(importlib.util.find_spec(found.name).origin).read_text(encoding="utf-8")
 )
-# Made to be subclassed, or filled in by whoever adds a format, a fit, an overlay, a method.
-FOR_OTHERS = {
-    *("Feature", "Context", "Dialog", "Overlay", "FrameOverlay", "Viewport", "SecondView"),
-    *("Warp", "WarpTask", "Method", "LandmarkSource", "MeshSource", "Sheet", "Walk"),
-    *("Option", "Group", "FileFormat", "Setting"),
-}
+# Made to be subclassed, or filled in by whoever adds an overlay or a panel.
+FOR_OTHERS = {"Feature", "Context", "Dialog", "Overlay", "FrameOverlay", "Viewport", "SecondView"}
 SECTION = re.compile(r"^ *[A-Z]\w+\n *-{3,}$", re.MULTILINE)
 BLOCK = re.compile(r"^```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 PAGES = [

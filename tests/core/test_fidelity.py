@@ -147,8 +147,7 @@ def test_photoshop_resources_longer_than_a_segment_are_kept(tmp_path):
     parts = [whole[at : at + 60_000] for at in range(0, len(whole), 60_000)]
     more = b"".join(files.segment(0xED, b"Photoshop 3.0\0" + part) for part in parts)
     data = files.jpeg(upright(8, 3))
-    (tmp_path / "in.jpg").write_bytes(data[:2] + more + data[2:])
-    source = photo.read(tmp_path / "in.jpg")
+    source = files.opened(tmp_path / "in.jpg", data[:2] + more + data[2:])
     photo.write(source, source.pixels // 2, tmp_path / "out.jpg")
     assert photo.read(tmp_path / "out.jpg").photoshop.startswith(long)
 
@@ -165,8 +164,7 @@ def test_an_iptc_record_that_stands_alone_in_a_tiff_is_kept_everywhere(tmp_path,
         data = data.replace(entry, struct.pack("<HHI", 33723, 4, len(record) // 4))
     if form == "swapped numbers":
         data = data.replace(record, np.frombuffer(record, ">u4").astype("<u4").tobytes())
-    (tmp_path / "in.tif").write_bytes(data)
-    source = photo.read(tmp_path / "in.tif")
+    source = files.opened(tmp_path / "in.tif", data)
     for suffix in (".jpg", ".png", ".tif"):
         photo.write(source, 255 - source.pixels, tmp_path / f"out{suffix}")
         again = photo.read(tmp_path / f"out{suffix}")
@@ -183,8 +181,7 @@ def test_letters_beyond_ascii_come_into_a_tiff_byte_for_byte(tmp_path, form, tex
         Image.fromarray(upright(8, 3)).save(out, form, exif=tags)
         stored = out.getvalue().replace(b"?" * len(name), name)
     assert stored.count(name) == texts
-    (tmp_path / "in.any").write_bytes(stored)
-    source = photo.read(tmp_path / "in.any")
+    source = files.opened(tmp_path / "in.any", stored)
     photo.write(source, source.pixels // 2, tmp_path / "out.tif")
     assert (tmp_path / "out.tif").read_bytes().count(name) == texts
 
@@ -224,8 +221,7 @@ def test_other_colour_models_are_converted_with_a_word(tmp_path, mode):
 
 def test_deep_grey_with_alpha_keeps_its_depth(tmp_path):
     deep = upright(16, 4)
-    (tmp_path / "in.png").write_bytes(grey_png(deep[..., 0], 16, alpha=deep[..., 3]))
-    source = photo.read(tmp_path / "in.png")
+    source = files.opened(tmp_path / "in.png", grey_png(deep[..., 0], 16, alpha=deep[..., 3]))
     assert source.bits == 16
     photo.write(source, source.pixels // 2, tmp_path / "out.png")
     again = photo.read(tmp_path / "out.png").pixels
@@ -253,8 +249,7 @@ def test_a_grey_that_is_transparent_is_so_at_any_depth(tmp_path, bits):
     grey = (np.arange(5 * 16).reshape(5, 16) * 37) % (most + 1)
     transparent = int(grey[2, 3])
     chunk = (b"tRNS", struct.pack(">H", transparent))
-    (tmp_path / "in.png").write_bytes(grey_png(grey, bits, chunk))
-    source = photo.read(tmp_path / "in.png")
+    source = files.opened(tmp_path / "in.png", grey_png(grey, bits, chunk))
     white = np.iinfo(source.pixels.dtype).max
     expected = [grey * (white // most), np.where(grey == transparent, 0, white)]
     np.testing.assert_array_equal(source.pixels[..., [0, -1]], np.stack(expected, axis=-1))
@@ -279,8 +274,7 @@ def test_a_fourth_channel_that_is_not_said_to_be_alpha_is_an_extra_one(tmp_path,
     alpha, selection = (struct.pack("<HHIHH", 338, 3, 1, kind, 0) for kind in (2, 0))
     stored = files.tiff(pixels)
     assert stored.count(alpha) == 1
-    (tmp_path / "in.tif").write_bytes(stored.replace(alpha, selection))
-    source = photo.read(tmp_path / "in.tif")
+    source = files.opened(tmp_path / "in.tif", stored.replace(alpha, selection))
     np.testing.assert_array_equal(source.pixels, pixels[..., :3])
     assert "1 extra channel" in photo.write(source, source.pixels // 2, tmp_path / "out.tif")
 
@@ -291,8 +285,7 @@ def test_premultiplied_alpha_becomes_straight_with_a_word(tmp_path):
     stored = pixels.copy()
     stored[..., :3] = pixels[..., :3] // 2
     alpha, premultiplied = (struct.pack("<HHIHH", 338, 3, 1, kind, 0) for kind in (2, 1))
-    (tmp_path / "in.tif").write_bytes(files.tiff(stored).replace(alpha, premultiplied))
-    source = photo.read(tmp_path / "in.tif")
+    source = files.opened(tmp_path / "in.tif", files.tiff(stored).replace(alpha, premultiplied))
     np.testing.assert_allclose(source.pixels, pixels, atol=2)
     assert source.notes == ("converted from premultiplied to straight alpha",)
     with pytest.raises(photo.RefusedOutput, match="wouldn't come back as it is"):

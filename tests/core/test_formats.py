@@ -30,8 +30,7 @@ def test_a_name_and_an_ending_belong_to_one_format():
 
 @pytest.mark.parametrize("form", formats.WRITTEN, ids=lambda form: form.name)
 def test_what_is_written_is_of_the_format_that_its_name_promises(form, tmp_path):
-    (tmp_path / "in.png").write_bytes(files.png(np.full((16, 24, 3), 90, np.uint8)))
-    source = photo.read(tmp_path / "in.png")
+    source = files.opened(tmp_path / "in.png", files.png(np.full((16, 24, 3), 90, np.uint8)))
     for suffix in form.suffixes:
         photo.write(source, source.pixels // 2, tmp_path / f"out{suffix}")
         assert photo.read(tmp_path / f"out{suffix}").format == form.name
@@ -44,8 +43,7 @@ def test_a_format_that_holds_no_metadata_leaves_out_every_kind():
 
 
 def test_a_format_without_an_encoder_writes_nothing(tmp_path):
-    (tmp_path / "in.png").write_bytes(files.png(np.full((16, 24, 3), 90, np.uint8)))
-    source = photo.read(tmp_path / "in.png")
+    source = files.opened(tmp_path / "in.png", files.png(np.full((16, 24, 3), 90, np.uint8)))
     with pytest.raises(ValueError, match="raw is read only"):
         writing.encode(source, source.pixels, formats.BY_NAME["RAW"])
 

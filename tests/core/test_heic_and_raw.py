@@ -42,8 +42,7 @@ def test_heic_comes_in_and_goes_out_with_its_metadata(tmp_path, channels):
     pixels = np.ascontiguousarray(pixels[..., 0] if channels == 1 else pixels)
     profile, exif = files.profile_for(pixels), files.exif_block(1, WIDTH, HEIGHT)
     data = files.heic(pixels, exif=exif, xmp=files.XMP.format(1).encode(), icc_profile=profile)
-    (tmp_path / "in.heic").write_bytes(data)
-    source = photo.read(tmp_path / "in.heic")
+    source = files.opened(tmp_path / "in.heic", data)
     assert (source.format, source.bits, source.notes) == ("HEIF", 8, ())
     assert np.abs(source.pixels.astype(int) - pixels).mean() < 2.0
     for suffix in (".png", ".tif", *((".jpg",) if channels != 4 else ())):
@@ -59,8 +58,7 @@ def test_heic_comes_in_and_goes_out_with_its_metadata(tmp_path, channels):
 @needs_heic
 def test_heic_of_ten_bits_is_deep_or_not_as_asked(tmp_path):
     deep = smooth().astype(np.uint16) * 257
-    (tmp_path / "in.heic").write_bytes(files.heic(deep))
-    source = photo.read(tmp_path / "in.heic")
+    source = files.opened(tmp_path / "in.heic", files.heic(deep))
     assert source.bits == 16
     assert np.abs(source.pixels.astype(int) - deep).mean() < 300
     np.testing.assert_array_equal(written(source, ".png", tmp_path).pixels, source.pixels // 2)
@@ -91,8 +89,7 @@ def test_a_turned_heic_is_upright_once(tmp_path):
 @needs_raw
 @pytest.mark.parametrize("orientation", [1, 6])
 def test_raw_is_developed_upright_with_its_metadata(tmp_path, orientation):
-    (tmp_path / "in.dng").write_bytes(files.dng(orientation))
-    source = photo.read(tmp_path / "in.dng")
+    source = files.opened(tmp_path / "in.dng", files.dng(orientation))
     assert (source.format, source.bits) == ("RAW", 16)
     assert "white balance" in source.notes[0]
     assert source.pixels.shape == ((48, 64, 3) if orientation == 1 else (64, 48, 3))

@@ -93,8 +93,7 @@ def test_scans_beyond_count_are_refused_before_they_are_decoded(tmp_path, decode
     path.write_bytes(in_scans(MOST_SCANS) + b"\xff\xda\0\2" * 999)  # behind the end there are none
     assert photo.read(path).width == 48
     remark = segment(0xFE, b"\xff\xda" * 9)  # a remark isn't a scan, whatever it holds
-    path.write_bytes(in_scans(40, remark))
-    assert photo.read(path).width == 48
+    assert files.opened(path, in_scans(40, remark)).width == 48
     too_many = in_scans(MOST_SCANS + 1), in_scans(10)[:-2] + segment(0xFE, b"") * 2000
     for data in too_many:
         assert f"more than {MOST_SCANS} scans" in refusal(path, data)
@@ -108,8 +107,7 @@ def test_more_pixels_than_data_are_refused_and_a_flat_picture_is_not(
 ):
     path = tmp_path / "in.jpg"
     options = {"progressive": progressive, "subsampling": sampling, "optimize": True}
-    path.write_bytes(encoded(np.full((800, 900, 3), 90, np.uint8), **options))
-    assert photo.read(path).width == 900
+    assert files.opened(path, encoded(np.full((800, 900, 3), 90, np.uint8), **options)).width == 900
     data = claiming(encoded(textured_photo(48, 40, 3), **options), 9000)
     assert "damaged or incomplete" in refusal(path, data)
     assert len(decoded) == 1
@@ -119,8 +117,7 @@ def test_more_pixels_than_data_are_refused_and_a_flat_picture_is_not(
 def test_a_jpeg_without_its_end_marker_is_read_with_a_word(tmp_path, progressive):
     path, cut = tmp_path / "in.jpg", tmp_path / "cut.jpg"
     path.write_bytes(encoded(textured_photo(80, 64, 3), quality=95, progressive=progressive))
-    cut.write_bytes(path.read_bytes()[:-2])
-    whole, source = photo.read(path), photo.read(cut)
+    whole, source = photo.read(path), files.opened(cut, path.read_bytes()[:-2])
     np.testing.assert_array_equal(source.pixels, whole.pixels)
     assert source.notes == ("the file is slightly damaged: its end marker is missing",)
     pixels = source.pixels.copy()

@@ -1,5 +1,6 @@
 """Both programs speak the user's language from one catalogue; what programs read stays English."""
 
+import ast
 import gettext
 import json
 import os
@@ -8,10 +9,10 @@ import re
 import string
 
 import pytest
-from modules import ROOT
+from modules import ROOT, modules, tree
 
 from kogao_core.base import language
-from kogao_core.base.language import Text, tr, tr_count, translated
+from kogao_core.base.language import Text, TextError, tr, tr_count, translated
 
 CATALOGUES = sorted((ROOT / "resources" / "translations").glob("*.po"))
 
@@ -60,7 +61,7 @@ def test_a_text_that_counts_takes_the_languages_plural():
 @pytest.mark.usefixtures("german")
 def test_an_exception_keeps_its_text_in_another_process_too():
     problem = pickle.loads(
-        pickle.dumps(ValueError(Text("{path} is {mib:.1f} MiB large", path=ROOT / "a", mib=2.5)))
+        pickle.dumps(TextError("{path} is {mib:.1f} MiB large", path=ROOT / "a", mib=2.5))
     )
     assert translated(problem) == f"2.5 MiB groß ist {ROOT / 'a'}"
     assert translated(OSError(2, "No such file")) == "[Errno 2] No such file", "not ours"
@@ -129,8 +130,23 @@ def fields(text):
     return named | set(re.findall(r"%(?:\(\w+\))?[sr]", text))
 
 
+def test_words_of_every_exception_are_found(catalogues):
+    classes = [
+        (node.name, {base.id for base in node.bases if isinstance(base, ast.Name)})
+        for folder in ("kogao_core", "app")
+        for path in modules(folder, ROOT).values()
+        for node in ast.walk(tree(path))
+        if isinstance(node, ast.ClassDef)
+    ]
+    known = {"TextError", *catalogues.RAISED}
+    assert {name for name, bases in classes if bases & known} == {
+        name for name in catalogues.RAISED if name[0].isupper() and name != "Stop"
+    }
+
+
 def test_words_that_are_put_together_are_refused(catalogues):
-    for source in ('tr(f"a {b}")', 'Text("a" + b)', 'option("--a", help=f"{a}")', "tr(a)"):
+    texts = ('tr(f"a {b}")', 'Text("a" + b)', 'option("--a", help=f"{a}")', 'BadFile(f"{a}")')
+    for source in (*texts, "tr(a)"):
         with pytest.raises(catalogues.NotALiteral, match=r"a\.py:1"):
             list(catalogues.words(source, "a.py"))
 
@@ -143,6 +159,7 @@ tr("{a} b", a=
     Text("within"))
 Text.counted(n, "{n} c", "{n} cs")
 in_context("d", "e")
+raise Stop("g", code) if a else BadFile(a)
 @words.command("f")
 def command():
     """Do f."""
@@ -153,5 +170,6 @@ def command():
         ("within",): (None, ""),
         ("{n} c", "{n} cs"): (None, ""),
         ("e",): ("d", ""),
+        ("g",): (None, ""),
         ("Do f.",): (None, ""),
     }

@@ -41,8 +41,7 @@ needs_heic = pytest.mark.skipif(
 
 def changed(tmp_path, name, data, out):
     """Return what is said of a changed copy, its bytes, and the photo."""
-    (tmp_path / name).write_bytes(data)
-    source = photo.read(tmp_path / name)
+    source = files.opened(tmp_path / name, data)
     said = photo.write(source, source.pixels // 2, tmp_path / out)
     return said, (tmp_path / out).read_bytes(), source
 
@@ -64,8 +63,7 @@ def test_what_is_not_kept_is_named_and_leaves_no_word(tmp_path, case, suffix):
 
 @pytest.mark.parametrize("case", metadata_cases.CASES, ids=str)
 def test_a_copy_has_lost_nothing_and_says_so(tmp_path, case):
-    (tmp_path / f"in{case.suffix}").write_bytes(case.data)
-    source = photo.read(tmp_path / f"in{case.suffix}")
+    source = files.opened(tmp_path / f"in{case.suffix}", case.data)
     assert photo.write(source, source.pixels, tmp_path / f"out{case.suffix}") == ""
     assert (tmp_path / f"out{case.suffix}").read_bytes() == case.data
 
@@ -158,8 +156,7 @@ def test_jfif_says_what_it_said(tmp_path, told):
 def test_a_jpeg_that_tells_no_resolution_gets_none(tmp_path):
     for exif in (b"", b"Exif\0\0II*\0\x08\0\0\0\0\0\0\0\0\0"):
         data = metadata_cases.jpeg(exif=exif)
-        (tmp_path / "in.jpg").write_bytes(data)
-        assert photo.read(tmp_path / "in.jpg").dpi is None
+        assert files.opened(tmp_path / "in.jpg", data).dpi is None
 
 
 def chunk_of_png(data, name):
@@ -285,8 +282,7 @@ def test_records_stay_at_the_end_of_a_jpeg_and_are_named_where_they_cannot(tmp_p
     both = "Photo Mechanic's data at the end, FotoStation's data at the end"
     said = photo.write(source, source.pixels // 2, tmp_path / "small.jpg", quality=80)
     assert both in said
-    (tmp_path / "in.tif").write_bytes(metadata_cases.tiff(end=records))
-    tiff = photo.read(tmp_path / "in.tif")
+    tiff = files.opened(tmp_path / "in.tif", metadata_cases.tiff(end=records))
     assert both in photo.write(tiff, tiff.pixels // 2, tmp_path / "tif.jpg")
 
 
@@ -423,8 +419,7 @@ def test_what_a_heic_holds_beside_its_picture_is_named(tmp_path):
 def test_damaged_files_never_stop_the_reader(tmp_path, case):
     """Whatever a decoder takes for good must have been looked through."""
     path = tmp_path / f"in{case.suffix}"
-    path.write_bytes(case.data)
-    source = photo.read(path)
+    source = files.opened(path, case.data)
     rng = np.random.default_rng(zlib.crc32(case.label.encode()))
     for _ in range(4):
         data = bytearray(case.data)

@@ -8,6 +8,7 @@ import struct
 import subprocess
 import zlib
 
+import files
 import numpy as np
 import pytest
 import tifffile
@@ -39,8 +40,7 @@ def png(*chunks, **options):
 
 
 def read(tmp_path, data, name="in.png"):
-    (tmp_path / name).write_bytes(data)
-    return photo.read(tmp_path / name)
+    return files.opened(tmp_path / name, data)
 
 
 @pytest.mark.parametrize("chunk", COLOUR_CHUNKS, ids=["XYZ", "narrow", "gamma", "cHRM"])

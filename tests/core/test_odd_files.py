@@ -32,8 +32,7 @@ XMP = files.XMP.format(1).encode()
 
 
 def read(tmp_path, data, name):
-    (tmp_path / name).write_bytes(data)
-    return photo.read(tmp_path / name)
+    return files.opened(tmp_path / name, data)
 
 
 def written(tmp_path, source, name, *, force=True):

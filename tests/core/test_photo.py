@@ -72,8 +72,7 @@ def test_png_metadata_after_the_pixels_are_found(tmp_path, deep_picture):
     chunk = png[at : at + 12 + int.from_bytes(png[at : at + 4], "big")]
     late = png.replace(chunk, b"")
     turned = files.chunk(b"eXIf", EXIF[6:])
-    (tmp_path / "late.png").write_bytes(late[:-12] + turned + late[-12:])
-    again = photo.read(tmp_path / "late.png")
+    again = files.opened(tmp_path / "late.png", late[:-12] + turned + late[-12:])
     assert again.orientation == 6
     assert again.pixels.shape == (17, 13, 3)
 

@@ -144,8 +144,7 @@ def test_a_name_is_converted_and_saved_as_a_profile_or_a_name(tmp_path, suffix, 
     if suffix == ".heic":
         pytest.importorskip("pillow_heif")
     path = tmp_path / f"in{suffix}"
-    path.write_bytes(with_name(chart(), suffix, name))
-    source = photo.read(path)
+    source = files.opened(path, with_name(chart(), suffix, name))
     assert source.notes == ()
     wanted = in_srgb(source.pixels / 255, (name[0], VIDEO if name[1] == 14 else name[1]))
     told, pixels = Export(srgb=True).applied(source, source.pixels)
@@ -168,8 +167,7 @@ def test_hdr_keeps_its_name_or_is_tone_mapped_with_a_note(tmp_path, suffix, name
     if suffix == ".heic":
         pytest.importorskip("pillow_heif")
     path = tmp_path / f"in{suffix}"
-    path.write_bytes(with_name(chart(np.uint16), suffix, name))
-    source = photo.read(path)
+    source = files.opened(path, with_name(chart(np.uint16), suffix, name))
     assert (source.bits, source.notes) == (16, ())
     wanted = in_srgb(source.pixels / 65535, name)
     shown = profiles.to_srgb(source.pixels, source.icc_profile)  # as the screen shows the photo
@@ -222,8 +220,7 @@ def test_names_that_cameras_give_to_srgb_need_no_profile(name):
 
 def test_a_name_without_numbers_in_icc_is_named_and_not_called_srgb(tmp_path):
     path = tmp_path / "in.avif"
-    path.write_bytes(with_name(chart(), ".avif", (10, 17)))
-    source = photo.read(path)
+    source = files.opened(path, with_name(chart(), ".avif", (10, 17)))
     with pytest.raises(photo.RefusedOutput, match="can't be converted to sRGB"):
         Export(srgb=True).applied(source, source.pixels)
     for suffix in (".jpg", ".png", ".avif"):
@@ -240,8 +237,7 @@ def test_a_profile_has_a_name_only_if_it_says_so():
 def test_a_tiff_with_a_profile_of_pq_stays_as_it_is(tmp_path):
     icc = profiles.of_name((BT2020, PQ), chart())
     data = files.saved(chart(), "TIFF", icc_profile=icc)
-    (tmp_path / "in.tif").write_bytes(data)
-    source = photo.read(tmp_path / "in.tif")
+    source = files.opened(tmp_path / "in.tif", data)
     out, note = saved(tmp_path, source, ".tif")
     assert note == ""
     np.testing.assert_array_equal(photo.read(out).pixels[1:], chart()[1:])
@@ -254,15 +250,13 @@ def test_a_profile_overrules_the_name_beside_it(tmp_path):
     data = files.saved(chart(), "AVIF", icc_profile=files.SRGB)
     named = data.replace(b"colrnclx\0\2\0\2", b"colrnclx\0\x0c\0\x0d")
     assert named != data
-    (tmp_path / "in.avif").write_bytes(named)
-    assert photo.read(tmp_path / "in.avif").icc_profile == files.SRGB
+    assert files.opened(tmp_path / "in.avif", named).icc_profile == files.SRGB
 
 
 def test_a_name_in_png_overrules_the_profile_which_stays_for_other_readers(tmp_path):
     data = with_name(chart(), ".png", (P3, CURVE))
     chunk = files.chunk(b"iCCP", b"mine\0\0" + zlib.compress(files.SRGB))
-    (tmp_path / "in.png").write_bytes(data[:33] + chunk + data[33:])
-    source = photo.read(tmp_path / "in.png")
+    source = files.opened(tmp_path / "in.png", data[:33] + chunk + data[33:])
     assert profiles.name_of(source.icc_profile) == (P3, CURVE)
     out, _ = saved(tmp_path, source, ".png")
     assert chunk in out.read_bytes()
@@ -317,8 +311,7 @@ def boxed(pixels, box, *, associate):
 
 def test_the_name_of_another_item_is_not_that_of_the_picture(tmp_path):
     named = struct.pack(">I4s4s3HB", 19, b"colr", b"nclx", 9, 16, 9, 128)
-    (tmp_path / "in.avif").write_bytes(boxed(chart(), named, associate=False))
-    source = photo.read(tmp_path / "in.avif")
+    source = files.opened(tmp_path / "in.avif", boxed(chart(), named, associate=False))
     assert (source.icc_profile, source.notes, source.extras) == (None, (), ())
 
 
@@ -341,8 +334,7 @@ def test_an_aperture_outside_the_picture_crops_nothing():
 
 def test_orientation_in_xmp_alone_turns_no_avif(tmp_path):
     xmp = files.XMP.format(6).encode()
-    (tmp_path / "in.avif").write_bytes(files.saved(chart(), "AVIF", xmp=xmp))
-    source = photo.read(tmp_path / "in.avif")
+    source = files.opened(tmp_path / "in.avif", files.saved(chart(), "AVIF", xmp=xmp))
     assert source.pixels.shape == chart().shape
     for suffix in (".avif", ".png", ".jpg"):
         out, _ = saved(tmp_path, source, suffix)
@@ -359,8 +351,7 @@ def test_a_strict_rule_of_avif_keeps_no_photo_out(tmp_path):
     assert data[at + second + 3] & 0x7F == 1  # the size
     bad = bytearray(data)
     bad[at + second + 3] = bad[at + second + 4]
-    (tmp_path / "in.avif").write_bytes(bytes(bad))
-    source = photo.read(tmp_path / "in.avif")
+    source = files.opened(tmp_path / "in.avif", bytes(bad))
     assert source.pixels.shape == rgba.shape
     assert np.abs(source.pixels.astype(int) - rgba)[..., :3].mean() < 3
     assert source.notes
@@ -425,6 +416,5 @@ def test_the_command_line_searches_faces_in_these_colours():
 
 def test_an_8_bit_picture_beside_a_deep_gain_map_has_8_bits(tmp_path):
     data = boxed(chart(), b"\0\0\0\x0cav1C\x81\x00\x4c\x00", associate=False)
-    (tmp_path / "in.avif").write_bytes(data)
-    source = photo.read(tmp_path / "in.avif")
+    source = files.opened(tmp_path / "in.avif", data)
     assert (source.bits, source.notes) == (8, ())

@@ -173,7 +173,7 @@ def photo_of(file: Path) -> tuple[EarlierWork, Path]:
     A path inside the project is never followed. Raises BadFile.
     """
     if not file.is_file():
-        raise BadFile(f"{file} is not an ordinary file")
+        raise BadFile("{path} is not an ordinary file", path=file)
     project = load(file)
     # Any system may have written the name: accept both kinds of slashes.
     names = (file.name[: -len(SUFFIX)], PureWindowsPath(project.original.path).name)

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kogao_core.base import assets
-from kogao_core.base.language import Text
+from kogao_core.base.language import TextError
 
 DETECTOR: Final = "models/face_detection_back.tflite"
 MESH: Final = "models/face_landmarks_detector.tflite"
@@ -25,7 +25,7 @@ _DAMAGED: Final = (
 )
 
 
-class ModelRefused(RuntimeError):
+class ModelRefused(TextError, RuntimeError):
     """A file is damaged or not a model of the requested kind; the message is one sentence."""
 
 
@@ -39,11 +39,9 @@ def network(name: str) -> Path:
     locked = {entry["file"]: entry["sha256"] for entry in manifest["assets"]}
     if hashlib.sha256(path.read_bytes()).hexdigest() != locked[path.name]:
         raise ModelRefused(
-            Text(
-                "{path} is damaged or another file than Kogao came with; kogao-cli "
-                "doctor says how to mend the installation",
-                path=path,
-            )
+            "{path} is damaged or another file than Kogao came with; kogao-cli "
+            "doctor says how to mend the installation",
+            path=path,
         )
     return path
 
@@ -55,5 +53,5 @@ def arrays(path: Path) -> dict[str, npt.NDArray[Any]]:
             return dict(file)
     except _DAMAGED as error:
         raise ModelRefused(
-            Text("{path} is damaged ({error}); reinstall Kogao", path=path, error=error)
+            "{path} is damaged ({error}); reinstall Kogao", path=path, error=error
         ) from error

@@ -203,12 +203,8 @@ def _beside(points: Array, box: Detection) -> bool:
 class MeshSource:
     """Faces by BlazeFace and the face mesh (section 3.1, with today's networks).
 
-    Loads the networks at first use. Thread-safe.
-
-    Parameters
-    ----------
-    refined : bool
-        Move the mesh's silhouette onto the visible edge, and estimate the confidence.
+    Loads the networks at first use. Thread-safe. With `refined`, the mesh's silhouette moves onto
+    the visible edge, and the confidence is estimated.
     """
 
     name = "mesh"
@@ -231,29 +227,11 @@ class MeshSource:
         return MeshNetwork(locked.network(locked.MESH))
 
     def find(self, rgb: Image, on_face: OnFace = ignored) -> list[Face]:
-        """Return the faces of an upright image, `in_reading_order`.
+        """Return the faces of an upright image, see `LandmarkSource`.
 
-        Parameters
-        ----------
-        rgb : array of shape (H, W) or (H, W, C)
-            Grey, RGB or RGBA; uint8, uint16 or float32 (0 to 1).
-        on_face : callable
-            Called with each face, in the order of detection.
-
-        Returns
-        -------
-        list of Face
-            May be empty. `Face.score` is the detector's probability in closer views, lowered if
-            the passes of the mesh disagree or the mesh network finds no face.
-
-        Raises
-        ------
-        AssetMissing
-            If the network files aren't installed.
-        ModelRefused
-            If a network file is damaged.
-        ValueError
-            If `rgb` isn't an image.
+        `Face.score` is the detector's probability in closer views, lowered if the passes of the
+        mesh disagree or the mesh network finds no face. Raises AssetMissing, ModelRefused,
+        ValueError.
         """
         with self._lock, one_blas_thread():
             image = Pyramid.of(rgb)

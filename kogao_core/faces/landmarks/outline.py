@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 
 from kogao_core.base.geometry import Array, arc_lengths
-from kogao_core.base.language import Text
+from kogao_core.base.language import BadValue
 from kogao_core.faces.face import FOREHEAD_POINTS, OUTLINE_POINTS
 
 # Ends of an outline on the silhouette: this far below the line through the outer eye corners, in
@@ -83,7 +83,7 @@ def ended(line: Array, eyes: Array) -> Array:
     depth = _below_eyes(line, eyes) - END_BELOW_EYES
     chin = int(depth.argmax())
     if not depth[chin] > 0.0:
-        raise ValueError(Text("the face has collapsed: nothing of it lies below the eyes"))
+        raise BadValue("the face has collapsed: nothing of it lies below the eyes")
     first = _raised(line[chin::-1], depth[chin::-1])
     last = _raised(line[chin:], depth[chin:])
     return np.vstack([first[:0:-1], last])
@@ -101,7 +101,7 @@ def _raised(side: Array, depth: Array) -> Array:
     over = np.flatnonzero(depth <= 0.0)
     at = int(over[0]) if len(over) else len(side) - 1
     if at == 0 or not depth[at] < depth[at - 1]:
-        raise ValueError(Text("the face has collapsed: its outline doesn't reach the eyes"))
+        raise BadValue("the face has collapsed: its outline doesn't reach the eyes")
     end = side[at - 1] + depth[at - 1] / (depth[at - 1] - depth[at]) * (side[at] - side[at - 1])
     return np.vstack([side[:at] if len(over) else side, end])
 

@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from kogao_core.base import assets
 from kogao_core.base.geometry import Affine, Image
-from kogao_core.base.language import Text
+from kogao_core.base.language import BadValue
 from kogao_core.faces.choices import CHOICES
 from kogao_core.faces.face import OUTLINE_POINTS, Face, LandmarkSource
 from kogao_core.faces.landmarks import locked
@@ -52,8 +52,8 @@ def source(name: str | None = None) -> LandmarkSource:
     make = {choice.name: choice.make for choice in CHOICES}
     if name not in make:
         names = ", ".join(make)
-        raise ValueError(
-            Text("{name} is not a landmark source; use one of {names}", name=name, names=names)
+        raise BadValue(
+            "{name} is not a landmark source; use one of {names}", name=name, names=names
         )
     return make[name]()
 
@@ -155,7 +155,7 @@ def template_face(center_px: npt.ArrayLike, width_px: float, angle_degrees: floa
     if np.shape(center_px) != (2,):
         raise ValueError(f"center_px must be a point (x, y), got shape {np.shape(center_px)}")
     if not width_px > 0.0:
-        raise ValueError(Text("width_px must be above 0, got {width_px!r}", width_px=width_px))
+        raise BadValue("width_px must be above 0, got {width_px!r}", width_px=width_px)
     place = Affine.similarity(width_px, angle_degrees, center_px)
     points = place(_mean_points())
     eyes = OUTLINE_POINTS + 4

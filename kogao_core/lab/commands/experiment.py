@@ -11,7 +11,7 @@ import click
 
 from kogao_core.base.assets import AssetMissing
 from kogao_core.base.json_reader import BadFile
-from kogao_core.base.language import Text, tr
+from kogao_core.base.language import tr
 from kogao_core.cli import common, ending, options, reading, words
 from kogao_core.cli.common import ProgressLine
 from kogao_core.cli.declarations import experiment
@@ -113,8 +113,7 @@ class _Run:
             faces = known or source.find(for_search(photo))
         if not faces:
             raise ending.Stop(
-                Text("no face in {path}; remove the photo or crop closer", path=path),
-                ending.NO_FACE,
+                "no face in {path}; remove the photo or crop closer", ending.NO_FACE, path=path
             )
         chosen = reading.selected(faces, self._given["which"])
         namesakes = [other for other in self._paths if other.name == path.name]
@@ -125,9 +124,7 @@ class _Run:
 def _read(option: ExperimentOption, file: Path) -> list[Any]:
     assert option.read is not None
     with (
-        ending.refusing(
-            lambda reason: Text("{file} can't be read ({reason})", file=file, reason=reason)
-        ),
+        ending.refusing("{file} can't be read ({reason})", file=file),
         ending.stopping(BadFile, ending.USAGE),
     ):
         return list(option.read(file))

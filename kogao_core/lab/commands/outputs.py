@@ -40,9 +40,7 @@ class Outputs:
     def __init__(self, files: Mapping[str, Path], folder: Path | None, force: bool) -> None:
         self._files, self._folder = files, folder
         if list(files.values()).count(STDOUT) > 1:
-            raise ending.Stop(
-                Text("only one file can be printed; give names to the others"), ending.USAGE
-            )
+            raise ending.Stop("only one file can be printed; give names to the others")
         for file in files.values():
             if file != STDOUT and file.parent == folder:
                 common.check_free(file, force)
@@ -79,11 +77,7 @@ class Outputs:
 
 def _writing(place: Path) -> AbstractContextManager[None]:
     return ending.refusing(
-        lambda reason: Text(
-            "{place} can't be written ({reason}); choose another folder or make room",
-            place=place,
-            reason=reason,
-        )
+        "{place} can't be written ({reason}); choose another folder or make room", place=place
     )
 
 
@@ -91,11 +85,8 @@ def check_empty(folder: Path, force: bool) -> None:
     """Stop if the folder isn't empty, unless `force`."""
     if folder.is_dir() and any(folder.iterdir()) and not force:
         raise ending.Stop(
-            Text(
-                "{folder} isn't empty; choose another folder, or overwrite files with --force",
-                folder=folder,
-            ),
-            ending.USAGE,
+            "{folder} isn't empty; choose another folder, or overwrite files with --force",
+            folder=folder,
         )
 
 
@@ -103,8 +94,6 @@ def _check_folder(folder: Path) -> None:
     """Stop if the folder isn't writable or can't be made."""
     nearest = next((place for place in (folder, *folder.parents) if place.exists()), folder)
     if not nearest.is_dir():
-        raise ending.Stop(Text("there is no folder {folder}", folder=folder), ending.UNREADABLE)
+        raise ending.Stop("there is no folder {folder}", ending.UNREADABLE, folder=folder)
     if not os.access(nearest, os.W_OK):
-        raise ending.Stop(
-            Text("no permission to write to {nearest}", nearest=nearest), ending.UNREADABLE
-        )
+        raise ending.Stop("no permission to write to {nearest}", ending.UNREADABLE, nearest=nearest)

@@ -11,7 +11,7 @@ from typing import Any, Final, get_args
 import click
 
 from kogao_core.base.json_reader import BadFile
-from kogao_core.base.language import Text, tr
+from kogao_core.base.language import tr
 from kogao_core.base.wording import shown
 from kogao_core.cli import common, ending, options, reading, words
 from kogao_core.cli.common import ProgressLine
@@ -24,6 +24,7 @@ from kogao_core.lab.study.design import Conduct, Rules, variants
 from kogao_core.lab.study.report import notes
 from kogao_core.lab.study.report import report as made_report
 from kogao_core.lab.subjects import Subject
+from kogao_core.recipe.recipe import PAPER
 from kogao_core.recipe.settings import PAPER_CENTERS, Fit
 
 _LARGEST_LATTICE: Final = 8.0
@@ -47,15 +48,15 @@ def _numbers(low: float, high: float) -> Callable[..., tuple[float, ...]]:
             found = tuple(float(part) for part in value.split(",") if part)
         except ValueError:
             raise words.bad_value(
-                Text("{value} is not a list such as 0.5,1,2.", value=shown(value))
+                "{value} is not a list such as 0.5,1,2.", value=shown(value)
             ) from None
         if len(set(found)) != len(found) or not all(low <= one <= high for one in found):
             raise words.bad_value(
-                Text(
-                    "{value} must be different numbers within {low:g}..{high:g}.",
-                    value=shown(value), low=low, high=high,
-                )
-            )  # fmt: skip
+                "{value} must be different numbers within {low:g}..{high:g}.",
+                value=shown(value),
+                low=low,
+                high=high,
+            )
         return found
 
     return read
@@ -68,7 +69,7 @@ def _fits(_: click.Context, __: click.Parameter, value: str | None) -> tuple[Fit
     found = tuple(fit for fit in get_args(Fit) if fit in given)
     if len(found) != len(given):
         raise words.bad_value(
-            Text("{value} is not a list such as exact,approximation.", value=shown(value))
+            "{value} is not a list such as exact,approximation.", value=shown(value)
         )
     return found
 
@@ -81,7 +82,7 @@ def _text(path: Path | None) -> str:
         return path.read_text(encoding="utf-8").strip()
     except (OSError, UnicodeDecodeError):
         raise ending.Stop(
-            Text("{path} can't be read; name a text file in UTF-8", path=path), ending.UNREADABLE
+            "{path} can't be read; name a text file in UTF-8", ending.UNREADABLE, path=path
         ) from None
 
 
@@ -157,7 +158,7 @@ def make(**given: Any) -> None:
     photos = reading.input_paths(args.inputs, args.sample)
     with ending.stopping(making.RefusedFolder, ending.USAGE):
         making.check_folder(args.folder)
-    recipe = options.paper_recipe_of(args.recipe_file, None)
+    recipe = options.recipe_of(args.recipe_file, {}, PAPER)
     kinds = variants(
         recipe,
         args.lattices,
@@ -249,13 +250,13 @@ def report(**given: Any) -> int:
     """Count the ratings of the studies in FOLDERS."""
     args = SimpleNamespace(**given)
     if args.keys and len(args.keys) != len(args.folders):
-        raise ending.Stop(Text("give one --key per folder, or none"), ending.USAGE)
+        raise ending.Stop("give one --key per folder, or none")
     to = outputs.Outputs(outputs.asked_for(given), args.data, args.force)
     keys = args.keys or [plan.key_path(folder) for folder in args.folders]
     with ending.stopping(BadFile, ending.UNREADABLE):
         counted = tally.tally(list(zip(args.folders, keys, strict=True)), args.files, args.exclude)
     for rater in set(args.exclude) - set(counted.raters):
-        raise ending.Stop(Text("no rater {rater}", rater=rater), ending.USAGE)
+        raise ending.Stop("no rater {rater}", rater=rater)
     for note in notes(counted):
         ending.print_message(note)
     to.write(made_report(counted))

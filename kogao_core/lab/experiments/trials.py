@@ -93,12 +93,10 @@ def read(path: Path) -> list[Trial]:
             if _was_cut_off(line):
                 continue
             raise BadFile(
-                Text(
-                    "line {number} of {path} is not a trial: {error}",
-                    number=number,
-                    path=path,
-                    error=error,
-                )
+                "line {number} of {path} is not a trial: {error}",
+                number=number,
+                path=path,
+                error=error,
             ) from None
     return list(found.values())
 

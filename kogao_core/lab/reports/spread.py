@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Final, TypeVar
 
-from kogao_core.base.language import Text
+from kogao_core.base.language import BadValue
 
 Name = TypeVar("Name")
 Result = TypeVar("Result")
@@ -31,7 +31,7 @@ class Spread:
     def of(values: Sequence[float]) -> Spread:
         """Return the spread of at least one value; quartiles include the ends (Tukey's hinges)."""
         if not values:
-            raise ValueError(Text("a spread needs at least one value"))
+            raise BadValue("a spread needs at least one value")
         ordered = sorted(values)
         half = (len(ordered) + 1) // 2
         return Spread(

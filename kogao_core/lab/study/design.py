@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any, Final, Literal, get_args
 
 from kogao_core.base.json_reader import Node
-from kogao_core.base.language import Text
+from kogao_core.base.language import BadValue, Text
 from kogao_core.paper.table1 import DISTANCES
 from kogao_core.recipe.recipe import PAPER, Recipe
 from kogao_core.recipe.settings import PAPER_CENTERS, Fit
@@ -127,9 +127,7 @@ class Conduct:
         found = _SIZE.fullmatch(self.size)
         fits = found is not None and 1.0 <= float(found[1]) <= _LARGEST_PX
         if self.size != "fit" and not fits:
-            raise ValueError(
-                Text("{size} is not a size such as fit or 640px", size=repr(self.size))
-            )
+            raise BadValue("{size} is not a size such as fit or 640px", size=repr(self.size))
 
     @staticmethod
     def parse(node: Node) -> Conduct:

@@ -22,7 +22,7 @@ from kogao_core import __version__
 from kogao_core.base.atomic import atomic_write, temporary_folder
 from kogao_core.base.display import rgb8
 from kogao_core.base.geometry import Image
-from kogao_core.base.language import Text
+from kogao_core.base.language import BadValue, TextError
 from kogao_core.base.wording import printable
 from kogao_core.faces.face import Face
 from kogao_core.lab.study import page, plan
@@ -122,7 +122,7 @@ def write_all(pictures: Mapping[str, Path], folder: Path, seed: str) -> None:
         atomic_write(data + chance.digest(size - len(data)), folder / name)
 
 
-class RefusedFolder(Exception):
+class RefusedFolder(TextError):
     """The study can't be made in this folder; the message says how to continue."""
 
 
@@ -143,23 +143,16 @@ class Choices:
     def __post_init__(self) -> None:
         """Raise ValueError if the key can't store the seed."""
         if self.seed and (len(self.seed) > plan.LONGEST_SEED or printable(self.seed) != self.seed):
-            raise ValueError(
-                Text("a seed has at most {most} printable letters", most=plan.LONGEST_SEED)
-            )
+            raise BadValue("a seed has at most {most} printable letters", most=plan.LONGEST_SEED)
 
 
 def check_folder(folder: Path) -> None:
     """Check that a study can be made in a folder. Raises RefusedFolder."""
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-        raise RefusedFolder(
-            Text("{folder} isn't empty; name a new folder for the study", folder=folder)
-        )
+        raise RefusedFolder("{folder} isn't empty; name a new folder for the study", folder=folder)
     if plan.key_path(folder).exists():
         raise RefusedFolder(
-            Text(
-                "{file} is the key of another study; name another folder",
-                file=plan.key_path(folder),
-            )
+            "{file} is the key of another study; name another folder", file=plan.key_path(folder)
         )
 
 

@@ -286,7 +286,7 @@ def _parsed(path: Path, refusal: str) -> Node:
     try:
         return parse(read(path, _MOST_BYTES), _MOST_BYTES)
     except BadFile as error:
-        raise BadFile(Text("{refusal}: {error}", refusal=refusal, error=error)) from None
+        raise BadFile("{refusal}: {error}", refusal=refusal, error=error) from None
 
 
 def _check(top: Node, form: str, fields: tuple[str, ...], version: int) -> None:

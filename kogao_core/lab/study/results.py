@@ -74,7 +74,7 @@ class Session:
     def __post_init__(self) -> None:
         """Replay the records. Raises BadFile."""
         if not self._is_whole():
-            raise BadFile(Text("the order doesn't contain each picture of this study once"))
+            raise BadFile("the order doesn't contain each picture of this study once")
         past, self.records = self.records, []
         for record in past:
             self.take(record)
@@ -117,21 +117,15 @@ class Session:
         number = len(self.records) + 1
         if record.number != number:
             raise BadFile(
-                Text(
-                    "line {number} is missing, or line {other} is repeated",
-                    number=number,
-                    other=record.number,
-                )
+                "line {number} is missing, or line {other} is repeated",
+                number=number,
+                other=record.number,
             )
         if record.back:
             if not self._answers or next(reversed(self._answers)) != record.picture:
-                raise BadFile(
-                    Text("line {number} undoes an answer that wasn't the last", number=number)
-                )
+                raise BadFile("line {number} undoes an answer that wasn't the last", number=number)
         elif record.picture != self.current or (record.answer is None) != self.grading:
-            raise BadFile(
-                Text("line {number} is about a picture that wasn't shown then", number=number)
-            )
+            raise BadFile("line {number} is about a picture that wasn't shown then", number=number)
         if record.back:
             del self._answers[record.picture]
         else:
@@ -170,7 +164,7 @@ def load(path: Path) -> Ratings:
     """Read a file of ratings. Raises BadFile."""
     data = read(path, _MOST_BYTES)
     if len(data) > _MOST_BYTES:
-        raise BadFile(Text("{path} is too large for a rating file", path=path))
+        raise BadFile("{path} is too large for a rating file", path=path)
     try:
         top, *rest = _lines(data)
         top.field("format").text(40, (_FORMAT,))
@@ -182,9 +176,7 @@ def load(path: Path) -> Ratings:
         order, keys = plan.names(top.field("order")), one_of(top.field("keys"), Keys, 2)
         records = tuple(map(record, rest))
     except BadFile as error:
-        raise BadFile(
-            Text("{path} is not a rating file: {error}", path=path, error=error)
-        ) from None
+        raise BadFile("{path} is not a rating file: {error}", path=path, error=error) from None
     return Ratings(study, rater, order, keys, records)
 
 
@@ -236,9 +228,6 @@ def newest(copies: Sequence[Ratings]) -> Ratings:
     for one in shorter:
         if longest.records[: len(one.records)] != one.records:
             raise BadFile(
-                Text(
-                    "rater {rater} has two contradicting files; remove the wrong file",
-                    rater=one.rater,
-                )
+                "rater {rater} has two contradicting files; remove the wrong file", rater=one.rater
             )
     return longest

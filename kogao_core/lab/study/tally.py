@@ -259,7 +259,7 @@ def tally(
     for (identity, _), copies in by_session.items():
         try:
             if identity not in known:
-                raise BadFile(Text("ratings of another study, {study}", study=identity))
+                raise BadFile("ratings of another study, {study}", study=identity)
             study, key = known[identity]
             ratings = results.newest([ratings for _, ratings in copies])
             _add(ratings.session(study), key, names[identity], total)
@@ -282,7 +282,7 @@ def _check(study: plan.Study, key: Key, key_file: Path) -> None:
     named = {*study.ratings, *study.satisfaction, *study.practice}
     if key.identity != study.identity or named != set(key.pictures):
         raise BadFile(
-            Text("{key_file} is the key of another study; give the right key", key_file=key_file)
+            "{key_file} is the key of another study; give the right key", key_file=key_file
         )
 
 

@@ -98,11 +98,8 @@ def added(packet: bytes | None, what: str, when: datetime) -> bytes:
         return _added((packet or xmp.EMPTY).rstrip(b"\0"), what, when)
     except xmp.BadXmp as error:
         raise CannotDisclose(
-            Text(
-                "the photo's XMP can't take an edit record ({reason}); save without one, or repair "
-                "it",
-                reason=error,
-            )
+            "the photo's XMP can't take an edit record ({reason}); save without one, or repair it",
+            reason=error,
         ) from None
 
 
@@ -118,7 +115,7 @@ def _added(packet: bytes, what: str, when: datetime) -> bytes:
     if (span := spans.get(_HISTORY_LIST)) is not None:
         edits |= xmp.appended(packet, span, event)
     elif _HISTORY in spans:
-        raise xmp.BadXmp(Text("its history is of an unknown form"))
+        raise xmp.BadXmp("its history is of an unknown form")
     else:
         new += f"<xmpMM:History><rdf:Seq>{event}</rdf:Seq></xmpMM:History>"
     if new:

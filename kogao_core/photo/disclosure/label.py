@@ -52,17 +52,12 @@ def check_label(text: str, font: str | None = None) -> None:
     """Check the text and the font of a label. Raises CannotDisclose."""
     if not text.strip() or len(text) > LONGEST or printable(text) != text:
         raise CannotDisclose(
-            Text(
-                "a label is one line of 1 to {longest} letters; write another one", longest=LONGEST
-            )
+            "a label is one line of 1 to {longest} letters; write another one", longest=LONGEST
         )
     lacking = _lacking(text, _drawing(text, font))
     if lacking:
         raise CannotDisclose(
-            Text(
-                "the label's font has no {letter!r}; name a font file that has it",
-                letter=lacking,
-            )
+            "the label's font has no {letter!r}; name a font file that has it", letter=lacking
         )
 
 
@@ -105,7 +100,7 @@ def _mask(text: str, font: str | None, width: int, height: int) -> Image:
             ImageDraw.Draw(mask).text(middle, text, fill=255, font=face, anchor="mm")
             return np.asarray(mask) / 255.0
         size = int(0.9 * size)
-    raise CannotDisclose(Text("the photo is too small for the label; shorten it or leave it out"))
+    raise CannotDisclose("the photo is too small for the label; shorten it or leave it out")
 
 
 def _plate(text: str, face: _Font, size: int) -> tuple[int, int]:
@@ -122,7 +117,7 @@ def _font(font: str | None, size: int) -> _Font:
     except (OSError, ValueError):
         raise CannotDisclose(useless) from None
     if not isinstance(found, _Font):  # Pillow without FreeType
-        raise CannotDisclose(Text("this Pillow draws no text; install its wheel with FreeType"))
+        raise CannotDisclose("this Pillow draws no text; install its wheel with FreeType")
     if sum(found.getmetrics()) <= 0:  # a damaged font: letters have no height
         raise CannotDisclose(useless)
     return found

@@ -18,7 +18,7 @@ from PIL import features
 
 from kogao_core.base.atomic import Chunks
 from kogao_core.base.geometry import Box, Image
-from kogao_core.base.language import Text
+from kogao_core.base.language import BadValue, Text
 from kogao_core.photo import profiles
 from kogao_core.photo.errors import UnreadablePhoto
 from kogao_core.photo.formats import colour, common, heif
@@ -55,7 +55,7 @@ def _is_avif(file: IO[bytes], _: Path) -> bool:
 def _decode(source: Source) -> Photo:
     if not features.check("avif"):
         raise UnreadablePhoto(
-            Text("is an AVIF photo, which this Pillow was built without; install Kogao by pip")
+            "is an AVIF photo, which this Pillow was built without; install Kogao by pip"
         )
     data = source.data()
     properties = dict[bytes, bytes]()
@@ -89,7 +89,7 @@ def _lenient(source: Source, properties: dict[bytes, bytes]) -> Photo:
     width, height = struct.unpack_from(">4xII", properties[b"ispe"])
     if max(width, height) > _LONGEST_PX:
         raise UnreadablePhoto(
-            Text("is an AVIF photo of more than {px} px a side; make it smaller", px=_LONGEST_PX)
+            "is an AVIF photo of more than {px} px a side; make it smaller", px=_LONGEST_PX
         )
     source.check(width, height, 8)
     note = Text("its metadata are of a kind that isn't kept")
@@ -141,7 +141,7 @@ def _boxes(data: bytes) -> Iterator[tuple[bytes, bytes]]:
 
 def _encode(content: Content) -> Chunks:
     if not features.check("avif"):
-        raise ValueError(Text("this Pillow was built without it"))
+        raise BadValue("this Pillow was built without it")
     blocks = content.blocks
     del blocks["dpi"]  # AVIF can store neither resolution nor Photoshop resources
     exif: bytes = _exif(blocks["exif"])

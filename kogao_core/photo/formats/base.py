@@ -67,72 +67,41 @@ class Content:
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class FileFormat:
-    """A file format: properties, decoder, encoder and supported metadata.
+    """A file format: properties, decoder, encoder and supported metadata."""
 
-    Parameters
-    ----------
-    name : str
-        Value of `Photo.format`. Pillow's name for formats that Pillow reads.
-    title : str
-        Name for messages.
-    suffixes : tuple of str
-        File extensions, the usual extension first.
-    is_lossless : bool
-        Whether every file of this format stores the pixels exactly.
-    inside : callable
-        Yields the extras of an open file: all content except pixels and metadata blocks.
-    encode : callable, optional
-        Encodes a `Content`; returns the pieces of a file. None for a read-only format.
-    layouts : mapping of str to tuple of int
-        Supported channel counts by dtype name: 1 is grey, 2 grey + alpha, 3 RGB, 4 RGBA. Empty for
-        a read-only format.
-    longest_side_px : int, optional
-        Maximum length of a side.
-    deep_bits : int
-        Stored bits per channel of uint16 pixels.
-    holds_hdr : bool
-        Whether the format names PQ and HLG colours. Other formats get tone-mapped pixels.
-    kept, moved : sets of Kind
-        Kinds preserved in a changed photo, and kinds stored at another file offset. All other kinds
-        are left out.
-    companions : set of Kind
-        Kinds preserved on request (`Photo.companions`).
-    recognises, decode : callable, optional
-        `recognises(file, path)` detects this format and rewinds the file. `decode(source)` returns
-        a `Photo`. None: Pillow recognises and decodes the format.
-    behind : callable, optional
-        Yields the extras after the end of the picture. The file must be at its start.
-    note : Kind
-        Kind of a maker's note in EXIF.
-    holds_exif : callable
-        Returns False for an EXIF block too damaged for this format.
-    keeps_turn : bool
-        Whether saving in this format preserves the stored orientation and EXIF's orientation tag.
-    keep : callable, optional
-        Called with a photo of this format, new pixels, an encoder for a region (photo, and a `Box`
-        or None for all) and the output path. Returns the file with the preserved data, and a note.
-        None: the format always re-encodes the whole picture.
-    """
-
-    name: str
-    title: str
-    suffixes: tuple[str, ...]
-    is_lossless: bool
+    name: str  # value of `Photo.format`; Pillow's name for formats that Pillow reads
+    title: str  # name for messages
+    suffixes: tuple[str, ...]  # file extensions, the usual extension first
+    is_lossless: bool  # whether every file of this format stores the pixels exactly
+    # Yields the extras of an open file: all content except pixels and metadata blocks.
     inside: Callable[[Photo, IO[bytes]], Iterator[Extra]]
+    # Returns the pieces of a file. None for a read-only format.
     encode: Callable[[Content], Chunks] | None = None
+    # Supported channel counts by dtype name: 1 is grey, 2 grey + alpha, 3 RGB, 4 RGBA. Empty for a
+    # read-only format.
     layouts: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
-    longest_side_px: int | None = None
-    deep_bits: int = 16
+    longest_side_px: int | None = None  # maximum length of a side
+    deep_bits: int = 16  # stored bits per channel of uint16 pixels
+    # Whether the format names PQ and HLG colours. Other formats get tone-mapped pixels.
     holds_hdr: bool = False
+    # Kinds preserved in a changed photo, kinds stored at another file offset, and kinds preserved
+    # on request (`Photo.companions`). All other kinds are left out.
     kept: frozenset[Kind] = frozenset()
     moved: frozenset[Kind] = frozenset({kinds.MOVED_NOTE})
     companions: frozenset[Kind] = frozenset()
+    # Detects this format and rewinds the file; decodes a file. None: Pillow does.
     recognises: Callable[[IO[bytes], Path], bool] | None = None
     decode: Callable[[Source], Photo] | None = None
+    # Yields the extras after the end of the picture. The file must be at its start.
     behind: Callable[[IO[bytes]], Iterator[Extra]] | None = None
-    note: Kind = kinds.MAKER_NOTE
+    note: Kind = kinds.MAKER_NOTE  # kind of a maker's note in EXIF
+    # Returns False for an EXIF block too damaged for this format.
     holds_exif: Callable[[bytes], bool] = lambda _: True
+    # Whether saving in this format preserves the stored orientation and EXIF's orientation tag.
     keeps_turn: bool = False
+    # Called with a photo of this format, new pixels, an encoder for a region (photo, and a `Box` or
+    # None for all) and the output path. Returns the file with the preserved data, and a note. None:
+    # the format always re-encodes the whole picture.
     keep: Callable[[Photo, Image, Encode, Path], tuple[Chunks, str]] | None = None
 
     def holds_alpha(self, depth: str) -> bool:

@@ -16,7 +16,7 @@ import numpy as np
 from PIL import Image as Pillow
 
 from kogao_core.base.geometry import Image
-from kogao_core.base.language import Text
+from kogao_core.base.language import BadValue, Text
 from kogao_core.photo import profiles
 from kogao_core.photo.model import channels_of
 
@@ -101,7 +101,7 @@ def decoded_deep(data: bytes) -> Image:
     with _silent_opencv():
         stored = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
     if stored is None:
-        raise ValueError(Text("OpenCV can't decode it"))
+        raise BadValue("OpenCV can't decode it")
     return _swapped(np.asarray(stored))
 
 
@@ -145,5 +145,5 @@ def encoded_deep(
             ending, _swapped(pixels), list(known), list(known.values()), how
         )
     if not done:
-        raise ValueError(Text("OpenCV can't encode it"))
+        raise BadValue("OpenCV can't encode it")
     return data.tobytes()

@@ -15,7 +15,7 @@ from PIL import JpegImagePlugin, UnidentifiedImageError
 from PIL.ExifTags import Base as Tag
 
 from kogao_core.base.geometry import Image
-from kogao_core.base.language import Text
+from kogao_core.base.language import BadValue, Text
 from kogao_core.photo import profiles
 from kogao_core.photo.errors import UnreadablePhoto
 from kogao_core.photo.formats import colour, png, webp
@@ -98,7 +98,7 @@ def _check_damage(file: IO[bytes], names: tuple[str, ...]) -> None:
     head = file.read(_HEAD_BYTES)
     accepts = (Pillow.OPEN[name][1] for name in names)
     if any(accept is not None and accept(head) is True for accept in accepts):
-        raise ValueError(Text("its headers are damaged"))
+        raise BadValue("its headers are damaged")
 
 
 def _deep_png(image: Pillow.Image, source: Source, *, is_grey: bool) -> Image:

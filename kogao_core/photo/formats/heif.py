@@ -13,7 +13,7 @@ import numpy as np
 from kogao_core.base.display import eight_bits
 from kogao_core.base.geometry import Image
 from kogao_core.base.installed import adding
-from kogao_core.base.language import Text
+from kogao_core.base.language import BadValue, Text
 from kogao_core.photo import profiles
 from kogao_core.photo.errors import UnreadablePhoto
 from kogao_core.photo.formats.base import FileFormat, Source
@@ -57,7 +57,7 @@ def _decode(source: Source) -> Photo:
     (width, height), (layout, *depth) = image.size, image.mode.split(";")
     source.check(width, height, len(layout) * (2 if depth else 1))
     if layout not in ("L", "I", "RGB", "RGBA"):
-        raise ValueError(Text("an unknown layout {mode}", mode=image.mode))
+        raise BadValue("an unknown layout {mode}", mode=image.mode)
     pixels = np.array(image)  # a copy: the memory of a view goes with the image
     if depth:  # libheif leaves the lowest bits empty
         bits = image.info["bit_depth"]
@@ -107,7 +107,7 @@ def _opened(source: Source) -> Any:
         import pi_heif  # an extra
     except ImportError:
         raise UnreadablePhoto(
-            Text("is a HEIC photo, which an extra reads: {how}", how=adding("heic"))
+            "is a HEIC photo, which an extra reads: {how}", how=adding("heic")
         ) from None
     try:
         image = pi_heif.open_heif(source.file, convert_hdr_to_8bit=False)
@@ -115,10 +115,8 @@ def _opened(source: Source) -> Any:
     except (IndexError, ValueError):  # IndexError: no picture that libheif knows
         if (coding := _RARE.search(source.data())) is not None:
             raise UnreadablePhoto(
-                Text(
-                    "is a HEIC photo of a rare kind ({coding}); save it as JPEG or PNG first",
-                    coding=coding[1].decode(),
-                )
+                "is a HEIC photo of a rare kind ({coding}); save it as JPEG or PNG first",
+                coding=coding[1].decode(),
             ) from None
         raise
     return image

@@ -41,7 +41,7 @@ def _decode(source: Source) -> Photo:
         import rawpy  # an extra
     except ImportError:
         raise UnreadablePhoto(
-            Text("is a raw photo, which an extra reads: {how}", how=adding("raw"))
+            "is a raw photo, which an extra reads: {how}", how=adding("raw")
         ) from None
     data = source.data()
     try:
@@ -55,7 +55,7 @@ def _decode(source: Source) -> Photo:
             )
     except rawpy.LibRawFileUnsupportedError:
         raise UnreadablePhoto(
-            Text("is no raw photo that LibRaw knows; develop it elsewhere and open the result")
+            "is no raw photo that LibRaw knows; develop it elsewhere and open the result"
         ) from None
     if pixels.shape[2] == 1:  # a monochrome camera: the profile needs 3 channels
         pixels = np.repeat(pixels, 3, axis=2)

@@ -17,7 +17,6 @@ import numpy.typing as npt
 
 from kogao_core.base.atomic import temporary_folder
 from kogao_core.base.geometry import Array, Image
-from kogao_core.base.language import Text
 from kogao_core.base.stderr import hushed
 from kogao_core.base.threads import default_threads, parallel_for
 from kogao_core.photo.jpeg import coefficients
@@ -60,7 +59,7 @@ def keep_blocks(source: bytes, before: Image, after: Image, headers: bytes, fold
     """
     frame = coefficients.frame_of(source)
     if (frame.height, frame.width) != before.shape[:2]:
-        raise CannotKeepBlocks(Text("its size has changed"))
+        raise CannotKeepBlocks("its size has changed")
     high, wide = frame.unit_px
     changed = np.zeros((-(-frame.height // high), -(-frame.width // wide)), bool)
     rows = max(1, _STRIP_PX // high)  # of units

@@ -24,7 +24,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from kogao_core.base.language import Text
+from kogao_core.base.language import TextError
 from kogao_core.base.stderr import if_unsaid
 from kogao_core.base.threads import default_threads, parallel_map
 from kogao_core.photo.jpeg import scans
@@ -51,7 +51,7 @@ Plane = npt.NDArray[np.int16]
 _ahead: list[Future[tuple[bytes, Coefficients | None]]] = []  # see `read_ahead`
 
 
-class CannotKeepBlocks(Exception):
+class CannotKeepBlocks(TextError):
     """A file's blocks can't be read, or don't fit the new file; the message says why."""
 
 
@@ -150,7 +150,7 @@ def _read(data: bytes, copy: Path) -> Coefficients:
         os.fsencode(copy), *_addresses(planes), *_addresses((tables, numbers), 2)
     )
     if not is_done:
-        raise CannotKeepBlocks(Text("its blocks can't be read"))
+        raise CannotKeepBlocks("its blocks can't be read")
     is_usual = _codes(needed) <= _usual_codes()
     return Coefficients(frame, planes, tables, numbers, is_usual)
 
@@ -202,7 +202,7 @@ def _coded(coefficients: Coefficients, start: int, stop: int, file: Path) -> byt
     )
     if not is_done:
         file.write_bytes(bytes(sum(plane.nbytes for plane in planes)))  # raises with the reason
-        raise CannotKeepBlocks(Text("its blocks can't be written"))
+        raise CannotKeepBlocks("its blocks can't be written")
     written = file.read_bytes()
     file.unlink()
     return written
@@ -223,15 +223,15 @@ def _needed(data: bytes) -> tuple[list[tuple[int, bytes]], int]:
 def _frame(needed: list[tuple[int, bytes]]) -> Frame:
     frames = [(code, segment) for code, segment in needed if code in _ANY_FRAME]
     if len(frames) != 1 or len(frames[0][1]) < 10:
-        raise CannotKeepBlocks(Text("its blocks can't be read"))
+        raise CannotKeepBlocks("its blocks can't be read")
     code, segment = frames[0]
     height, width = (int.from_bytes(segment[at : at + 2], "big") for at in (5, 7))
     parts = [segment[at : at + 3] for at in range(10, len(segment) - 2, 3)]
     factors = tuple((part[1] & 15, part[1] >> 4) for part in parts)
     if len(segment) != 10 + 3 * segment[9] or not all(map(all, [(height, width), *factors])):
-        raise CannotKeepBlocks(Text("its blocks can't be read"))
+        raise CannotKeepBlocks("its blocks can't be read")
     if code not in _FRAMES or len(parts) not in (1, 3):
-        raise CannotKeepBlocks(Text("it is coded in a rare way"))
+        raise CannotKeepBlocks("it is coded in a rare way")
     if len(parts) == 1:
         # Grey files ignore sampling factors: the blocks are coded one by one.
         return Frame(height, width, ((1, 1),), GREY)
@@ -276,7 +276,7 @@ def _library() -> ctypes.CDLL:
     """Load the C library without importing jpeglib: the import is slower than many photos."""
     found = find_spec("jpeglib")
     if found is None:
-        raise CannotKeepBlocks(Text("jpeglib isn't installed, or isn't available for this system"))
+        raise CannotKeepBlocks("jpeglib isn't installed, or isn't available for this system")
     places = found.submodule_search_locations
     (file,) = Path((places or [""])[0], "cjpeglib").glob(_LIBRARY)
     library = ctypes.CDLL(str(file))

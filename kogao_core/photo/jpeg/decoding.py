@@ -12,7 +12,7 @@ from PIL import Image as Pillow
 from PIL import ImageChops
 
 from kogao_core.base.geometry import Image
-from kogao_core.base.language import Text
+from kogao_core.base.language import BadValue
 from kogao_core.base.stderr import if_unsaid
 from kogao_core.photo.errors import UnreadablePhoto
 from kogao_core.photo.jpeg.segments import END, SOI, START_OF_SCAN, markers, segments
@@ -39,11 +39,8 @@ def check_segments(file: IO[bytes]) -> None:
     is_jpeg = file.read(len(SOI)) == SOI
     if is_jpeg and sum(1 for _ in islice(segments(file), MAX_SEGMENTS + 1)) > MAX_SEGMENTS:
         raise UnreadablePhoto(
-            Text(
-                "is a JPEG with more than {count:,} segments; save it again in another "
-                "program first",
-                count=MAX_SEGMENTS,
-            )
+            "is a JPEG with more than {count:,} segments; save it again in another program first",
+            count=MAX_SEGMENTS,
         )
     file.seek(0)
 
@@ -58,16 +55,14 @@ def check(file: IO[bytes]) -> bool:
         pass  # read up to the first scan
     data = file.read()
     if frame is not None and 8 * len(data) < _LEAST_BITS[frame[1]] * _blocks(frame):
-        raise ValueError(Text("fewer data than blocks"))
+        raise BadValue("fewer data than blocks")
     codes = [code for code, _, _ in islice(markers(data, 0), _MOST_MARKERS + 1)]
     is_long = len(codes) > _MOST_MARKERS and codes[-1] != END
     if is_long or codes.count(START_OF_SCAN) > MOST_SCANS:
         raise UnreadablePhoto(
-            Text(
-                "is a JPEG in more than {most_scans} scans, which would take "
-                "very long; save it as an ordinary JPEG or as PNG first",
-                most_scans=MOST_SCANS,
-            )
+            "is a JPEG in more than {most_scans} scans, which would take "
+            "very long; save it as an ordinary JPEG or as PNG first",
+            most_scans=MOST_SCANS,
         )
     return codes[-2:] == [START_OF_SCAN, END]
 

@@ -16,7 +16,7 @@ from PIL import TiffTags as TiffTypes
 from PIL.ExifTags import Base as Tag
 
 from kogao_core.base.geometry import Image
-from kogao_core.base.language import Text
+from kogao_core.base.language import BadValue, Text
 from kogao_core.base.stderr import no_warnings
 from kogao_core.photo.errors import UnreadablePhoto
 from kogao_core.photo.metadata import photoshop
@@ -106,7 +106,7 @@ def is_tiff(file: IO[bytes], _: Path) -> bool:
     head = file.read(4)
     file.seek(0)
     if head in _BIG_HEADS:
-        raise UnreadablePhoto(Text("is a BigTIFF; save it as an ordinary TIFF"))
+        raise UnreadablePhoto("is a BigTIFF; save it as an ordinary TIFF")
     return head in HEADS
 
 
@@ -125,7 +125,7 @@ class TiffTags:
         file.seek(0)
         tags.load_from_fp(file)
         if Tag.ImageWidth not in tags or Tag.ImageLength not in tags:
-            raise ValueError(Text("a directory without a picture"))
+            raise BadValue("a directory without a picture")
         there = _directory(head, file)
         # Most programs use 32-bit numbers; Pillow would keep the first number only.
         there.tagtype[Tag.IPTCNAA] = TiffTypes.UNDEFINED
@@ -145,7 +145,7 @@ class TiffTags:
         ):
             parts = zip(numbers(self.tags, places), numbers(self.tags, lengths), strict=False)
             if any(start + length > file_bytes for start, length in parts):
-                raise ValueError(Text("the file ends before its pixels"))
+                raise BadValue("the file ends before its pixels")
 
     @property
     def orientation(self) -> int:
@@ -191,19 +191,15 @@ class TiffTags:
         is_copy = self[Tag.NewSubfileType] & 1
         if is_copy and (Tag.SubIFDs in self.tags or self.tags.get_ifd(ExifTags.IFD.IFD1)):
             raise UnreadablePhoto(
-                Text(
-                    "is a TIFF that begins with a small copy of its picture; save it as an "
-                    "ordinary TIFF first, or give a raw photo its own ending again"
-                )
+                "is a TIFF that begins with a small copy of its picture; save it as an "
+                "ordinary TIFF first, or give a raw photo its own ending again"
             )
         number = self[Tag.Compression]
         if number not in (LOSSLESS if self.is_deep else _PILLOW_READS):
             raise UnreadablePhoto(
-                Text(
-                    "is a TIFF of a compression that Kogao doesn't read "
-                    "({compression}); save it uncompressed, or with LZW or Deflate",
-                    compression=compression_name(number),
-                )
+                "is a TIFF of a compression that Kogao doesn't read "
+                "({compression}); save it uncompressed, or with LZW or Deflate",
+                compression=compression_name(number),
             )
         samples = self[Tag.SamplesPerPixel]
         # OpenCV derives the number of channels from the photometric interpretation and fills

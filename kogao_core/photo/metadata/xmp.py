@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Final
 from xml.parsers import expat
 
-from kogao_core.base.language import Text
+from kogao_core.base.language import TextError
 
 RDF: Final = "http://www.w3.org/1999/02/22-rdf-syntax-ns#"
 DESCRIPTION: Final = (f"{RDF} RDF", f"{RDF} Description")
@@ -29,7 +29,7 @@ Span = tuple[int, int]
 NamePath = tuple[str, ...]
 
 
-class BadXmp(ValueError):
+class BadXmp(TextError, ValueError):
     """The packet can't be read; the message says why."""
 
 
@@ -76,7 +76,7 @@ def parts(packet: bytes) -> list[XmpPart]:
         if attributes and len(names) <= _DEEPEST:
             spans = attribute_spans(packet, at)
             if len(spans) != len(attributes):
-                raise BadXmp(Text("it isn't UTF-8"))
+                raise BadXmp("it isn't UTF-8")
             for one, span in zip(attributes, spans, strict=True):
                 found.append(XmpPart((*path(), one), span, at))
 
@@ -107,7 +107,7 @@ def known_parts(packet: bytes) -> list[XmpPart]:
 
 
 def _refuse_types(*_: object) -> None:
-    raise BadXmp(Text("it declares a document type"))
+    raise BadXmp("it declares a document type")
 
 
 def tag_end(packet: bytes, start: int) -> int:
@@ -123,7 +123,7 @@ def tag_name(packet: bytes, start: int) -> bytes:
 def _tag(packet: bytes, start: int) -> re.Match[bytes]:
     tag = _TAG.match(packet, start)
     if tag is None:
-        raise BadXmp(Text("it isn't UTF-8"))
+        raise BadXmp("it isn't UTF-8")
     return tag
 
 
@@ -160,5 +160,5 @@ def described(packet: bytes, parts: Iterable[XmpPart], rest: str) -> dict[Span, 
     """
     top = next((one.span for one in parts if one.path == DESCRIPTION[:1]), None)
     if top is None:
-        raise BadXmp(Text("it holds no rdf:RDF"))
+        raise BadXmp("it holds no rdf:RDF")
     return appended(packet, top, f'<rdf:Description xmlns:rdf="{RDF}" {rest}\n')
