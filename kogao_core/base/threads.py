@@ -182,13 +182,21 @@ def reuse_freed_memory() -> bool:
     Each page of a new array costs a page fault. Don't use this in a program that stays open: its
     memory would never shrink. Works with glibc only.
     """
-    if sys.platform != "linux":
-        return False
-    mallopt = getattr(ctypes.CDLL(None), "mallopt", None)
+    mallopt = getattr(_c_library(), "mallopt", None)
     if mallopt is None:
         return False
     wanted = ((_TRIM_THRESHOLD, _MOST_BYTES), (_MMAP_THRESHOLD, _MOST_BYTES), (_ARENA_MAX, 1))
     return all(mallopt(number, value) == 1 for number, value in wanted)
+
+
+def give_back_freed_memory() -> None:
+    """Return freed memory to the system, which glibc keeps; 30 ms for 100 MB."""
+    if (trim := getattr(_c_library(), "malloc_trim", None)) is not None:
+        trim(0)
+
+
+def _c_library() -> ctypes.CDLL | None:
+    return ctypes.CDLL(None) if sys.platform == "linux" else None
 
 
 def skip_final_collection() -> None:

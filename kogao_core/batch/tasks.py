@@ -22,7 +22,7 @@ from kogao_core.base.json_reader import BadFile
 from kogao_core.base.language import Text
 from kogao_core.batch.measures import COLUMNS, measured
 from kogao_core.faces.doubt import AllDoubted, choose
-from kogao_core.faces.landmarks import source
+from kogao_core.faces.landmarks import networks_are_here, source
 from kogao_core.field.protection import NOTHING
 from kogao_core.photo import Photo, bits_of, read
 from kogao_core.photo.picture import sha256_of
@@ -54,7 +54,7 @@ class Task:
     job: RetouchJob  # the same for all photos
     project: str = ""  # project file to apply instead of the recipe, or ""
     edits: str = ""  # the user's folder of edits, which knows earlier names of a picture
-    done: str = ""  # `Outcome.key` of an earlier run for the same source and options, or ""
+    done: str = ""  # `Outcome.key` of an earlier run, or ""
     results: str = ""  # data folder with Kogao's own results to skip; "" processes them again
     points: str = ""  # file of landmarks to use instead of face detection, or ""
 
@@ -86,6 +86,8 @@ def work(task: Task) -> Outcome:
     start = time.perf_counter()
     try:
         if task.done and task.done == _key(task):
+            if not Path(task.output).exists():
+                raise _NoFace
             return Outcome(task.source, task.output, "skipped", key=task.done)
         if task.results and (origin := Results(Path(task.results)).origin(Path(task.source))):
             return Outcome(task.source, task.output, "result", reason=origin.why)
@@ -111,7 +113,9 @@ def work(task: Task) -> Outcome:
             doubtful=doubtful,
         )
     except _NoFace:
-        return Outcome(task.source, task.output, "no face", reason=Text("no face found"))
+        # The next run need not search again; the AAM may find less than the networks.
+        key = _key(task) if networks_are_here() else ""
+        return Outcome(task.source, task.output, "no face", reason=Text("no face found"), key=key)
     except AllDoubted as doubts:
         return Outcome(task.source, task.output, "no face", reason=doubts.args[0], doubtful=True)
     except Exception as error:  # one bad photo must not stop the batch
@@ -165,14 +169,15 @@ def _replayed(task: Task, photo: Photo) -> Applied:
 
 
 def _key(task: Task) -> str:
-    """Return a hash of files and options; "" if a file can't be read."""
+    """Return a hash of files, output included if there, and options; "" if one can't be read."""
     job = task.job
     choices = job.recipe.to_dict(), job.which, job.doubtful, job.landmarks, bool(task.project)
     told = asdict(job.disclosure), asdict(job.export)
     points = [""] * bool(task.points)  # as in reports of 1.0.0
     chosen = json.dumps([*choices, *told, *points], sort_keys=True)
     total = hashlib.sha256(chosen.encode())
-    files = task.source, task.project, task.points, task.output
+    made = task.output if Path(task.output).exists() else ""
+    files = task.source, task.project, task.points, made
     for path in map(Path, filter(None, files)):
         if not path.is_file():  # reading a pipe would block
             return ""
@@ -243,8 +248,8 @@ def _check_there(report: Path, lines: BinaryIO) -> None:
 
 
 def keys_of(report: Path | None) -> dict[str, str]:
-    """Return the key of each finished output of a report."""
-    done = (entry for entry in _entries(report) if entry["status"] in ("done", "skipped"))
+    """Return the key of each output of a report, also of those without a face."""
+    done = (entry for entry in _entries(report) if entry["key"])
     return {entry["output"]: entry["key"] for entry in done}
 
 

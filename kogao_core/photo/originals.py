@@ -296,13 +296,21 @@ class Originals:
             certain = same if here <= same else set()
         return [one for one in fits if {one.original} == certain]
 
+    def _bytes(self) -> int:
+        """Return the size of all originals, by one look into the folder."""
+        with suppress(OSError), os.scandir(self.folder) as files:
+            return sum(one.stat().st_size for one in files if not one.name.endswith(_RECORD))
+        return 0
+
     def _make_room(self, count: int, needed: Path) -> int:
         """Make room for `count` bytes. Return the number of evicted originals. Raises StoreFull.
 
         Delete redundant originals first. Never delete the file `needed` or a record.
         """
+        over, evicted = self._bytes() + count - self.limit_bytes, 0
+        if over <= 0:
+            return 0
         stored = [one for one in reversed(self.all()) if one.file.is_file()]  # the oldest first
-        over, evicted = sum(map(_size, stored)) + count - self.limit_bytes, 0
         redundant = [one for one in stored if over > 0 and one.is_redundant()]
         for one in (*redundant, *stored):
             if over > 0 and one.file.is_file() and one.file != needed:

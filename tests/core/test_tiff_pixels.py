@@ -1,6 +1,7 @@
 """Uncompressed TIFF pixels are taken from the file and put there as they are; rare kinds aren't."""
 
 import io
+import sys
 import tracemalloc
 
 import cv2
@@ -11,6 +12,7 @@ import tifffile
 from scenes import textured_photo
 
 from kogao_core import photo
+from kogao_core.photo.errors import UnreadablePhoto
 from kogao_core.photo.formats import colour
 from kogao_core.photo.formats import tiff as tiff_format
 from kogao_core.photo.metadata import tiff
@@ -66,6 +68,44 @@ def test_a_file_that_became_shorter_is_damaged(tmp_path):
         file.truncate(1000)
         with pytest.raises(ValueError, match="cannot reshape"):
             tiff_format.read_plain(file, tags)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="open files have a path on Linux only")
+def test_a_compressed_deep_photo_is_held_once_to_read_it(tmp_path):
+    pixels = noise((600, 800, 3), np.uint16)
+    cv2.imwrite(str(tmp_path / "in.tif"), pixels, [cv2.IMWRITE_TIFF_COMPRESSION, 8])
+    photo.read(tmp_path / "in.tif")  # modules are loaded once
+    tracemalloc.start()
+    try:
+        photo.read(tmp_path / "in.tif")
+        _, read_bytes = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert read_bytes < 1.5 * pixels.nbytes
+
+
+@pytest.mark.parametrize("compression", [5, 8])
+def test_a_compressed_photo_is_coded_in_bands_as_at_once(tmp_path, monkeypatch, compression):
+    pixels = noise((601, 333, 3), np.uint16)
+    cv2.imwrite(str(tmp_path / "in.tif"), pixels, [cv2.IMWRITE_TIFF_COMPRESSION, compression])
+    source = photo.read(tmp_path / "in.tif")
+    for name, size in (("bands.tif", 1 << 16), ("whole.tif", 1 << 30)):
+        monkeypatch.setattr(tiff_format, "_BAND_BYTES", size)
+        photo.write(source, source.pixels // 2, tmp_path / name)
+    assert (tmp_path / "bands.tif").read_bytes() == (tmp_path / "whole.tif").read_bytes()
+    np.testing.assert_array_equal(photo.read(tmp_path / "bands.tif").pixels, source.pixels // 2)
+
+
+@pytest.mark.parametrize("share", [0.3, 0.9, 0.999])
+def test_damage_in_compressed_strips_is_noticed(tmp_path, share):
+    path = tmp_path / "in.tif"
+    cv2.imwrite(str(path), noise((300, 400, 3), np.uint16), [cv2.IMWRITE_TIFF_COMPRESSION, 8])
+    data, strips = bytearray(path.read_bytes()), 300 * 400 * 6
+    at = 8 + int(share * strips)
+    data[at - 200 : at] = bytes(200)
+    path.write_bytes(data)
+    with pytest.raises(UnreadablePhoto, match="damaged"):
+        photo.read(path)
 
 
 def test_a_deep_photo_is_held_once_to_read_it_and_not_again_to_write_it(tmp_path):

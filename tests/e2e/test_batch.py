@@ -9,6 +9,7 @@ import shutil
 import signal
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 from unittest.mock import Mock
 
@@ -45,6 +46,20 @@ def test_what_nobody_foresaw_fails_one_photo_and_says_whose_fault_it_is(
     assert outcome.status == "failed"
     assert "internal error (KeyError: 'strange')" in outcome.reason
     assert not list(tmp_path.iterdir())
+
+
+def test_a_photo_without_a_face_is_searched_again_only_after_a_change(
+    folder, tmp_path, monkeypatch
+):
+    task = batch.Task(str(folder / "wall.png"), str(tmp_path / "wall.png"), RetouchJob())
+    first = batch.work(task)
+    monkeypatch.setattr("kogao_core.batch.tasks._sources", Mock(side_effect=KeyError("searched")))
+    resumed = replace(task, done=first.key)
+    assert batch.work(resumed) == first
+    assert first.status == "no face"
+    assert "searched" in batch.work(replace(resumed, job=RetouchJob(which="largest"))).reason
+    Image.fromarray(np.full((300, 300, 3), 91, np.uint8)).save(folder / "wall.png")
+    assert "searched" in batch.work(resumed).reason
 
 
 @pytest.fixture

@@ -9,11 +9,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
-from PySide6.QtCore import QStandardPaths, Signal
+from PySide6.QtCore import QStandardPaths, QThreadPool, Signal
 
 from kogao_core.background.find import BackgroundFinder
 from kogao_core.base import assets
 from kogao_core.base.geometry import Image
+from kogao_core.base.threads import give_back_freed_memory
 from kogao_core.base.wording import printable
 from kogao_core.photo import FORMATS, READABLE, CannotDisclose, Photo, RefusedOutput
 from kogao_core.photo.disclosure.disclosing import Disclosure
@@ -224,6 +225,7 @@ class Files(Feature):
             self.read(opened.photo.path, recovered)
             return
         self.document.open(opened.photo, opened.pyramid, UNTOUCHED if opened.origin else None)
+        QThreadPool.globalInstance().start(give_back_freed_memory)  # of the photo before
         if opened.work is not None and opened.state is not None:
             self._give_up_search()
             self._go_on(opened, opened.work, opened.state)

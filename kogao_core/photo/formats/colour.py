@@ -18,6 +18,7 @@ from PIL import Image as Pillow
 from kogao_core.base.geometry import Image
 from kogao_core.base.language import BadValue, Text
 from kogao_core.photo import profiles
+from kogao_core.photo.filling import filled
 from kogao_core.photo.model import channels_of
 
 _BITS, _WHITE = 8, 255
@@ -105,10 +106,18 @@ def decoded_deep(data: bytes) -> Image:
     return _swapped(np.asarray(stored))
 
 
-def _swapped(pixels: Image) -> Image:
+def filled_deep(pixels: Image, file: IO[bytes]) -> bool:
+    """Decode an open TIFF file at full depth into `pixels`, see `filled`."""
+    with _silent_opencv():
+        is_done = filled(pixels, file, cv2.IMREAD_UNCHANGED)
+    _swapped(pixels, pixels)
+    return is_done
+
+
+def _swapped(pixels: Image, out: Image | None = None) -> Image:
     """Return RGB(A) as BGR(A), in which OpenCV has colours, or the other way round; grey as is."""
     flip = {3: cv2.COLOR_RGB2BGR, 4: cv2.COLOR_RGBA2BGRA}.get(channels_of(pixels))
-    return pixels if flip is None else np.asarray(cv2.cvtColor(pixels, flip))
+    return pixels if flip is None else np.asarray(cv2.cvtColor(pixels, flip, dst=out))
 
 
 def with_alpha(grey: Image, transparent: int) -> Image:

@@ -63,7 +63,7 @@ def decode(source: Source, names: tuple[str, ...]) -> Photo:
         if bits == _DEEP:
             colour.verify_png(file)
         elif jpeg is not None and decoding.check(file):
-            sound = decoding.pixels(source.data(), image.size, image.mode)
+            sound = decoding.pixels(file, image.size, image.mode)
         decoded, damage = (image, ()) if sound is not None else _decoded(image, source)
         _settle_profile(decoded, file)
         if sound is not None:

@@ -99,7 +99,7 @@ def _decoded(data: bytes, photo: Photo) -> Image | None:
             off = abs(width - height * photo.width / photo.height)
             if width > photo.width or off > 1.0 + _MOST_OFF * width:
                 return None
-            quick = decoding.pixels(data, image.size, image.mode)
+            quick = decoding.pixels(io.BytesIO(data), image.size, image.mode)
             pixels = np.array(image) if quick is None else quick
             return pixels if image.mode in ("L", "RGB") else None
     except Exception:  # decoders raise almost anything on damaged files

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import io
+import itertools
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from math import prod
 from typing import IO, Any, Final
 
@@ -17,6 +18,7 @@ from PIL.ExifTags import Base as Tag
 from kogao_core.base.atomic import Chunks
 from kogao_core.base.geometry import Image
 from kogao_core.base.language import Text
+from kogao_core.base.threads import parallel_map
 from kogao_core.photo.errors import UnreadablePhoto
 from kogao_core.photo.formats import colour, common
 from kogao_core.photo.formats.base import OF_PRINTS, Content, FileFormat, Source
@@ -42,6 +44,7 @@ _GREY_ALPHA, _RGB_ALPHA, _STRAIGHT = 2, 4, 2
 _NO_UNIT, _PER_INCH = 1, 2
 _BLACK_IS_ZERO, _RGB, _INTERLEAVED = 1, 2, 1
 _USUAL_STRIP: Final = 8192  # bytes, as TIFF advises
+_BAND_BYTES: Final = 1 << 22  # of pixels that are compressed in one call
 
 
 def _decode(source: Source) -> Photo:
@@ -58,7 +61,7 @@ def _decode(source: Source) -> Photo:
         plain = read_plain(file, tags)
         if plain is None and tags[Tag.SamplesPerPixel] == _GREY_ALPHA:  # OpenCV can't decode it
             raise UnreadablePhoto(tiff.RARE)
-        pixels = tags.meant(colour.decoded_deep(source.data()) if plain is None else plain)
+        pixels = tags.meant(_unpacked(source, tags) if plain is None else plain)
         if pixels.dtype == np.float32 and profile is None:
             notes = (*notes, _SEEN)
     else:
@@ -98,10 +101,10 @@ def _encode(content: Content) -> Chunks:
     photo, blocks = content.photo, content.blocks
     number = photo.tiff_compression
     if number == _UNCOMPRESSED or channels_of(content.pixels) == _GREY_ALPHA:
-        directory, stored = laid_out(content.pixels)
+        directory, *stored = laid_out(content.pixels)
     else:
         how = (cv2.IMWRITE_TIFF_COMPRESSION, number if number in tiff.LOSSLESS else _LZW)
-        directory, stored = _taken_apart(colour.encoded_deep(content.pixels, how))
+        directory, stored = _packed(content.pixels, how)
     if channels_of(content.pixels) in (_GREY_ALPHA, _RGB_ALPHA):
         directory[Tag.ExtraSamples] = _STRAIGHT
     density = blocks["dpi"] or photo.aspect
@@ -127,7 +130,7 @@ def _encode(content: Content) -> Chunks:
             directory[name] = value
     with io.BytesIO() as out:
         directory.save(out)  # adds its length to the strip offsets
-        return [out.getvalue(), stored]
+        return [out.getvalue(), *stored]
 
 
 def _inside(photo: Photo, file: IO[bytes]) -> Iterator[Extra]:
@@ -163,6 +166,18 @@ TIFF: Final = FileFormat(
 )
 
 
+def _unpacked(source: Source, tags: tiff.TiffTags) -> Image:
+    """Decode deep pixels, upright."""
+    pixels = np.empty(_shape(tags), _DEPTHS[tags.depth])
+    is_filled = tags.orientation == 1 and colour.filled_deep(pixels, source.file)
+    return pixels if is_filled else colour.decoded_deep(source.data())
+
+
+def _shape(tags: tiff.TiffTags) -> tuple[int, ...]:
+    samples = tags[Tag.SamplesPerPixel]
+    return (tags[Tag.ImageLength], tags[Tag.ImageWidth], samples)[: 2 if samples == 1 else 3]
+
+
 def read_plain(file: IO[bytes], tags: tiff.TiffTags) -> Image | None:
     """Read deep pixels, upright, if the file stores them uncompressed and contiguous.
 
@@ -179,7 +194,7 @@ def read_plain(file: IO[bytes], tags: tiff.TiffTags) -> Image | None:
     )
     if depth is None or not is_array:
         return None
-    shape = (tags[Tag.ImageLength], tags[Tag.ImageWidth], samples)[: 2 if samples == 1 else 3]
+    shape = _shape(tags)
     start = _start(tags, shape[0], prod(shape[1:]) * depth.itemsize)
     if start is None:
         return None
@@ -202,17 +217,35 @@ def _start(tags: tiff.TiffTags, height: int, row_bytes: int) -> int | None:
     return int(starts[0]) if is_whole and len(starts) == len(lengths) else None
 
 
+def _packed(
+    pixels: Image, how: Sequence[int]
+) -> tuple[TiffImagePlugin.ImageFileDirectory_v2, list[memoryview]]:
+    """Compress pixels in parallel. Return the directory, as of one call of OpenCV, and the data."""
+    rows = max(1, _USUAL_STRIP // pixels[0].nbytes)
+    band = rows * max(1, _BAND_BYTES // (rows * pixels[0].nbytes))
+
+    def packed(top: int) -> tuple[TiffImagePlugin.ImageFileDirectory_v2, memoryview]:
+        return _taken_apart(colour.encoded_deep(pixels[top : top + band], how))
+
+    bands = parallel_map(packed, range(0, len(pixels), band))
+    directory, lengths = bands[0][0], [n for one, _ in bands for n in one[Tag.StripByteCounts]]
+    filling = bytes(sum(lengths) % 2)  # as before a directory
+    starts = tuple(itertools.accumulate(lengths[:-1], initial=0))
+    directory[Tag.ImageLength] = len(pixels)
+    directory[Tag.StripOffsets], directory[Tag.StripByteCounts] = starts, tuple(lengths)
+    return directory, [*(data for _, data in bands), memoryview(filling)]
+
+
 def _taken_apart(written: bytes) -> tuple[TiffImagePlugin.ImageFileDirectory_v2, memoryview]:
     """Split a file by OpenCV into the directory and the pixels.
 
     The pixels lie between header and directory. Strip offsets then start at the first pixel.
     """
     directory = tiff.directory_of(written)
-    start = TiffImagePlugin.ImageFileDirectory_v2(written[:_HEADER_BYTES]).next
     dict(directory)  # load all entries: `save` skips entries that were not loaded
-    starts = directory[Tag.StripOffsets]
+    starts, lengths = directory[Tag.StripOffsets], directory[Tag.StripByteCounts]
     directory[Tag.StripOffsets] = tuple(offset - _HEADER_BYTES for offset in starts)
-    return directory, memoryview(written)[_HEADER_BYTES:start]
+    return directory, memoryview(written)[_HEADER_BYTES : starts[-1] + lengths[-1]]
 
 
 def laid_out(pixels: Image) -> tuple[TiffImagePlugin.ImageFileDirectory_v2, memoryview]:

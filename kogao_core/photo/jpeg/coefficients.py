@@ -36,6 +36,7 @@ _LIBRARY: Final = "cjpeglib_turbo210.*[do]"  # the fastest that jpeglib has: hal
 _LONGEST: Final = 180  # letters of a folder, so that it opens files in it on every Windows
 _OPTIMISE: Final = 1 << 6  # flag: compute optimised Huffman tables
 _EVERY_FLAG: Final = 0xFFFFFFFF
+_PART_ROWS: Final = 32  # of minimum coded units that are coded at once
 _NUMBERS: Final = BLOCK_PX * BLOCK_PX
 _MOST: Final = 4  # components, and tables
 # Huffman codes: baseline, extended for 16-bit tables, progressive; then all there are.
@@ -159,14 +160,15 @@ def write(coefficients: Coefficients, folder: Path) -> bytes:
     """Return a sequential JPEG file with component numbers from 0.
 
     Standard Huffman tables are preserved: the data up to the first change then equal the source's,
-    bit for bit. Threads code the parts of such a file, with the same result. For other files,
-    optimised tables are computed: smaller output, more time.
+    bit for bit. Threads code the parts of such a file, with the same result: the library copies the
+    coefficients of a part. For other files, optimised tables are computed: smaller output, more
+    time.
     """
     frame, last = coefficients.frame, coefficients.planes[-1][:, -1, -1]
     rows, down = -(-frame.height // frame.unit_px[0]), frame.factors[-1][0]
     ends = np.minimum(down * np.arange(1, rows + 1), len(last)) - 1  # the last unit may be cut
-    threads = default_threads() if coefficients.has_usual_codes else 1
-    parts = scans.parts(last[ends] == 0, threads)
+    most = max(default_threads(), rows // _PART_ROWS) if coefficients.has_usual_codes else 1
+    parts = scans.parts(last[ends] == 0, most)
     # A part begins with the row before, because DC coefficients are coded as differences.
     wide = [(max(0, start - 1), stop) for start, stop in parts]
     heads = [(start - 1, start) for start, _ in parts[1:]]
