@@ -16,6 +16,7 @@ from . import theme
 from .document import Document
 from .features.batch import Batch
 from .features.both import BothModes
+from .features.clipboard import Clipboard
 from .features.commands import Commands
 from .features.disclosure import SaveOptions
 from .features.errand import Errand
@@ -114,6 +115,7 @@ class Editor(QObject):
         self.saver = Saver(context)
         self.preferences = Preferences(context, self.recipe, self.save_options)
         self.files = Files(context, self.saver, self.faces, self.save_options)
+        self.clipboard = Clipboard(context, self.save_options)
         self.projects = Projects(context, self.saver, self.files, self.faces)
         self.recovery = Recovery(context, self.saver, self.files)
         self.strip = Strip(context, self.files, self.projects, self.faces)

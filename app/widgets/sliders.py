@@ -5,11 +5,12 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
-from PySide6.QtCore import QRect, QSignalBlocker, Qt, QTimer, Signal
+from PySide6.QtCore import QPointF, QRect, QSignalBlocker, Qt, QTimer, Signal
 from PySide6.QtGui import (
     QAccessible,
     QAccessibleValueInterface,
     QFocusEvent,
+    QInputDevice,
     QKeyEvent,
     QMouseEvent,
     QPainter,
@@ -63,6 +64,7 @@ class GestureSlider(QSlider):
         self._rest.timeout.connect(self.rested)
         self._dragged = False
         self._x = self._place = 0.0
+        self._touched: QPointF | None = None  # where a finger went down, until it moves
         self._is_signed = self.minimum() < 0.0 == scale.value(0)
         self.setProperty("signed", self._is_signed)
 
@@ -98,9 +100,15 @@ class GestureSlider(QSlider):
         self.rested.emit()
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Start a gesture; a press beside the handle moves the handle there."""
+        """Start a gesture; a press beside the handle moves the handle there.
+
+        A finger may mean to scroll: the direction decides.
+        """
         self._rest.stop()
         self._aborted = self._dragged = False
+        if event.device().type() == QInputDevice.DeviceType.TouchScreen:
+            self._touched = event.position()
+            return
         if event.button() == Qt.MouseButton.LeftButton:
             self._jump(event.position().x())
         super().mousePressEvent(event)
@@ -128,6 +136,12 @@ class GestureSlider(QSlider):
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         """Follow the mouse, slower with Ctrl or Shift, unless the gesture was aborted."""
+        if self._touched is not None:
+            way = event.position() - self._touched
+            if way.manhattanLength() < QApplication.startDragDistance():
+                return
+            self._x, self._place, self._touched = self._touched.x(), float(self.value()), None
+            self.setSliderDown(abs(way.x()) > abs(way.y()))
         self._dragged = self.isSliderDown()
         if self._aborted or not self._dragged:
             return
@@ -159,6 +173,8 @@ class GestureSlider(QSlider):
         """End the gesture; after a click, wait for a double click first."""
         with QSignalBlocker(self):
             super().mouseReleaseEvent(event)
+            self.setSliderDown(False)
+        self._touched = None
         if not self._aborted and self._dragged:
             self.rested.emit()
         elif not self._aborted:
