@@ -24,6 +24,7 @@ from PySide6.QtWidgets import QApplication, QPinchGesture
 from kogao_core.background.lines import BackgroundLine
 from kogao_core.base.geometry import Array
 
+from ..accessibility import announce
 from ..i18n import tr
 from ..view_state import Handle, ViewState
 from .handles import ON_OUTLINE, apart, corners, face_at, handles
@@ -31,7 +32,7 @@ from .overlays import glyphs
 from .overlays.listed import kinds
 from .overlays.overlay import Place, affine
 from .overlays.unlisted import badges
-from .spoken import SpokenView
+from .spoken import SpokenView, place_name
 from .tools.gesture import Gesture, PointerEvent, Tool
 from .viewport import notches
 
@@ -401,12 +402,15 @@ class PhotoCanvas(SpokenView):
             )
         self._pointer = at
         self._show_pointer(at, None)
+        place = place_name(self.to_photo(at))
         if step is not None and self.in_hand:
             self._move_to(at, straight=False)
         elif step is None and self.in_hand:
             self.end(self.to_photo(at))
-        elif step is None:
-            self._set_down(at)
+            place = tr("Stroke ends, {place}", place=place)
+        elif step is None and self._set_down(at):
+            place = tr("Stroke begins, {place}", place=place)
+        announce(self, place)
 
     def keyReleaseEvent(self, event: QKeyEvent) -> None:
         """End a nudge when the arrow key is released."""

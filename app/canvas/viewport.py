@@ -182,7 +182,7 @@ class Viewport(pg.GraphicsView):
             assert isinstance(pinch, QPinchGesture)
             self.pinch(pinch)
             return True
-        return super().event(event)
+        return bool(super().event(event))
 
     def pinch(self, pinch: QPinchGesture) -> None:
         """Zoom and pan with two fingers, so that the photo stays below the fingers."""
