@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ctypes
 import os
-import socket
 import sys
 from collections.abc import Callable, Sequence
 from itertools import chain
@@ -81,13 +80,9 @@ def _has_display() -> bool:
     """Return whether a Wayland compositor or an X server answers."""
     if sys.platform != "linux":
         return True
-    compositor, display = (os.environ.get(f"{name}DISPLAY") for name in ("WAYLAND_", ""))
-    if compositor:
-        place = Path(os.environ.get("XDG_RUNTIME_DIR", "/"), compositor)
-        with socket.socket(socket.AF_UNIX) as asked:
-            if asked.connect_ex(str(place)) == 0:
-                return True
-    if not display:
+    if installed.has_compositor():
+        return True
+    if not os.environ.get("DISPLAY"):
         return False
     xcb = ctypes.CDLL("libxcb.so.1")
     xcb.xcb_connect.restype = ctypes.c_void_p

@@ -18,8 +18,10 @@ from PySide6.QtGui import (
     QAccessibleInterface,
     QActionGroup,
 )
-from PySide6.QtWidgets import QAccessibleWidget, QToolButton, QWidget
+from PySide6.QtWidgets import QAccessibleWidget, QLabel, QToolButton, QWidget
 from shiboken6.Shiboken import VoidPtr
+
+from .i18n import bare
 
 # Action names known to every platform's bridge; Qt translates the descriptions.
 PRESS: Final = "Press"
@@ -84,8 +86,12 @@ def announce(widget: QWidget, text: str, *, urgent: bool = False) -> None:
 
 
 def tell_choices() -> None:
-    """Expose exclusive tool buttons as radio buttons; Qt exposes these as check boxes."""
+    """Expose exclusive tool buttons as radio buttons; Qt exposes these as check boxes.
+
+    Labels lose the letter for Alt, which Qt leaves in Japanese names: ``顔(S)``.
+    """
     speak(QToolButton, _spoken)
+    speak(QLabel, lambda label: SpokenLabel(label) if label.buddy() else None)
 
 
 def _spoken(button: QToolButton) -> SpokenRadio | None:
@@ -99,6 +105,19 @@ def _is_choice(button: QToolButton) -> bool:
     if actions is not None and actions.exclusionPolicy() == _EXCLUSIVE:
         return True
     return bool(group) and group.exclusive()
+
+
+class SpokenLabel(QAccessibleWidget):
+    """Accessible label of a control."""
+
+    def __init__(self, label: QLabel) -> None:
+        super().__init__(label, QAccessible.Role.StaticText)
+        self._label = label
+
+    def text(self, kind: QAccessible.Text) -> str:
+        """Return the name without the letter for Alt, or another text of the base class."""
+        name = kind == QAccessible.Text.Name
+        return bare(self._label.text()) if name else super().text(kind)
 
 
 class SpokenRadio(QAccessibleWidget):

@@ -86,6 +86,8 @@ MENUS: Final = (
             "reset-photo", "Reset ph&oto", "", "Discard all edits; undo restores them", photo=True
         ),
         None,
+        Item("copy-result", "Copy resu&lt", "Ctrl+C", "Copy the picture", photo=True),
+        Item("open-copied", "Ope&n copied photo", "Ctrl+V", "Open a file from the clipboard"),
         Item("copy-settings", "&Copy settings", "Ctrl+Shift+C", "Copy from photo or face"),
         Item(
             "paste-settings",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import gc
 
 from pyqtgraph.util.garbage_collector import GarbageCollector
-from PySide6.QtCore import QObject, QThreadPool
+from PySide6.QtCore import QObject, Qt, QThreadPool
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QApplication
 
@@ -16,6 +16,7 @@ from . import theme
 from .document import Document
 from .features.batch import Batch
 from .features.both import BothModes
+from .features.clipboard import Clipboard
 from .features.commands import Commands
 from .features.disclosure import SaveOptions
 from .features.errand import Errand
@@ -96,6 +97,13 @@ class Editor(QObject):
         self._worn: theme.Theme | None = None
         self._following = False
         self._follows_system(True)
+        self._portal = None
+        hints, unknown = app.styleHints(), Qt.ColorScheme.Unknown
+        if hints.colorScheme() == unknown and app.platformName() in ("xcb", "wayland"):
+            from .portal import Portal  # QtDBus isn't on every system
+
+            self._portal = Portal(self)
+            self._portal.changed.connect(self._dress)
         self.preferences.changed.connect(self._dress)
         self._dress()
 
@@ -115,6 +123,7 @@ class Editor(QObject):
         self.saver = Saver(context)
         self.preferences = Preferences(context, self.recipe, self.save_options)
         self.files = Files(context, self.saver, self.faces, self.save_options)
+        self.clipboard = Clipboard(context, self.save_options)
         self.projects = Projects(context, self.saver, self.files, self.faces)
         self.recovery = Recovery(context, self.saver, self.files)
         self.strip = Strip(context, self.files, self.projects, self.faces)
@@ -139,7 +148,7 @@ class Editor(QObject):
         self.screen.screen_changed.connect(self.strip.draw_again)
         self.workspaces = Workspaces(context)
         self.marks = Marks(context, self.recipe, self.files, self.points, self.overlays)
-        self.history = History(context)
+        self.history = History(context, self.saver)
         self.commands = Commands(context)
         self.kept = KeptFeature(context)
         self.documentation = Documentation(context)
@@ -227,7 +236,10 @@ class Editor(QObject):
         self._following = wanted
 
     def _dress(self) -> None:
-        worn = theme.apply(self._app, self._wanted or self.preferences.theme)
+        choice = self._wanted or self.preferences.theme
+        if choice == "system" and self._portal is not None and self._portal.is_light:
+            choice = "light"
+        worn = theme.apply(self._app, choice)
         # Skip other preferences, which may change with each typed letter.
         if worn != self._worn:
             self._worn = worn

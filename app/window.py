@@ -2,12 +2,21 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Final
 
 import numpy as np
 from PySide6.QtCore import QEvent, QRectF, QSize, QSizeF, Qt, Signal
-from PySide6.QtGui import QAction, QCloseEvent, QDragEnterEvent, QDropEvent, QKeyEvent, QResizeEvent
+from PySide6.QtGui import (
+    QAction,
+    QCloseEvent,
+    QDragEnterEvent,
+    QDropEvent,
+    QKeyEvent,
+    QKeySequence,
+    QResizeEvent,
+)
 from PySide6.QtWidgets import (
     QGridLayout,
     QHBoxLayout,
@@ -50,6 +59,13 @@ _ALONE: Final = Qt.ToolButtonStyle.ToolButtonIconOnly
 # Height of the hair above the eyes, as a multiple of the height from eyes to chin.
 _FOREHEAD: Final = 0.8
 _MARGIN_PX: Final = 3 * GRID_PX
+# Letters of the US layout by key code of Linux; keys beyond Latin 1, without keys such as F1.
+_US: Final = {
+    first + place: letter
+    for first, row in ((24, "QWERTYUIOP[]"), (38, "ASDFGHJKL"), (52, "ZXCVBNM,."))
+    for place, letter in enumerate(row)
+}
+_LATIN, _NAMED = 0xFF, 0x01000000
 
 
 class Window(QMainWindow):
@@ -147,10 +163,9 @@ class Window(QMainWindow):
         self._before.setIcon(icon("hold-original", theme))
         self._bar.dress(theme)
 
-    def show_title(self, name: str, *, dirty: bool) -> None:
-        """Show the photo's name in the title, with a star for unsaved changes."""
+    def show_title(self, name: str) -> None:
+        """Show the photo's name in the title, with a place for a star."""
         self.setWindowTitle(f"{name}[*] – Kogao" if name else "Kogao[*]")  # noqa: RUF001
-        self.setWindowModified(dirty)
 
     def really_close(self) -> None:
         """Close without a question."""
@@ -183,15 +198,15 @@ class Window(QMainWindow):
         button = self._before
         button.setText(tr("Hold: before"))
         button.setIconSize(self._bar.iconSize())
-        button.setToolTip(tr("Show the original while the button is held (\\)"))
+        button.setToolTip(tr("Show the original while the button is held (\\ or F4)"))
         button.setAccessibleName(tr("Show the original"))
         button.pressed.connect(lambda: self.original_wanted.emit(True))
         button.released.connect(lambda: self.original_wanted.emit(False))
         return button
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Show the original while backslash is held; pan while Space is held."""
-        if not self._hold(event, True):
+        """Show the original while backslash or F4 is held; pan while Space is held."""
+        if not self._hold(event, True) and not self._press_latin(event):
             super().keyPressEvent(event)
 
     def keyReleaseEvent(self, event: QKeyEvent) -> None:
@@ -208,10 +223,32 @@ class Window(QMainWindow):
                 self.canvas.set_space_down(False)
         super().changeEvent(event)
 
+    def _press_latin(self, event: QKeyEvent) -> bool:
+        """Take a key of a Russian or Greek layout for the letter of the US layout in its place.
+
+        Qt does so only with a Latin layout beside it. Elsewhere than on Linux it always does.
+        """
+        letter = _US.get(event.nativeScanCode()) if sys.platform == "linux" else None
+        if letter is None or not _LATIN < event.key() < _NAMED or not letter.isascii():
+            return False
+        pressed = QKeySequence(event.modifiers().value | ord(letter))
+        actions = [*self.actions(), *self.menuBar().actions()]
+        if event.modifiers() == Qt.KeyboardModifier.AltModifier:
+            for action in self.menuBar().actions():
+                if QKeySequence.mnemonic(action.text()) == pressed and action.isVisible():
+                    self.menuBar().setActiveAction(action)
+                    return True
+        for action in actions:
+            if pressed in action.shortcuts() and action.isEnabled() and action.isVisible():
+                action.trigger()
+                return True
+        return False
+
     def _hold(self, event: QKeyEvent, down: bool) -> bool:
         if event.isAutoRepeat():
             return False
-        if event.key() == Qt.Key.Key_Backslash:
+        # On German and French keyboards the backslash needs AltGr.
+        if event.key() in (Qt.Key.Key_Backslash, Qt.Key.Key_F4):
             self.original_wanted.emit(down)
             return True
         if event.key() == Qt.Key.Key_Space:

@@ -15,14 +15,16 @@ from PySide6.QtGui import (
     QPainter,
     QPaintEvent,
     QPen,
+    QPointingDevice,
     QTabletEvent,
     QWheelEvent,
 )
-from PySide6.QtWidgets import QApplication
+from PySide6.QtWidgets import QApplication, QPinchGesture
 
 from kogao_core.background.lines import BackgroundLine
 from kogao_core.base.geometry import Array
 
+from ..accessibility import announce
 from ..i18n import tr
 from ..view_state import Handle, ViewState
 from .handles import ON_OUTLINE, apart, corners, face_at, handles
@@ -30,7 +32,7 @@ from .overlays import glyphs
 from .overlays.listed import kinds
 from .overlays.overlay import Place, affine
 from .overlays.unlisted import badges
-from .spoken import SpokenView
+from .spoken import SpokenView, place_name
 from .tools.gesture import Gesture, PointerEvent, Tool
 from .viewport import notches
 
@@ -49,6 +51,7 @@ _BY_TAB: Final = (Qt.FocusReason.TabFocusReason, Qt.FocusReason.BacktabFocusReas
 _MANY_STEPS: Final = 10
 _POINTER_STEP_PX: Final = 4
 _SAME_ZOOM: Final = 0.01
+_PEN, _ERASER = QPointingDevice.PointerType.Pen, QPointingDevice.PointerType.Eraser
 
 
 class PhotoCanvas(SpokenView):
@@ -64,6 +67,8 @@ class PhotoCanvas(SpokenView):
     nudged = Signal(int, int)
     # (): the arrow key is released.
     nudge_ended = Signal()
+    # (on: bool): the eraser end of a pen is near the photo, or another pointer again.
+    turned = Signal(bool)
 
     def __init__(self, view: ViewState) -> None:
         super().__init__(view)
@@ -90,6 +95,7 @@ class PhotoCanvas(SpokenView):
         self._doubled = False
         self._pointer: QPointF | None = None
         self._pressure = 1.0  # pen pressure, 0 to 1
+        self._is_turned = False  # whether the last pointer was the eraser end of a pen
         view.watch(self._take_tool, "brush")
         view.watch(self._repeat, "following")
         view.document.aborted.connect(self._let_go)
@@ -226,16 +232,18 @@ class PhotoCanvas(SpokenView):
         return Handle("body", placing, 0) if ((low <= here) & (here <= high)).all() else None
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Grab a handle, start a stroke, or start to pan."""
+        """Grab a handle, start a stroke, or start to pan; other buttons don't disturb a drag."""
+        if event.buttons() != event.button():
+            return
         self._ring(False)
+        self._sense(event)
         self.setFocus(Qt.FocusReason.MouseFocusReason)
         at = event.position()
         left = event.button() == Qt.MouseButton.LeftButton
         takes = left and not self._space
         control = event.modifiers() & Qt.KeyboardModifier.ControlModifier
-        if event.buttons() == event.button():
-            # Pens and fingers send no move events first, and marks appear only under the pointer.
-            self._look_at(at)
+        # Pens and fingers send no move events first, and marks appear only under the pointer.
+        self._look_at(at)
         if takes and self.on_divider(at):
             self._wiping = True
         elif takes and control and not self.shown.busy_hands:
@@ -248,9 +256,25 @@ class PhotoCanvas(SpokenView):
 
     def tabletEvent(self, event: QTabletEvent) -> None:
         """Store the pen pressure. Qt also sends the pen event as a mouse event."""
-        lifted = event.type() == QEvent.Type.TabletRelease
-        self._pressure = 1.0 if lifted else min(max(event.pressure(), 0.0), 1.0)
+        # A release has pressure 0, and one more mouse move to the place of the release follows.
+        if event.type() != QEvent.Type.TabletRelease:
+            self._pressure = min(max(event.pressure(), 0.0), 1.0)
         event.ignore()
+
+    def _sense(self, event: QMouseEvent) -> None:
+        """Follow a change between the ends of a pen and other pointers, which press fully."""
+        if event.pointerType() not in (_PEN, _ERASER):
+            self._pressure = 1.0
+        turned = event.pointerType() == _ERASER
+        if turned != self._is_turned and not self.in_hand:
+            self._is_turned = turned
+            self.turned.emit(turned)
+
+    def pinch(self, pinch: QPinchGesture) -> None:
+        """Zoom and pan with two fingers, and call off what the first finger began."""
+        self._wiping = False
+        self.shown.document.abort()
+        super().pinch(pinch)
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
         """Handle a press; on release without a drag, toggle between 1:1 and fit."""
@@ -267,6 +291,7 @@ class PhotoCanvas(SpokenView):
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         """Continue the current drag, stroke or pan, or update the hovered handle."""
+        self._sense(event)
         self._pointer = at = event.position()
         if self._wiping:
             self.shown.set(wipe=min(max(at.x() / self.viewport().width(), 0.0), 1.0))
@@ -309,7 +334,9 @@ class PhotoCanvas(SpokenView):
         self.move(self.to_photo(at), straight=straight)
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
-        """End the drag, or handle a click on a line or face."""
+        """End the drag once no button is down, or handle a click on a line or face."""
+        if event.buttons() != Qt.MouseButton.NoButton:
+            return
         self._wiping = False
         if self._clicked is not None and self._doubled:
             if abs(self.zoom - 1.0) < _SAME_ZOOM:
@@ -375,12 +402,15 @@ class PhotoCanvas(SpokenView):
             )
         self._pointer = at
         self._show_pointer(at, None)
+        place = place_name(self.to_photo(at))
         if step is not None and self.in_hand:
             self._move_to(at, straight=False)
         elif step is None and self.in_hand:
             self.end(self.to_photo(at))
-        elif step is None:
-            self._set_down(at)
+            place = tr("Stroke ends, {place}", place=place)
+        elif step is None and self._set_down(at):
+            place = tr("Stroke begins, {place}", place=place)
+        announce(self, place)
 
     def keyReleaseEvent(self, event: QKeyEvent) -> None:
         """End a nudge when the arrow key is released."""

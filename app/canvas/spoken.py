@@ -205,7 +205,7 @@ def whereabouts(document: Document, handle: Handle) -> str:
     """Return position, confidence below `SEEN`, and shift since opening, as text."""
     state, at = document.state, handles.position(document.state, handle)
     face = state.faces[handle.face]
-    words = [tr("x {x:.0f}, y {y:.0f}", x=at[0], y=at[1])]
+    words = [place_name(at)]
     sure = handles.confidence(face, handle)
     if sure is not None and sure < SEEN:
         words.append(tr("{n:.0f} % sure", n=100 * sure))
@@ -220,6 +220,11 @@ def whereabouts(document: Document, handle: Handle) -> str:
         if moved:
             words.append(tr("{ways} of the first position", ways=", ".join(moved)))
     return ", ".join(words)
+
+
+def place_name(at: Array) -> str:
+    """Return a position as text. `at` is in px of the photo, shape (2,)."""
+    return tr("x {x:.0f}, y {y:.0f}", x=at[0], y=at[1])
 
 
 def ways(away: Array) -> list[str]:

@@ -6,9 +6,16 @@ from typing import Final
 
 import numpy as np
 import pyqtgraph as pg
-from PySide6.QtCore import QPointF, QRectF, Qt, Signal
-from PySide6.QtGui import QMouseEvent, QResizeEvent, QShowEvent, QTransform, QWheelEvent
-from PySide6.QtWidgets import QGraphicsView, QLabel
+from PySide6.QtCore import QEvent, QLineF, QPointF, QRectF, Qt, Signal
+from PySide6.QtGui import (
+    QMouseEvent,
+    QNativeGestureEvent,
+    QResizeEvent,
+    QShowEvent,
+    QTransform,
+    QWheelEvent,
+)
+from PySide6.QtWidgets import QGestureEvent, QGraphicsView, QLabel, QPinchGesture
 
 from kogao_core.base.geometry import Array
 
@@ -22,6 +29,7 @@ _LARGEST_ZOOM: Final = 32.0
 _LEAST_SEEN_PX: Final = 16.0
 _ZOOM_PER_NOTCH: Final = 1.25
 _NOTCH: Final = 120.0
+_LEAST_APART: Final = 0.1
 _FIT_PADDING: Final = 0.02
 # Margin of a preview: pixels outside the view may move in during a gesture.
 _PREVIEW_MARGIN_PX: Final = 48
@@ -29,7 +37,7 @@ _NAME_PX: Final = 12
 
 
 class Viewport(pg.GraphicsView):
-    """Shows the photo with overlays. The wheel zooms at the cursor, a drag pans.
+    """Shows the photo with overlays. The wheel and a pinch zoom, a drag pans.
 
     Signals
     -------
@@ -43,10 +51,12 @@ class Viewport(pg.GraphicsView):
     def __init__(self, view: ViewState) -> None:
         super().__init__(useOpenGL=False)
         self.setViewportUpdateMode(QGraphicsView.ViewportUpdateMode.FullViewportUpdate)
+        self.grabGesture(Qt.GestureType.PinchGesture)
         self.shown = view
         self.photo = PhotoItem(view)
         self._fitted = True
         self._pan_from: QPointF | None = None
+        self._apart = 1.0  # distance of two fingers in a pinch
         self._box = pg.ViewBox(
             lockAspect=True, invertY=True, enableMenu=False, enableMouse=False, defaultPadding=0.0
         )
@@ -157,6 +167,41 @@ class Viewport(pg.GraphicsView):
     def end_pan(self) -> None:
         """End the pan."""
         self._pan_from = None
+
+    def event(self, event: QEvent) -> bool:
+        """Zoom by a pinch: on the touchpad at the pointer, on the screen between two fingers."""
+        kinds = Qt.NativeGestureType
+        if isinstance(event, QNativeGestureEvent):
+            if event.gestureType() == kinds.BeginNativeGesture:
+                self._apart = 1.0
+            elif event.gestureType() == kinds.ZoomNativeGesture:
+                self._spread(self._apart + event.value(), event.position())
+            return True
+        if isinstance(event, QGestureEvent):
+            pinch = event.gesture(Qt.GestureType.PinchGesture)
+            assert isinstance(pinch, QPinchGesture)
+            self.pinch(pinch)
+            return True
+        return bool(super().event(event))
+
+    def pinch(self, pinch: QPinchGesture) -> None:
+        """Zoom and pan with two fingers, so that the photo stays below the fingers."""
+        ends = pinch.lastCenterPoint(), pinch.centerPoint()
+        before, now = (self.viewport().mapFromGlobal(end) for end in ends)
+        # Qt's own factor counts the way of a finger again while the other rests (6.11 on X11).
+        # The hot spot is one of the fingers.
+        apart_px = QLineF(pinch.hotSpot(), pinch.centerPoint()).length()
+        if pinch.state() == Qt.GestureState.GestureStarted:
+            self._apart = apart_px
+        self._spread(apart_px, before)
+        self._pan_from = before
+        self.pan_to(now)
+        self.end_pan()
+
+    def _spread(self, apart: float, about: QPointF) -> None:
+        """Zoom as two fingers move apart; any unit of length."""
+        before, self._apart = self._apart, max(apart, _LEAST_APART)
+        self.zoom_to(self.zoom * self._apart / before, about)
 
     def resizeEvent(self, event: QResizeEvent | None) -> None:
         """Fit again after a resize, if fitted."""

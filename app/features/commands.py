@@ -13,7 +13,7 @@ from kogao_core import __version__
 from kogao_core.base.language import Text
 from kogao_core.cli import doctor, licences
 
-from ..i18n import bare, tr, translated
+from ..i18n import bare, tr, tr_count, translated
 from ..render.colour import told_screen
 from ..widgets.controls import column_of, muted_label
 from ..widgets.dialogs import Dialog, question
@@ -76,6 +76,7 @@ class Palette(Dialog):
             if event.key() not in _ROWS:
                 return False
             self.list.keyPressEvent(event)
+            self._tell()
             return True
         return super().eventFilter(watched, event)
 
@@ -92,6 +93,15 @@ class Palette(Dialog):
         )
         self.list.setCurrentRow(next(named, found[0] if found else -1))
         self.nothing.setHidden(bool(found))
+        self._count = len(found)
+        self._tell()
+
+    def _tell(self) -> None:
+        """Tell the selected command and the number of hits, as a description of the focus."""
+        item = self.list.currentItem()
+        hits = tr_count(self._count, "{n} command", "{n} commands")
+        hit = self.nothing.text() if item is None else f"{item.text()}, {hits}"
+        self.words.setAccessibleDescription(hit)
 
     def _run(self) -> None:
         row = self.list.currentRow()

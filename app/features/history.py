@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QEvent, Signal
+from typing import Final
+
+from PySide6.QtCore import QEvent, QTimer, Signal
 from PySide6.QtGui import QKeyEvent, QUndoCommand
 from PySide6.QtWidgets import QUndoView
 
@@ -10,6 +12,10 @@ from ..document import ReplaceState
 from ..i18n import tr, tr_count
 from ..widgets.docks import Dock
 from .feature import Context, Feature
+from .files.saver import Saver
+
+# Edits that are saved sooner get no star: screen readers would read the title twice for each.
+_LATE_MS: Final = 2000
 
 
 class History(Feature):
@@ -17,8 +23,10 @@ class History(Feature):
 
     name = "history"
 
-    def __init__(self, context: Context) -> None:
+    def __init__(self, context: Context, saver: Saver) -> None:
         super().__init__(context)
+        self._saver, self._late = saver, QTimer(self, singleShot=True)
+        self._late.timeout.connect(lambda: self.window.setWindowModified(self.document.dirty))
         self._undo, self._redo = self.bind("undo", self.undo), self.bind("redo", self.redo)
         self._undo.setIconText(tr("Undo"))
         self._redo.setIconText(tr("Redo"))
@@ -72,7 +80,12 @@ class History(Feature):
         """Update the title and the actions."""
         document, stack = self.document, self.document.undo
         path, before, self._texts = document.path, self._texts, (stack.undoText(), stack.redoText())
-        self.window.show_title(path.name if path else "", dirty=document.dirty)
+        self.window.show_title(path.name if path else "")
+        if document.dirty and self._saver.keeps:
+            self._late.start(_LATE_MS)
+        else:
+            self._late.stop()
+            self.window.setWindowModified(document.dirty)
         self._undo.setEnabled(stack.canUndo() or document.in_gesture)
         self._redo.setEnabled(stack.canRedo())
         if self._texts[0] != before[0]:

@@ -50,6 +50,8 @@ class Protect(Feature):
         self.panel: ProtectPanel = ProtectPanel(self._tools.actions(), self.actions["unprotect"])
         self.panel.size_brushes(self)
         self.window.canvas.tools |= dict.fromkeys(("brush", "line", "eraser"), self._draw)
+        self.window.canvas.turned.connect(self._turn)
+        self._below: ToolName = "points"  # the tool while the eraser end of a pen is away
         self.view.watch(self._show_tool, "brush")
         self.document.opened.connect(self.fit_brush)
         self.view.watch(self._show_reduced, "frame")
@@ -72,6 +74,16 @@ class Protect(Feature):
         after = dataclasses.replace(before, tool=tool)
         self._radii[before.moves] = before.radius_px
         self.set_brush(tool=tool, radius_px=self._radii.get(after.moves, before.radius_px))
+
+    def _turn(self, turned: bool) -> None:
+        """Restore, or erase protection, with the eraser end of a pen."""
+        brush = self.view.brush
+        erases: ToolName = "eraser" if brush.protects else "restore"
+        if turned:
+            self._below = brush.tool
+            self.actions[f"tool-{erases}"].trigger()
+        elif brush.tool == erases:
+            self.actions[f"tool-{self._below}"].trigger()
 
     def set_radius(self, radius_px: float) -> None:
         """Set the brush radius, px of the photo."""

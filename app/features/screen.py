@@ -55,6 +55,8 @@ class Screen(Feature):
             self.window.resize(QSize(*FIRST_PX).boundedTo(room(self.window)))
         self.window.winId()  # the window is on a screen from now on
         self.window.windowHandle().screenChanged.connect(self._follow_screen)
+        # The profile of a screen may be changed in another window; no event tells.
+        self.window.activated.connect(lambda _: self._follow_screen(self.window.screen()))
         self._follow_screen(self.window.screen())
 
     def _follow_screen(self, screen: QScreen) -> None:

@@ -20,6 +20,7 @@ from .faces import Faces
 from .feature import Context, Feature
 from .history import History
 from .points import Points
+from .protect import sizes
 from .recipe import RecipeEditing
 
 
@@ -48,6 +49,7 @@ class Speech(Feature):
         )
         self._faces: tuple[object, ...] = self.view.face, self.view.also
         self.view.watch(self._tell_point, "selected")
+        self.view.watch(self._tell_original, "original")
         self.view.watch(self._tell_face, "face", "also")
         faces.found.connect(self._tell_found)
         history.did.connect(self._say)
@@ -59,6 +61,14 @@ class Speech(Feature):
         for action in self.actions.values():
             if action.isCheckable():
                 action.triggered.connect(partial(self._tell_switch, action))
+        self.actions["delete"].triggered.connect(lambda: self._say(self.document.undo.undoText()))
+        for name in ("smaller", "larger"):
+            self.actions[name].triggered.connect(
+                lambda: self._say(sizes().text(self.view.brush.radius_px))
+            )
+
+    def _tell_original(self) -> None:
+        self._say(tr("before") if self.view.original else tr("after"))
 
     def _tell_face(self) -> None:
         """Announce newly selected faces."""

@@ -67,7 +67,11 @@ class ChoiceBox(QComboBox):
 
 
 class WholeNumber(QSpinBox):
-    """A spin box for integers."""
+    """A spin box for integers.
+
+    Screen readers read its unit and its special text. `QDoubleSpinBox` tells a bare number, so
+    all other numbers get a `ValueSlider`.
+    """
 
     def __init__(self, least: int, most: int, value: int) -> None:
         super().__init__(minimum=least, maximum=most, value=value)

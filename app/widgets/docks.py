@@ -15,6 +15,7 @@ from PySide6.QtWidgets import (
     QFrame,
     QMainWindow,
     QScrollArea,
+    QScroller,
     QSizePolicy,
     QTabBar,
     QTabWidget,
@@ -146,6 +147,7 @@ class ColumnArea(QScrollArea):
         super().__init__()
         self._least_px, self._content, self._whole = least_px, content, whole
         _bare(self, content)
+        QScroller.grabGesture(self.viewport(), QScroller.ScrollerGestureType.TouchGesture)
         self.setProperty("whole", whole)
         # Margins set inside a layout would request the next layout, without end.
         self._later = QTimer(self, singleShot=True, interval=0)

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import sys
 from functools import partial
 from typing import Any
 
-from PySide6.QtCore import QRect, QSignalBlocker, Qt, QTimer, Signal
+from PySide6.QtCore import QPointF, QRect, QSignalBlocker, Qt, QTimer, Signal
 from PySide6.QtGui import (
     QAccessible,
+    QAccessibleEvent,
     QAccessibleValueInterface,
     QFocusEvent,
+    QInputDevice,
     QKeyEvent,
     QMouseEvent,
     QPainter,
@@ -35,6 +38,7 @@ from .typed import SliderScale, ValueField
 _REST_MS = 400
 # Speed factor of a drag with Ctrl or Shift.
 _FINE = 0.1
+_IS_LINUX = sys.platform == "linux"
 _STEPS = {INCREASE: 1, DECREASE: -1}
 _FINELY = Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.ShiftModifier
 
@@ -62,7 +66,9 @@ class GestureSlider(QSlider):
         self._rest = QTimer(self, singleShot=True, interval=pause)
         self._rest.timeout.connect(self.rested)
         self._dragged = False
+        self.stepped = False  # whether a key has moved the handle since the focus came
         self._x = self._place = 0.0
+        self._touched: QPointF | None = None  # where a finger went down, until it moves
         self._is_signed = self.minimum() < 0.0 == scale.value(0)
         self.setProperty("signed", self._is_signed)
 
@@ -98,9 +104,15 @@ class GestureSlider(QSlider):
         self.rested.emit()
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Start a gesture; a press beside the handle moves the handle there."""
+        """Start a gesture; a press beside the handle moves the handle there.
+
+        A finger may mean to scroll: the direction decides.
+        """
         self._rest.stop()
         self._aborted = self._dragged = False
+        if event.device().type() == QInputDevice.DeviceType.TouchScreen:
+            self._touched = event.position()
+            return
         if event.button() == Qt.MouseButton.LeftButton:
             self._jump(event.position().x())
         super().mousePressEvent(event)
@@ -128,6 +140,12 @@ class GestureSlider(QSlider):
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         """Follow the mouse, slower with Ctrl or Shift, unless the gesture was aborted."""
+        if self._touched is not None:
+            way = event.position() - self._touched
+            if way.manhattanLength() < QApplication.startDragDistance():
+                return
+            self._x, self._place, self._touched = self._touched.x(), float(self.value()), None
+            self.setSliderDown(abs(way.x()) > abs(way.y()))
         self._dragged = self.isSliderDown()
         if self._aborted or not self._dragged:
             return
@@ -159,6 +177,8 @@ class GestureSlider(QSlider):
         """End the gesture; after a click, wait for a double click first."""
         with QSignalBlocker(self):
             super().mouseReleaseEvent(event)
+            self.setSliderDown(False)
+        self._touched = None
         if not self._aborted and self._dragged:
             self.rested.emit()
         elif not self._aborted:
@@ -176,7 +196,12 @@ class GestureSlider(QSlider):
         if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
             self.entered.emit()
         else:
+            before = self.value()
             super().keyPressEvent(event)
+            if self.value() != before:
+                self.stepped = True
+                event_kind = QAccessible.Event.DescriptionChanged
+                QAccessible.updateAccessibility(QAccessibleEvent(self, event_kind))
 
     def keyReleaseEvent(self, event: QKeyEvent) -> None:
         """End a gesture by keys; auto-repeat belongs to the same gesture."""
@@ -188,6 +213,7 @@ class GestureSlider(QSlider):
         """End a gesture: the key release may reach another widget."""
         super().focusOutEvent(event)
         self._rest.stop()
+        self.stepped = False
         self.rested.emit()
 
     def wheelEvent(self, event: QWheelEvent) -> None:
@@ -288,7 +314,11 @@ class ValueSlider(QWidget):
 
 
 class SpokenSlider(QAccessibleWidget):
-    """Accessible slider with the visible value instead of the step."""
+    """Accessible slider with the visible value instead of the step.
+
+    Its description begins with the value and its unit, and is nothing else after a step by key:
+    Orca reads a bare number, and a changed description at once.
+    """
 
     def __init__(self, slider: GestureSlider) -> None:
         super().__init__(slider, QAccessible.Role.Slider)
@@ -298,9 +328,11 @@ class SpokenSlider(QAccessibleWidget):
         self._actions = actions_of(slider, steps)
 
     def text(self, kind: QAccessible.Text) -> str:
-        """Return the value with unit, or another text of the base class."""
-        value = kind == QAccessible.Text.Value
-        return self._slider.amount_text() if value else super().text(kind)
+        """Return the value with unit, also as a description, or another text of the base class."""
+        value, text = self._slider.amount_text(), super().text(kind)
+        if kind == QAccessible.Text.Description and not self._slider.stepped:
+            return f"{value}\n{text}"
+        return value if kind in (QAccessible.Text.Value, QAccessible.Text.Description) else text
 
     def interface_cast(self, kind: QAccessible.InterfaceType) -> Any:
         """Return the interface for the value or the actions."""
@@ -325,6 +357,8 @@ class _Value(QAccessibleValueInterface):
         self._slider.take_figure(float(str(value)))
 
     def minimumValue(self) -> float:
+        if _IS_LINUX:
+            return self.maximumValue()  # of a range, Orca 48 tells a percentage: 6 % as 40 percent
         return self._slider.scale.figure(self._slider.scale.value(self._slider.minimum()))
 
     def maximumValue(self) -> float:

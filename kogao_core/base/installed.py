@@ -7,6 +7,7 @@ import json
 import os
 import shlex
 import shutil
+import socket
 import sys
 import sysconfig
 from importlib.util import find_spec
@@ -16,17 +17,23 @@ from urllib.parse import unquote
 
 from kogao_core.base.language import Text
 
-# System libraries loaded by Qt 6's xcb and offscreen plugins, QtGui and QtWidgets of the PySide6
-# wheel. A test compares this list with the installed wheel.
-LIBRARIES: Final = (
-    *("libEGL.so.1", "libGL.so.1", "libX11-xcb.so.1", "libX11.so.6", "libdbus-1.so.3"),
-    *("libfontconfig.so.1", "libfreetype.so.6", "libglib-2.0.so.0", "libgthread-2.0.so.0"),
-    *("libxcb-cursor.so.0", "libxcb-icccm.so.4", "libxcb-image.so.0", "libxcb-keysyms.so.1"),
-    *("libxcb-randr.so.0", "libxcb-render-util.so.0", "libxcb-render.so.0", "libxcb-shape.so.0"),
-    *("libxcb-shm.so.0", "libxcb-sync.so.1", "libxcb-util.so.1", "libxcb-xfixes.so.0"),
-    *("libxcb-xkb.so.1", "libxcb.so.1", "libxkbcommon-x11.so.0", "libxkbcommon.so.0"),
+# System libraries loaded by QtGui and QtWidgets of the PySide6 wheel, and by Qt's plugin for each
+# platform. A test compares this list with the installed wheel.
+_ALWAYS: Final = (
+    *("libEGL.so.1", "libGL.so.1", "libX11.so.6", "libdbus-1.so.3", "libfontconfig.so.1"),
+    *("libfreetype.so.6", "libglib-2.0.so.0", "libgthread-2.0.so.0", "libxkbcommon.so.0"),
     *("libz.so.1", "libzstd.so.1"),
 )
+LIBRARIES: Final = {
+    "wayland": (*_ALWAYS, "libwayland-client.so.0", "libwayland-cursor.so.0"),
+    "xcb": (
+        *(*_ALWAYS, "libX11-xcb.so.1", "libxcb-cursor.so.0", "libxcb-icccm.so.4"),
+        *("libxcb-image.so.0", "libxcb-keysyms.so.1", "libxcb-randr.so.0", "libxcb-render.so.0"),
+        *("libxcb-render-util.so.0", "libxcb-shape.so.0", "libxcb-shm.so.0", "libxcb-sync.so.1"),
+        *("libxcb-util.so.1", "libxcb-xfixes.so.0", "libxcb-xkb.so.1", "libxcb.so.1"),
+        "libxkbcommon-x11.so.0",
+    ),
+}
 # Debian packages with irregular names, by library.
 _CALLED: Final = {
     "libglib-2.0.so.0": "libglib2.0-0",
@@ -36,10 +43,28 @@ _CALLED: Final = {
 
 
 def missing_libraries() -> dict[str, str]:
-    """Return Qt's missing system libraries, with the Debian package of each. Linux only."""
+    """Return Qt's missing system libraries, with the Debian package of each. Linux only.
+
+    Qt takes Wayland where a compositor answers; X only if that fails.
+    """
     if sys.platform != "linux":
         return {}
-    return {name: _package(name) for name in LIBRARIES if not _loads(name)}
+    missing = {
+        platform: {name: _package(name) for name in names if not _loads(name)}
+        for platform, names in LIBRARIES.items()
+    }
+    has_x = bool(os.environ.get("DISPLAY"))
+    wayland = has_compositor() and (not missing["wayland"] or not has_x)
+    return missing["wayland" if wayland else "xcb"]
+
+
+def has_compositor() -> bool:
+    """Return whether a Wayland compositor answers."""
+    name = os.environ.get("WAYLAND_DISPLAY")
+    if sys.platform == "win32" or not name:
+        return False
+    with socket.socket(socket.AF_UNIX) as asked:
+        return asked.connect_ex(str(Path(os.environ.get("XDG_RUNTIME_DIR", "/"), name))) == 0
 
 
 def _package(library: str) -> str:

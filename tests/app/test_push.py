@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
-from PySide6.QtGui import QInputDevice, QPointingDevice, QTabletEvent
+from PySide6.QtGui import QInputDevice, QMouseEvent, QPointingDevice, QTabletEvent
 from PySide6.QtWidgets import QApplication
 from test_files import CONTROL
 from test_protect import paint
@@ -123,33 +123,112 @@ def test_what_would_fold_is_held_back_and_said(opened):
     assert not opened.panel("push").held.text()
 
 
-def pen(driver, kind, at, pressure):
-    """What a pen does at a place of the canvas, and the mouse that Qt makes of it."""
-    device = QPointingDevice.primaryPointingDevice()
-    place = QPointF(at)
-    event = QTabletEvent(
-        kind, device, place, driver.canvas.viewport().mapToGlobal(place), pressure, 0, 0, 0, 0, 0,
-        Qt.KeyboardModifier.NoModifier, Qt.MouseButton.LeftButton, Qt.MouseButton.LeftButton,
-    )  # fmt: skip
-    assert device.type() in QInputDevice.DeviceType
-    QApplication.sendEvent(driver.canvas.viewport(), event)
-    assert not event.isAccepted()
+TABLET = MOUSE = QEvent.Type
+POINTER = QPointingDevice.PointerType
+NONE, LEFT, RIGHT = (getattr(Qt.MouseButton, n + "Button") for n in ("No", "Left", "Right"))
+STYLUS = QInputDevice.DeviceType.Stylus
 
 
-def test_a_pens_pressure_is_kept_with_the_stroke(opened):
+class Pen:
+    """One end of a pen, and the mouse that Qt makes of it; events as seen on X11."""
+
+    def __init__(self, driver, kind=POINTER.Pen, buttons=3):
+        self.view, caps = driver.canvas.viewport(), QInputDevice.Capability.Pressure
+        self.device = QPointingDevice("pen", 1, STYLUS, kind, caps, 1, buttons)
+
+    def tablet(self, kind, at, pressure, button, held):
+        where = QPointF(at), self.view.mapToGlobal(QPointF(at))
+        none = Qt.KeyboardModifier.NoModifier
+        event = QTabletEvent(
+            kind, self.device, *where, pressure, 0, 0, 0, 0, 0, none, button, held
+        )  # fmt: skip
+        QApplication.sendEvent(self.view, event)
+        assert not event.isAccepted(), "Qt makes a mouse of it"
+
+    def mouse(self, kind, at, button, held):
+        where = QPointF(at), self.view.mapToGlobal(QPointF(at))
+        none = Qt.KeyboardModifier.NoModifier
+        event = QMouseEvent(kind, where[0], where[1], button, held, none, self.device)
+        QApplication.sendEvent(self.view, event)
+
+    def hover(self, at):
+        self.mouse(MOUSE.MouseMove, at, NONE, NONE)
+
+    def down(self, at, pressure, button=LEFT, held=LEFT):
+        self.tablet(TABLET.TabletPress, at, pressure, button, held)
+        self.mouse(MOUSE.MouseButtonPress, at, button, held)
+
+    def move(self, at, pressure):
+        self.tablet(TABLET.TabletMove, at, pressure, NONE, LEFT)
+        self.mouse(MOUSE.MouseMove, at, NONE, LEFT)
+
+    def up(self, at, pressure=0.0, button=LEFT, held=NONE):
+        """Lift the pen farther along: Qt sends one more move after the tablet's release."""
+        self.tablet(TABLET.TabletRelease, at, pressure, button, held)
+        self.mouse(MOUSE.MouseMove, at, NONE, held | button)
+        self.mouse(MOUSE.MouseButtonRelease, at, button, held)
+
+    def stroke(self, start, by, pressure):
+        self.hover(start)
+        self.down(start, pressure)
+        for part in (by / 3, by / 2):
+            self.move(start + part, pressure)
+        self.up(start + by)
+
+
+def test_a_pens_pressure_is_kept_to_the_end_of_the_stroke_and_a_mouse_presses_fully(opened):
     opened.key(KEYS.Key_W, SHIFT)
-    at = jaw(opened)
-    pen(opened, QEvent.Type.TabletPress, at, 0.25)
-    opened.press(at)
-    pen(opened, QEvent.Type.TabletMove, at + INWARDS, 0.75)
-    opened.move(at + INWARDS)
-    pen(opened, QEvent.Type.TabletRelease, at + INWARDS, 0.0)
-    opened.release(at + INWARDS)
+    pen, at = Pen(opened), jaw(opened)
+    pen.stroke(at, INWARDS, 0.25)
     opened.settle()
-    (stroke,) = strokes(opened)
-    np.testing.assert_allclose(stroke.pressure, [0.25, 0.75], atol=1e-3)
+    np.testing.assert_allclose(strokes(opened)[-1].pressure, 0.25, atol=1e-3)
+    pen.hover(at)
     opened.drag(at, INWARDS)
-    assert strokes(opened)[-1].pressure is None, "a mouse follows"
+    assert strokes(opened)[-1].pressure is None
+    pen.stroke(at, INWARDS, 0.0)
+    assert len(strokes(opened)) == 2, "a stroke without pressure does nothing"
+
+
+def test_a_button_of_the_pen_ends_no_stroke(opened):
+    opened.key(KEYS.Key_W, SHIFT)
+    pen, at = Pen(opened), jaw(opened)
+    pen.down(at, 0.5)
+    pen.move(at + INWARDS / 2, 0.5)
+    pen.down(at + INWARDS / 2, 0.5, RIGHT, LEFT | RIGHT)
+    pen.up(at + INWARDS / 2, 0.5, RIGHT, LEFT)
+    pen.move(at + INWARDS, 0.5)
+    pen.up(at + INWARDS)
+    opened.settle()
+    end = opened.canvas.to_photo((at + INWARDS).toPointF())
+    np.testing.assert_allclose(strokes(opened)[0].points_px[-1], end, atol=1e-3)
+
+
+@pytest.mark.parametrize("tool", ["push", "points"])
+def test_the_eraser_end_restores_and_the_tip_goes_on_as_before(opened, tool):
+    opened.window.actions_by_name[f"tool-{tool}"].trigger()
+    at = jaw(opened)
+    Pen(opened, POINTER.Eraser).stroke(at, INWARDS, 0.5)
+    opened.settle()
+    assert opened.editor.view.brush.tool == "restore"
+    assert opened.editor.document.undo.undoText() == "Restore"
+    assert opened.window.actions_by_name["tool-restore"].isChecked()
+    Pen(opened).hover(at)
+    assert opened.editor.view.brush.tool == tool
+    Pen(opened, POINTER.Eraser).hover(at)
+    opened.key(KEYS.Key_B)
+    Pen(opened).hover(at)
+    assert opened.editor.view.brush.tool == "brush", "another tool chosen meanwhile stays"
+
+
+def test_the_eraser_end_erases_protection(opened):
+    paint(opened)
+    before = opened.state.protection
+    eraser, start = Pen(opened, POINTER.Eraser), opened.canvas.viewport().rect().topLeft()
+    eraser.hover(start)
+    assert opened.editor.view.brush.tool == "eraser"
+    Pen(opened).hover(start)
+    assert opened.editor.view.brush.tool == "brush"
+    assert opened.state.protection == before
 
 
 def test_a_saved_copy_has_the_strokes_and_keeps_what_is_protected(opened, tmp_path, pixels):

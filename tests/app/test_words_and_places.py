@@ -55,8 +55,16 @@ def test_the_palette_knows_what_others_call_it(opened):
         rows = [palette.list.item(row) for row in range(palette.list.count())]
         assert found in [one.text().partition("   ")[0] for one in rows if not one.isHidden()]
         assert not palette.nothing.isVisible()
+    palette.words.setText("face")
+    said = palette.words.accessibleDescription()
+    assert said.endswith(" commands"), "told as a change of the focused field"
+    QTest.keyClick(palette.words, Qt.Key.Key_Down)
+    row = palette.list.currentItem().text()
+    assert palette.words.accessibleDescription().startswith(f"{row}, ")
+    assert row not in said
     palette.words.setText("xylophone")
     assert palette.nothing.isVisible()
+    assert palette.words.accessibleDescription() == palette.nothing.text()
     palette.close()
 
 

@@ -6,7 +6,7 @@ import pytest
 from kogao_app.features.experiments.dialog import ExperimentDialog
 from PIL import Image
 from pseudolocale import pseudo
-from PySide6.QtGui import QKeySequence
+from PySide6.QtGui import QAccessible, QKeySequence
 from PySide6.QtWidgets import (
     QAbstractButton,
     QAbstractSpinBox,
@@ -149,6 +149,9 @@ def test_a_letter_leads_to_one_place_and_what_has_none_shows_none_in_japanese(tw
     shown += [one.accessibleName() for one in two.window.findChildren(QToolButton)]
     buddies = filter(None, (one.buddy() for one in two.window.findChildren(QLabel)))
     shown += [one.accessibleName() for one in buddies]
+    buddies = [one for one in two.window.findChildren(QLabel) if one.buddy()]
+    name = QAccessible.Text.Name
+    shown += [QAccessible.queryAccessibleInterface(one).text(name) for one in buddies]
     assert [text for text in shown if "(" in text] == []
 
 

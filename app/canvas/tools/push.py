@@ -48,7 +48,7 @@ def _corner(event: PointerEvent) -> Array:
 def _preview(view: ViewState, path: Array) -> None:
     document, brush = view.document, view.brush
     kind: BrushKind = "push" if brush.tool == "push" else "restore"
-    if kind == "push" and len(path) == 1:
+    if (kind == "push" and len(path) == 1) or not path[:, 2].any():
         return
     stroke = BrushStroke(
         *(kind, path[:, :2], brush.radius_px, brush.strength, brush.falloff),
