@@ -171,6 +171,10 @@ def _host_options() -> Callable[[Any], Any]:
             "--temporary", is_flag=True, needs="--edit",
             help="With --edit: PHOTO is a temporary copy of another program; store no original",
         ),
+        words.option(
+            "--mask", type=_PATH, metavar="FILE", needs="--edit",
+            help="With --edit: protect the white pixels of FILE, a picture of PHOTO's size",
+        ),
     )  # fmt: skip
 
 

@@ -153,6 +153,13 @@ MENUS: Final = (
         Item("tool-eraser", "Eraser", "E", "Erase protection"),
         None,
         Item("clear-strokes", "&Clear strokes", "Shift+X", "Remove every push and restore"),
+        Item(
+            "protect-mask",
+            "Protect from &mask…",
+            "Shift+B",
+            "Protect the white pixels of a picture",
+            photo=True,
+        ),
         Item("unprotect", "&Remove all protection", "Shift+E", "Let all places move again"),
     ),
     Menu(

@@ -131,7 +131,7 @@ class Editor(QObject):
         for feature in (self.projects, self.strip):
             self.watch.followed.connect(feature.follow)
         self.sync = Sync(context, self.strip, self.faces, self.projects, self.saver)
-        self.errand = Errand(context, self.files, self.strip, self.faces)
+        self.errand = Errand(context, self.files, self.strip, self.faces, self.protect)
         self.recent = Recent(context, self.files, self.strip)
         self.presets = Presets(context, self.recipe)
         self.match = MatchRetouch(context, self.strip, self.presets)

@@ -108,7 +108,7 @@ def _edit(
     faults.caught.connect(report, Qt.ConnectionType.QueuedConnection)
     editor.window.show()
     if options.edit:
-        editor.errand.begin(options.photos, ahead, originals)
+        editor.errand.begin(options.photos, ahead, originals, options.mask)
     elif ahead is not None or (options.photos and shot is not None):
         editor.files.open(options.photos[0], ahead)
     elif options.photos:

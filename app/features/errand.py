@@ -15,6 +15,7 @@ from ..widgets.messages import BarAction
 from .faces import Faces
 from .feature import Context, Feature
 from .files import Files
+from .protect import Protect
 from .strip import Strip
 
 CANCELLED: Final = 6
@@ -23,9 +24,12 @@ CANCELLED: Final = 6
 class Errand(Feature):
     """Saves photos in place and returns to the calling program."""
 
-    def __init__(self, context: Context, files: Files, strip: Strip, faces: Faces) -> None:
+    def __init__(
+        self, context: Context, files: Files, strip: Strip, faces: Faces, protect: Protect
+    ) -> None:
         super().__init__(context)
-        self._files, self._strip, self._faces = files, strip, faces
+        self._files, self._strip, self._faces, self._protect = files, strip, faces, protect
+        self._mask: Path | None = None
         self._asked, self._saved, self._waits = False, False, False
         self.bind("done", self.finish_photo)
         self.bind("cancel-edit", self.cancel)
@@ -45,9 +49,10 @@ class Errand(Feature):
         photos: Sequence[Path],
         ahead: Ahead | None = None,
         originals: Originals | None = None,
+        mask: Path | None = None,
     ) -> None:
         """Open the photos of another program; several photos open as a film strip."""
-        self._asked = True
+        self._asked, self._mask = True, mask
         for name in ("done", "cancel-edit"):
             self.actions[name].setVisible(True)
         # The other program does not expect a project file in its folder.
@@ -87,6 +92,8 @@ class Errand(Feature):
         except CannotWrite as problem:
             self.say(sentence(problem), applies=lambda: self.document.photo is photo)
             return
+        if self._mask is not None:
+            self._protect.open_mask(self._mask)
         text = tr("Opened by another program: saving overwrites the photo.")
         done = BarAction(tr("Done"), self.actions["done"].trigger)
         cancel = BarAction(tr("Cancel"), self.actions["cancel-edit"].trigger)

@@ -5,20 +5,23 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Iterable
+from pathlib import Path
 from typing import Final
 
 from PySide6.QtGui import QAction, QActionGroup
 from PySide6.QtWidgets import QPushButton, QWidget
 
+from kogao_core.field.mask import Mask, read_mask
 from kogao_core.field.measures import reduced
 from kogao_core.field.protection import NOTHING
 
 from ..canvas.tools.gesture import Gesture, PointerEvent
 from ..canvas.tools.protect import protect
-from ..i18n import tr
+from ..i18n import sentence, tr
 from ..theme import GRID_PX
 from ..view_state import Brush, Handle, ToolName
 from ..widgets.controls import Fold, action_button, column_of, muted_label, row_of
+from ..widgets.dialogs import ask_path, photo_filter
 from ..widgets.sliders import ValueSlider
 from ..widgets.typed import SliderScale
 from .feature import Context, Feature
@@ -46,7 +49,9 @@ class Protect(Feature):
             self.add_tool(tool)
         self.bind("smaller", lambda: self.resize(-1))
         self.bind("larger", lambda: self.resize(1))
+        self.bind("protect-mask", self._ask_mask)
         self.bind("unprotect", self.clear)
+        self._reading = self.lane(self._take_mask, lambda problem: self.say(sentence(problem)))
         self.panel: ProtectPanel = ProtectPanel(self._tools.actions(), self.actions["unprotect"])
         self.panel.size_brushes(self)
         self.window.canvas.tools |= dict.fromkeys(("brush", "line", "eraser"), self._draw)
@@ -115,6 +120,24 @@ class Protect(Feature):
 
     def _draw(self, _: Handle | None, event: PointerEvent) -> Gesture:
         return protect(self.view, event)
+
+    def _ask_mask(self) -> None:
+        filters, at = [photo_filter()], self.document.path
+        ask_path(self.window, tr("Protect from mask"), self.open_mask, filters=filters, at=at)
+
+    def open_mask(self, path: Path) -> None:
+        """Protect the white pixels of a picture of the photo's size."""
+        image = self.document.image
+        self._reading.submit(lambda: read_mask(path, image.width, image.height))
+
+    def _take_mask(self, mask: Mask) -> None:
+        state = self.document.state
+        protection = state.protection.with_mask(mask)
+        if protection is state.protection:
+            self.say(tr("The mask has no white pixel, so it protects nothing."))
+            return
+        state = dataclasses.replace(state, protection=protection)
+        self.document.step(state, tr("Protect from mask"))
 
     def clear(self) -> None:
         """Remove all protection."""

@@ -224,8 +224,7 @@ def _keys(field: Field, work: Brushwork, other: object) -> list[bytes]:
         known.update(repr((lattice.grid, lattice.first, lattice.shape)).encode())
         known.update(lattice.phi.tobytes())
     for still in field.protection.strokes:
-        known.update(repr(still.radius_px).encode())
-        known.update(still.points_px.tobytes())
+        known.update(still.key)
     for one in work.strokes:
         known.update(repr((one.kind, one.radius_px, one.strength, one.falloff)).encode())
         known.update(one.dabs().tobytes())

@@ -75,7 +75,7 @@ def check_protection(protection: Protection, image: Box) -> None:
     check_corners(protection)
     longer = float(max(image.width, image.height))
     widest = max(longer, WIDEST_PX)
-    for number, stroke in enumerate(protection.strokes, start=1):
+    for number, stroke in enumerate(protection.drawn, start=1):
         _check_near(
             stroke.points_px,
             image,
@@ -92,7 +92,7 @@ def check_protection(protection: Protection, image: Box) -> None:
 
 def check_corners(protection: Protection) -> None:
     """Check that strokes have at most `MOST_CORNERS` corners in all. Raises OutOfBounds."""
-    corners = sum(len(stroke.points_px) for stroke in protection.strokes)
+    corners = sum(len(stroke.points_px) for stroke in protection.drawn)
     if corners > MOST_CORNERS:
         raise OutOfBounds(
             "the protected lines have {corners} corners together; at most "

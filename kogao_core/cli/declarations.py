@@ -54,11 +54,14 @@ def program() -> None:
 
 
 def _lines(_: click.Context, __: click.Parameter, values: Sequence[str]) -> list[Any]:
-    lines = [_corners(value) for value in values]
+    lines = [_corners(value) or _picture(value) for value in values]
     for value, line in zip(values, lines, strict=True):
+        if isinstance(line, Path):
+            continue
         if not line or any(len(corner) != 2 or not all(map(isfinite, corner)) for corner in line):
             raise words.bad_value(
-                "{value} is not a list such as '10,20 10,400'.", value=shown(value)
+                "{value} is neither a list such as '10,20 10,400' nor a picture.",
+                value=shown(value),
             )
     return lines
 
@@ -68,6 +71,12 @@ def _corners(value: str) -> list[list[float]]:
         return [[float(part) for part in corner.split(",")] for corner in value.split()]
     except ValueError:
         return []
+
+
+def _picture(value: str) -> Path | None:
+    """Return the path of a mask; None without a file of that name."""
+    path = Path(value)
+    return path if path.suffix or path.is_file() else None
 
 
 @program.command(
@@ -97,9 +106,10 @@ def _corners(value: str) -> list[list[float]]:
         "--protect",
         "lines",
         multiple=True,
-        metavar="'X,Y X,Y'",
+        metavar="'X,Y X,Y'|MASK.png",
         callback=_lines,
-        help="Keep a line or polyline in place, px of the upright photo; repeatable",
+        help="Keep a line or polyline in place, px of the upright photo, or the white pixels of a "
+        "grey picture of the photo's size; repeatable",
     ),
     words.option(
         "--protect-width",

@@ -21,11 +21,13 @@ from kogao_core.base.language import Text
 from kogao_core.cli import common, ending, reading, summary
 from kogao_core.faces.face import Face
 from kogao_core.faces.landmarks import source as landmark_source
+from kogao_core.field.mask import read_mask
 from kogao_core.field.protection import NOTHING, Protection
 from kogao_core.photo import (
     CannotWrite,
     Photo,
     RefusedOutput,
+    UnreadablePhoto,
     bits_of,
     check_holds,
     check_in_place,
@@ -51,7 +53,7 @@ class WarpOptions:
     sample: bool
     project_file: Path | None
     points: Path | None
-    lines: Sequence[Line]
+    lines: Sequence[Line | Path]
     width_px: float
     save_project: bool
     evidence_file: Path | None
@@ -250,10 +252,17 @@ def _measured_lines(
         return MeasuredLines((), Text("straight lines can't be measured: {why}", why=why))
 
 
-def _protection(photo: Photo, lines: Sequence[Line], width_px: float) -> Protection:
+def _protection(photo: Photo, lines: Sequence[Line | Path], width_px: float) -> Protection:
     protection = NOTHING
     for line in lines:
-        protection = protection.with_stroke(line, width_px / 2.0)
+        if isinstance(line, Path):
+            with (
+                ending.stopping(UnreadablePhoto, ending.UNREADABLE),
+                ending.stopping(ValueError, ending.USAGE),
+            ):
+                protection = protection.with_mask(read_mask(line, photo.width, photo.height))
+        else:
+            protection = protection.with_stroke(line, width_px / 2.0)
     with ending.stopping(OutOfBounds, ending.USAGE):
         check_protection(protection, Box.of(photo.pixels))
     return protection

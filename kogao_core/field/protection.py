@@ -5,7 +5,7 @@ smoothstep and ``u = r / (WIDTH |d|)``, r being the distance to the stroke. The 
 wide as the displacement there needs. The displacement is unchanged farther away.
 
 Several strokes: ``u^-6 = sum over strokes of max(0, u_k^-6 - CUTOFF^-6)``. This soft minimum has no
-kink halfway between two strokes, and a distant stroke has no effect.
+kink halfway between two strokes, and a distant stroke has no effect. `mask` describes masks.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ import numpy.typing as npt
 
 from kogao_core.base.geometry import Affine, Array, arc_lengths, frozen, smoothstep
 from kogao_core.base.language import BadValue
+from kogao_core.field.mask import STEPS, Mask
 
 _LEAST_STEP_PX: Final = 0.25  # between the places where an eraser may cut a stroke
 _MOST_PLACES: Final = 20_000  # of `sampled`, beside one for each stroke
@@ -31,7 +32,7 @@ _LEFT_OUT: Final = _CUTOFF**-6
 # Values of u at which `steepest` evaluates its bound.
 _U: Final = np.linspace(0.0, 1.0, 41)
 
-Strokes = Sequence["Stroke"]
+Strokes = Sequence["Stroke | Mask"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -54,9 +55,29 @@ class Stroke:
                 "{name} must be 0 or more, got {value!r}", name="radius_px", value=self.radius_px
             )
 
+    @property
+    def key(self) -> bytes:
+        """Bytes that differ between strokes with different effect."""
+        return repr(self.radius_px).encode() + self.points_px.tobytes()
 
-def _without(stroke: Stroke, eraser: Stroke) -> list[Stroke]:
+    def mapped(self, transform: Affine) -> Stroke:
+        """Return the stroke for a transformed photo (a similarity)."""
+        return Stroke(transform(self.points_px), self.radius_px * transform.scale)
+
+
+def lines_of(strokes: Strokes) -> list[Stroke]:
+    """Return the drawn strokes, and the outlines of masks."""
+    lines = list[Stroke]()
+    for one in strokes:
+        lines += map(Stroke, one.outlines_px) if isinstance(one, Mask) else [one]
+    return lines
+
+
+def _without(stroke: Stroke | Mask, eraser: Stroke) -> Strokes:
     """Return the parts of a stroke that an eraser leaves."""
+    if isinstance(stroke, Mask):
+        rest = stroke.erased(eraser.points_px, eraser.radius_px)
+        return [] if rest is None else [rest]
     reach = stroke.radius_px + eraser.radius_px
     step = max(_LEAST_STEP_PX, reach / 8.0)
     length = arc_lengths(stroke.points_px)
@@ -102,9 +123,10 @@ def _at(line: Array, length: npt.ArrayLike) -> Array:
 
 def sampled(strokes: Strokes, step_px: float) -> Array:
     """Return places along strokes, the length each stands for and its radius, (N, 4), px."""
-    lengths = [float(arc_lengths(stroke.points_px)[-1]) for stroke in strokes]
-    step_px, parts = max(step_px, sum(lengths) / _MOST_PLACES), []
-    for stroke, length in zip(strokes, lengths, strict=True):
+    lines = lines_of(strokes)
+    lengths = [float(arc_lengths(stroke.points_px)[-1]) for stroke in lines]
+    step_px, parts = max(step_px, sum(lengths) / _MOST_PLACES), [np.zeros((0, 4))]
+    for stroke, length in zip(lines, lengths, strict=True):
         count = max(1, int(np.ceil(length / step_px)))
         places = _at(stroke.points_px, (np.arange(count) + 0.5) / count * length)
         # A dot is as long as wide.
@@ -126,7 +148,7 @@ class Protection:
 
     Parameters
     ----------
-    strokes : tuple of Stroke
+    strokes : tuple of Stroke or Mask
         In drawing order.
 
     Examples
@@ -138,7 +160,17 @@ class Protection:
     (2, 1)
     """
 
-    strokes: tuple[Stroke, ...] = ()
+    strokes: tuple[Stroke | Mask, ...] = ()
+
+    @property
+    def drawn(self) -> list[Stroke]:
+        """The strokes, without masks."""
+        return [one for one in self.strokes if isinstance(one, Stroke)]
+
+    @property
+    def masks(self) -> list[Mask]:
+        """The masks."""
+        return [one for one in self.strokes if isinstance(one, Mask)]
 
     def mapped(self, transform: Affine) -> Protection:
         """Return the strokes in the coordinates of a transformed image.
@@ -153,9 +185,7 @@ class Protection:
         Protection
             Points and radii in px of the new image.
         """
-        scale = transform.scale
-        strokes = (Stroke(transform(s.points_px), s.radius_px * scale) for s in self.strokes)
-        return Protection(tuple(strokes))
+        return Protection(tuple(stroke.mapped(transform) for stroke in self.strokes))
 
     def with_stroke(self, points_px: npt.ArrayLike, radius_px: float = 0.0) -> Protection:
         """Return the protection with one more stroke.
@@ -174,6 +204,21 @@ class Protection:
         """
         stroke = Stroke(np.asarray(points_px, np.float64), radius_px)
         return dataclasses.replace(self, strokes=(*self.strokes, stroke))
+
+    def with_mask(self, mask: Mask) -> Protection:
+        """Return the protection with one more mask.
+
+        Parameters
+        ----------
+        mask : Mask
+            Of a photo of the same size.
+
+        Returns
+        -------
+        Protection
+            A mask without a protected pixel adds nothing.
+        """
+        return Protection((*self.strokes, mask)) if mask.steps.any() else self
 
     def erased(self, points_px: npt.ArrayLike, radius_px: float) -> Protection:
         """Return the protection without the parts that an eraser touches.
@@ -199,7 +244,7 @@ class Protection:
 
     def to_dict(self) -> dict[str, Any]:
         """Return the strokes as plain JSON values."""
-        strokes = [{"points": s.points_px.tolist(), "radius": s.radius_px} for s in self.strokes]
+        strokes = [{"points": s.points_px.tolist(), "radius": s.radius_px} for s in self.drawn]
         return {"strokes": strokes}
 
 
@@ -219,9 +264,20 @@ def slopes_on_grid(
     `displacement_px`, `along_x`, `along_y` (2, Y, X): the unfaded displacement and its
     derivatives. Result: as the last two.
     """
+    x, y = axes(xs_px, ys_px)
+    unfaded = displacement_px, along_x, along_y
+    found = [_slopes(strokes, x, y, step, *unfaded) for step in _steps(strokes)]
+    along_x, along_y = np.mean(found, axis=0) if len(found) > 1 else found[0]
+    return along_x, along_y
+
+
+def _slopes(
+    strokes: Strokes, x: Array, y: Array, step: int, displacement_px: Array, *along: Array
+) -> tuple[Array, Array]:
+    """Return the result of `slopes_on_grid` for one step of the masks."""
     length = np.hypot(*displacement_px)
     total, rise = np.zeros_like(length), np.zeros((4, *length.shape))
-    for at, power, apart, way in _near(strokes, *axes(xs_px, ys_px), length):
+    for at, power, apart, way in _near(strokes, x, y, length, step, sloped=True):
         active = np.where((power > _LEFT_OUT) & (apart > 0.0), power, 0.0)
         total[at] += np.maximum(power - _LEFT_OUT, 0.0)
         rise[0][at] += active
@@ -234,7 +290,7 @@ def slopes_on_grid(
     share = smoothstep(t)
     unit = displacement_px / np.maximum(length, 1e-12)
     slopes = []
-    for axis, slope in enumerate((along_x, along_y)):
+    for axis, slope in enumerate(along):
         grown = (unit * slope).sum(axis=0) / np.maximum(length, 1e-12)
         slopes.append(
             share * slope + displacement_px * (steep * (rise[1 + axis] - rise[0] * grown))
@@ -254,7 +310,10 @@ def slope_bound(
     near = np.zeros(len(centers_px))
     reach = _CUTOFF * WIDTH * most_px + radius_px
     for stroke in strokes:
-        near += _distance(centers_px, stroke.points_px) - stroke.radius_px < reach
+        if isinstance(stroke, Mask):
+            near += stroke.distance(centers_px[:, 0], centers_px[:, 1], 1) < reach
+        else:
+            near += _distance(centers_px, stroke.points_px) - stroke.radius_px < reach
     at = np.flatnonzero(near)
     result = np.zeros(len(centers_px))
     # The derivative is A D + d grad(S)'. No direction of A stretches by more than `stretch`.
@@ -271,21 +330,44 @@ def share(strokes: Strokes, x: Array, y: Array, displacement_px: npt.NDArray[Any
 
     `x`, `y`: of points, (N,), or the columns and rows of a grid (`axes`).
     """
-    length = np.hypot(displacement_px[0], displacement_px[1])
-    total: Array = np.zeros(length.shape)
-    for at, power, _, _ in _near(strokes, x, y, length):
-        total[at] += np.maximum(power - _LEFT_OUT, 0.0)
-    return smoothstep(_soft_minimum(total))
+    length, shares = np.hypot(displacement_px[0], displacement_px[1]), []
+    for step in _steps(strokes):
+        total: Array = np.zeros(length.shape)
+        for at, power, _, _ in _near(strokes, x, y, length, step):
+            total[at] += np.maximum(power - _LEFT_OUT, 0.0)
+        shares.append(smoothstep(_soft_minimum(total)))
+    return np.asarray(np.mean(shares, axis=0)) if len(shares) > 1 else shares[0]
+
+
+def _steps(strokes: Strokes) -> Sequence[int]:
+    """Return the steps of grey that differ in at least one of the masks."""
+    soft = (one.sets for one in strokes if isinstance(one, Mask) and len(one.sets) > 1)
+    return next(soft, (STEPS,))
 
 
 def _near(
-    strokes: Strokes, x: Array, y: Array, length: npt.NDArray[Any]
-) -> Iterator[tuple[Any, Array, Array, tuple[Array, Array]]]:
-    """Yield for each stroke the index of places near it, u^-6, distance and its gradient."""
+    strokes: Strokes,
+    x: Array,
+    y: Array,
+    length: npt.NDArray[Any],
+    step: int,
+    *,
+    sloped: bool = False,
+) -> Iterator[tuple[Any, Array, Array, tuple[Array | float, Array | float]]]:
+    """Yield for each stroke the index of places near it, u^-6, distance and its gradient.
+
+    `step`: of the grey of masks. Without `sloped`, masks have the gradient 0.
+    """
     reach = _CUTOFF * WIDTH * float(length.max(initial=0.0))
     if reach <= 0.0:
         return
     for stroke in strokes:
+        if isinstance(stroke, Mask):
+            away = stroke.distance(x, y, step)
+            if away.min(initial=np.inf) < reach:
+                slope = stroke.slope(x, y, step) if sloped else (0.0, 0.0)
+                yield ..., _power(length, away), away, slope
+            continue
         line, around = stroke.points_px, stroke.radius_px + reach
         low, high = line.min(axis=0) - around, line.max(axis=0) + around
         at, inner_x, inner_y = _within(x, y, low, high)
@@ -303,9 +385,14 @@ def _near(
             way[1][where] = np.where(nearer, away_y, way[1][where])
         per_px = np.maximum(apart, 1e-12)
         away = np.maximum(apart - stroke.radius_px, 0.0)
-        with np.errstate(divide="ignore"):
-            squared = np.maximum(WIDTH * length[at], 1e-15) ** 2 / away**2
-        yield at, squared * squared * squared, away, (way[0] / per_px, way[1] / per_px)
+        yield at, _power(length[at], away), away, (way[0] / per_px, way[1] / per_px)
+
+
+def _power(length: npt.NDArray[Any], away: Array) -> Array:
+    """Return u^-6 of displacements of a length at a distance from a stroke, px."""
+    with np.errstate(divide="ignore"):
+        squared = np.maximum(WIDTH * length, 1e-15) ** 2 / away**2
+    return np.asarray(squared * squared * squared)
 
 
 def _soft_minimum(total: Array) -> Array:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 from collections.abc import Sequence
 from typing import Any, Final, get_args
 
@@ -14,11 +15,16 @@ from kogao_core.base.geometry import Array, Line
 from kogao_core.base.json_reader import BadFile, Node
 from kogao_core.base.language import Text
 from kogao_core.faces.face import FOREHEAD_POINTS, Anchor, Face
+from kogao_core.field.mask import MOST_RUNS, Mask
 from kogao_core.field.protection import Protection, Stroke
 from kogao_core.recipe.recipe import Recipe
 
 MOST_FACES: Final = 1000
 _MOST_POINTS: Final = 10_000
+_MOST_MASKS: Final = 16
+_MOST_MASK_PX: Final = 3 * 10**8
+_RUN: Final = re.compile(r"([1-9][0-9]{0,8})([a-e])")
+_LONGEST_RUNS: Final = 10 * MOST_RUNS
 # Points may be dragged off the photo, but rarely farther than the photo's size.
 _FARTHEST: Final = 64.0
 _LEAST_LENGTH: Final = 1e-9
@@ -96,15 +102,37 @@ def protection_dict(protection: Protection, unit: int) -> dict[str, Any]:
     """Convert protected regions to plain JSON values."""
     strokes = [
         {"points": _in_units(stroke.points_px, unit), "radius": stroke.radius_px / unit}
-        for stroke in protection.strokes
+        for stroke in protection.drawn
     ]
-    return {"strokes": strokes}
+    masks = [
+        {"width": mask.steps.shape[1], "height": mask.steps.shape[0], "runs": mask.runs()}
+        for mask in protection.masks
+    ]
+    return {"strokes": strokes, **({"masks": masks} if masks else {})}
 
 
-def protection(node: Node, unit: int) -> Protection:
-    """Read protected regions written by `protection_dict`."""
-    strokes = _strokes(node.only(("strokes",)).field("strokes"))
-    return Protection(tuple(_stroke(stroke, unit) for stroke in strokes))
+def protection(node: Node, unit: int, width: int, height: int) -> Protection:
+    """Read protected regions of a photo written by `protection_dict`."""
+    strokes = _strokes(node.only(("strokes", "masks")).field("strokes"))
+    masks = node.field("masks")
+    found = [] if masks.value is None else masks.items(_MOST_MASKS)
+    return Protection(
+        (
+            *(_stroke(stroke, unit) for stroke in strokes),
+            *(_mask(mask, width, height) for mask in found),
+        )
+    )
+
+
+def _mask(node: Node, width: int, height: int) -> Mask:
+    node.only(("width", "height", "runs"))
+    columns, rows = (node.field(name).whole(1, 2**16) for name in ("width", "height"))
+    runs = _RUN.findall(node.field("runs").text(_LONGEST_RUNS))
+    lengths = [int(length) for length, _ in runs]
+    if sum(lengths) != columns * rows or sum(lengths) > _MOST_MASK_PX:
+        node.refuse(Text("doesn't fill its size"))
+    steps = np.repeat(np.array(["abcde".index(step) for _, step in runs], np.uint8), lengths)
+    return Mask.of(steps.reshape(rows, columns), width, height)
 
 
 def _strokes(node: Node) -> list[Node]:

@@ -216,7 +216,7 @@ def from_node(top: Node) -> Project:
         mode,
         _sheet(top.field("automatic"), unit),
         None if manual.value is None else _sheet(manual, unit),
-        project_json.protection(top.field("protection"), unit),
+        project_json.protection(top.field("protection"), unit, width, height),
         project_json.lines(top.field("loose"), unit),
         project_json.brushwork(top.field("brushwork"), unit),
         top.field("program").text(64) if top.field("program").value else __version__,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from PIL import Image
 from PySide6.QtCore import QEvent, QPoint, Qt
 from PySide6.QtGui import QMouseEvent
 from PySide6.QtTest import QTest
@@ -184,3 +185,45 @@ def test_remove_all_is_one_step(opened):
     assert not opened.panel("protect").clear.isEnabled()
     opened.key(KEYS.Key_Z, CONTROL)
     assert len(strokes(opened)) == 2
+
+
+def test_a_mask_protects_its_white_pixels_and_is_one_undo_step(opened, pixels, tmp_path):
+    free, grey = opened.shown.copy(), np.zeros(pixels.shape[:2], np.uint8)
+    x, y = opened.state.faces[0].outline[16].astype(int)
+    grey[y - 20 : y + 20, x - 20 : x + 20] = 255
+    file = tmp_path / "mask.png"
+    Image.fromarray(grey).save(file)
+    opened.window.actions_by_name["protect-mask"].trigger()
+    opened.choose_path(file)
+    opened.settle()
+    (mask,) = strokes(opened)
+    assert (opened.shown != free).any()
+    np.testing.assert_array_equal(opened.shown, opened.rendered(pixels))
+    np.testing.assert_array_equal(opened.shown[grey > 0], pixels[grey > 0])
+    assert opened.panel("protect").count.text() == "Strokes: 1"
+    # A stroke of the eraser takes away the part under it.
+    opened.to_front()
+    opened.key(KEYS.Key_E)
+    opened.click(opened.canvas.to_screen(np.array([x, y], float)).toPoint())
+    opened.settle()
+    assert 0 < strokes(opened)[0].steps.sum() < mask.steps.sum()
+    opened.key(KEYS.Key_Z, CONTROL)
+    opened.key(KEYS.Key_Z, CONTROL)
+    opened.settle()
+    assert strokes(opened) == ()
+    np.testing.assert_array_equal(opened.shown, free)
+
+
+def test_a_mask_that_cant_be_used_is_told_and_nothing_changes(opened, tmp_path):
+    before, file = opened.state, tmp_path / "mask.png"
+    for grey, words in (
+        (np.zeros((8, 9), np.uint8), "has 9 x 8 px"),
+        (np.zeros((opened.editor.document.image.height, opened.editor.document.image.width),
+                  np.uint8), "no white pixel"),
+    ):  # fmt: skip
+        Image.fromarray(grey).save(file)
+        opened.window.actions_by_name["protect-mask"].trigger()
+        opened.choose_path(file)
+        opened.settle()
+        assert words in opened.say()
+        assert opened.state is before

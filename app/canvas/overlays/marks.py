@@ -5,11 +5,19 @@ from __future__ import annotations
 from collections.abc import Iterator
 from collections.abc import Set as AbstractSet
 from functools import lru_cache
+from itertools import starmap
 from typing import Final
 
 import numpy as np
 from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
-from PySide6.QtGui import QPainter, QPainterPath, QPainterPathStroker, QPen, QTransform
+from PySide6.QtGui import (
+    QPainter,
+    QPainterPath,
+    QPainterPathStroker,
+    QPen,
+    QPolygonF,
+    QTransform,
+)
 
 from kogao_core.additions.head import forehead_pairs
 from kogao_core.base.geometry import Affine, Array
@@ -17,6 +25,7 @@ from kogao_core.base.language import Text
 from kogao_core.faces.doubt import SEEN
 from kogao_core.faces.face import Face
 from kogao_core.faces.targets import center_candidates
+from kogao_core.field.mask import Mask
 from kogao_core.field.protection import Stroke
 
 from ...view_state import RenderedFrame, ViewState
@@ -211,7 +220,7 @@ class Protected(Overlay):
         strokes = self.shown.state.protection.strokes
         for stroke in strokes:
             shape = to_screen.map(_shape(stroke))
-            if stroke.radius_px * place.zoom < _THINNEST_PX / 2:
+            if isinstance(stroke, Stroke) and stroke.radius_px * place.zoom < _THINNEST_PX / 2:
                 shape = _outline(place.points(stroke.points_px), _THINNEST_PX / 2)
             painter.fillPath(shape, glyphs.protected())
             glyphs.outlined(painter, shape, glyphs.HALO)
@@ -245,7 +254,12 @@ class BrushRing(Overlay):
 
 
 @lru_cache(maxsize=256)  # outlining a stroke is slower than filling
-def _shape(stroke: Stroke) -> QPainterPath:
+def _shape(stroke: Stroke | Mask) -> QPainterPath:
+    if isinstance(stroke, Mask):
+        path = QPainterPath()
+        for line in stroke.outlines_px:
+            path.addPolygon(QPolygonF(list(starmap(QPointF, line.tolist()))))
+        return path
     return _outline([QPointF(x, y) for x, y in stroke.points_px.tolist()], stroke.radius_px)
 
 
