@@ -29,6 +29,7 @@ from kogao_core.field.measures import achieved_percent, protected_shares
 from kogao_core.field.one_to_one import OneToOne, check_one_to_one
 from kogao_core.field.protection import NOTHING, Protection
 from kogao_core.paper.domain import Domain, pixel_counts
+from kogao_core.photo.model import Photo
 from kogao_core.projects import evidence
 from kogao_core.projects.evidence import Evidence
 from kogao_core.recipe.recipe import Recipe
@@ -95,6 +96,8 @@ class Rendering:
         Time by stage.
     brush_shares : tuple of float
         Smallest share of each brush stroke that the guard keeps, 0 to 1.
+    photo_sha256 : str
+        SHA-256 of the photo's file; "" if `render` got an array.
 
     Examples
     --------
@@ -121,6 +124,7 @@ class Rendering:
     note: str = ""
     timings_ms: dict[str, float] = dataclasses.field(default_factory=dict)
     brush_shares: tuple[float, ...] = ()
+    photo_sha256: str = ""
 
     @property
     def shares(self) -> tuple[float, ...]:
@@ -205,7 +209,7 @@ class Rendering:
         Parameters
         ----------
         photo_sha256 : str
-            SHA-256 of the photo's file, to be stored.
+            SHA-256 of the photo's file, to be stored if `render` got an array.
 
         Returns
         -------
@@ -222,7 +226,14 @@ class Rendering:
         ((21, 2), (1, 2))
         """
         with one_blas_thread():
-            image, shown = self.domain.image, (self.threshold_px, self.pixels, photo_sha256)
+            image, shown = (
+                self.domain.image,
+                (
+                    self.threshold_px,
+                    self.pixels,
+                    photo_sha256 or self.photo_sha256,
+                ),
+            )
             return evidence.gathered(self.field, self.pairs, image, self.recipe, *shown)
 
     def save_evidence(self, path: str | os.PathLike[str], photo_sha256: str = "") -> None:
@@ -233,7 +244,7 @@ class Rendering:
         path : str or path
             The file; an existing file is replaced.
         photo_sha256 : str
-            SHA-256 of the photo's file, to be stored.
+            SHA-256 of the photo's file, to be stored if `render` got an array.
 
         Examples
         --------
@@ -286,7 +297,7 @@ def _check_types(photo: object, faces: object, *others: object) -> None:
 
 
 def render(
-    photo: Image,
+    photo: Image | Photo,
     faces: Sequence[Face],
     recipe: Recipe,
     *,
@@ -302,7 +313,7 @@ def render(
 
     Parameters
     ----------
-    photo : array of shape (H, W) or (H, W, C)
+    photo : array of shape (H, W) or (H, W, C), or Photo
         uint8, uint16 or float32, 1 to 4 channels, upright; not written to.
     faces : sequence of Face
         The faces to make smaller, in px of `photo`.
@@ -355,6 +366,8 @@ def render(
     >>> kogao.render(grey, [face], kogao.Recipe(percent=0)).pixels.tobytes() == grey.tobytes()
     True
     """
+    photo_sha256 = photo.sha256 if isinstance(photo, Photo) else ""
+    photo = photo.pixels if isinstance(photo, Photo) else photo
     _check_types(photo, faces, recipe, protection, brushwork)
     if canvas is not None and canvas.source is not photo:
         raise ValueError("this canvas lies over another photo")
@@ -383,6 +396,7 @@ def render(
         note=draft.note,
         timings_ms=watch.laps_ms,
         brush_shares=draft.brush_shares,
+        photo_sha256=photo_sha256,
     )
 
 

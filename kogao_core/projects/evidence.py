@@ -18,7 +18,6 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Final, get_args
 
-import cv2
 import numpy as np
 import numpy.typing as npt
 
@@ -26,6 +25,7 @@ from kogao_core import __version__
 from kogao_core.base.atomic import atomic_write
 from kogao_core.base.geometry import Array, Box, Image
 from kogao_core.base.json_reader import BadFile
+from kogao_core.base.machine import machine, networks
 from kogao_core.base.wording import system_reason
 from kogao_core.faces.targets import FacePairs
 from kogao_core.field.field import Field
@@ -50,7 +50,7 @@ ARRAYS: Final[Mapping[str, str]] = MappingProxyType({
     "domain_control_points": "(H, W) bool: domain of section 4.1",
     "domain_threshold": "(H, W) bool: domain of section 4.2",
     "recipe": "JSON: the recipe, as `Recipe.to_dict` writes it",
-    "made": "JSON: versions, time, SHA-256 of the photo's file and of the result's pixels",
+    "made": "JSON: versions, processor, BLAS, time, SHA-256 of photo, result's pixels and networks",
 })  # fmt: skip
 
 
@@ -121,8 +121,8 @@ def gathered(
     made = {
         "version": VERSION,
         "kogao": __version__,
-        "numpy": np.__version__,
-        "opencv": cv2.__version__,
+        **machine(),
+        "networks": networks(),
         "time": datetime.now(UTC).isoformat(timespec="seconds"),
         "photo_sha256": photo_sha256,
         "result_sha256": hashlib.sha256(np.ascontiguousarray(result).tobytes()).hexdigest(),

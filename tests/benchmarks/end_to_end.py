@@ -25,8 +25,8 @@ import photographs
 from paired import Case, Row, beside_floor, into_page, measured, timed
 from processes import CLI, EDITOR, Cost, run
 
+from kogao_core.base.machine import machine
 from kogao_core.faces.landmarks import MeshSource
-from kogao_core.lab.reports.report import machine
 from kogao_core.lab.reports.spread import in_turns
 
 _HEAD = ["task", "ratio", "quartiles", "floor / itself", "Kogao", "floor", "unit"]

@@ -23,9 +23,9 @@ from paired import Row, into_page, take_turns
 from scenes import oval_face, textured_photo
 
 from kogao_core.base.geometry import Image
+from kogao_core.base.machine import machine
 from kogao_core.faces.face import Face
 from kogao_core.field.field import Field
-from kogao_core.lab.reports.report import machine
 from kogao_core.pipeline import Rendering, render
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.resample.canvas import Canvas

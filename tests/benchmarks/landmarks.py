@@ -30,10 +30,10 @@ from labelled import STUDIO, Sample, samples
 
 from kogao_core.base.assets import AssetMissing
 from kogao_core.base.geometry import Box
+from kogao_core.base.machine import machine
 from kogao_core.faces.doubt import Verdict, uncertain, verdicts
 from kogao_core.faces.face import Face, LandmarkSource
 from kogao_core.faces.landmarks import CHOICES
-from kogao_core.lab.reports.report import machine
 
 SOURCES: Mapping[str, Callable[[], LandmarkSource]] = {one.name: one.make for one in CHOICES}
 SETS = (*STUDIO, "studio", "wild frontal", "wild turned", "wild")

@@ -12,7 +12,8 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from kogao_core.lab.reports.report import NONE, machine
+from kogao_core.base.machine import machine
+from kogao_core.lab.reports.report import NONE
 from kogao_core.lab.reports.spread import Spread, in_turns, rounded
 
 Case = Callable[[], float]

@@ -11,6 +11,7 @@ from scenes import oval_face, textured_photo
 
 import kogao_core as kogao
 from kogao_core.base.json_reader import BadFile
+from kogao_core.cli.licences import manifest
 from kogao_core.field.field import Field
 from kogao_core.paper.domain import mask_of
 from kogao_core.projects import evidence
@@ -104,3 +105,14 @@ def _saved(data, **arrays):
 def test_a_missing_file_is_named(tmp_path):
     with pytest.raises(BadFile, match="can't be read"):
         kogao.load_evidence(tmp_path / "none.npz")
+
+
+def test_a_file_names_its_photo_the_machine_and_the_networks(tmp_path):
+    photo = kogao.read(kogao.sample())
+    kogao.render(photo, [], kogao.PAPER).save_evidence(tmp_path / "e.npz")
+    made = kogao.load_evidence(tmp_path / "e.npz").made
+    assert made["photo_sha256"] == photo.sha256 != ""
+    assert made["packages"]["numpy"] == np.__version__
+    assert "openblas" in made["blas"] or "mkl" in made["blas"] or "accelerate" in made["blas"]
+    locked = {one["file"]: one["sha256"] for one in manifest()}
+    assert locked == made["networks"]

@@ -21,7 +21,7 @@ ALLOWED = {
     "kogao_core/base/atomic.py": "imports fcntl in a try; locks by msvcrt; keeps owners on POSIX",
     "kogao_core/batch/workers.py": "starts workers by spawn elsewhere; masks signals on POSIX",
     "kogao_core/cli/doctor.py": "speaks of apt-get on Linux only",
-    "kogao_core/lab/reports/report.py": "names the processor by `platform` elsewhere",
+    "kogao_core/base/machine.py": "names the processor by `platform` elsewhere",
     "kogao_core/photo/filling.py": "copies decoded pixels elsewhere",
     "kogao_core/photo/jpeg/coefficients.py": "reads nothing ahead elsewhere",
     "kogao_core/photo/reading.py": "assumes enough memory where there is no /proc/meminfo",

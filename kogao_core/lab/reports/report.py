@@ -9,15 +9,11 @@ from __future__ import annotations
 import base64
 import hashlib
 import json
-import os
-import platform
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields, is_dataclass, replace
 from datetime import datetime
 from importlib import resources
-from importlib.metadata import PackageNotFoundError, version
-from pathlib import Path
 from typing import Any, Final, TypeVar
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
@@ -25,12 +21,12 @@ from xml.etree.ElementTree import Element
 from kogao_core.base.display import data_uri, reduced
 from kogao_core.base.geometry import Image
 from kogao_core.base.language import Text, language, tr, translated
+from kogao_core.base.machine import machine
 from kogao_core.base.wording import columns
 from kogao_core.batch.measures import table_text
 from kogao_core.lab.reports.charts import Chart, element, svg
 from kogao_core.recipe.recipe import SETTINGS, Recipe
 
-PACKAGES: Final = ("kogao", "numpy", "opencv-contrib-python-headless")
 NONE: Final = "\N{EN DASH}"
 Item = TypeVar("Item")  # the item of a table row
 # Numbers may have a sign; a dash is a missing number.
@@ -179,36 +175,6 @@ def recipe_in_words(recipe: Recipe) -> Text:
         unit=unit,
         interpolation=interpolation,
     )
-
-
-def machine() -> dict[str, object]:
-    """Return processor, cores and versions."""
-    return {
-        "processor": _processor(),
-        "cores": os.cpu_count(),
-        "load": ", ".join(f"{one:.1f}" for one in os.getloadavg())
-        if hasattr(os, "getloadavg")
-        else "?",
-        "system": platform.platform(),
-        "python": platform.python_version(),
-        "packages": {name: _version(name) for name in PACKAGES},
-    }
-
-
-def _processor() -> str:
-    try:
-        with Path("/proc/cpuinfo").open(encoding="utf-8") as stream:
-            names = [line.split(":")[1].strip() for line in stream if line.startswith("model name")]
-        return names[0] if names else platform.processor()
-    except OSError:
-        return platform.processor()
-
-
-def _version(name: str) -> str:
-    try:
-        return version(name)
-    except PackageNotFoundError:
-        return "absent"
 
 
 def translated_report(report: Report) -> Report:
