@@ -18,7 +18,7 @@ from ..canvas.tools.protect import protect
 from ..i18n import tr
 from ..theme import GRID_PX
 from ..view_state import Brush, Handle, ToolName
-from ..widgets.controls import Fold, action_button, column_of, muted_label, row_of
+from ..widgets.controls import column_of, heading, muted_label, row_of, segmented
 from ..widgets.sliders import ValueSlider
 from ..widgets.typed import SliderScale
 from .feature import Context, Feature
@@ -42,12 +42,14 @@ class Protect(Feature):
         super().__init__(context)
         self._tools = QActionGroup(self)
         self._radii: dict[bool, float] = {}  # radius of the inactive brush, by `Brush.moves`
-        for tool in ("points", "brush", "line", "eraser"):
-            self.add_tool(tool)
+        tools = {tool: self.add_tool(tool) for tool in ("points", "brush", "line", "eraser")}
         self.bind("smaller", lambda: self.resize(-1))
         self.bind("larger", lambda: self.resize(1))
         self.bind("unprotect", self.clear)
-        self.panel: ProtectPanel = ProtectPanel(self._tools.actions(), self.actions["unprotect"])
+        self.done = tools.pop("points")
+        self.panel: ProtectPanel = ProtectPanel(
+            tools.values(), self.actions["unprotect"], self.done
+        )
         self.panel.size_brushes(self)
         self.window.canvas.tools |= dict.fromkeys(("brush", "line", "eraser"), self._draw)
         self.view.watch(self._show_tool, "brush")
@@ -123,24 +125,24 @@ class Protect(Feature):
         self._show_need()
 
     def _show_reduced(self) -> None:
-        frame, message = self.view.frame, ""
+        frame, message, detail = self.view.frame, "", ""
         shares = () if frame is None else frame.figures.protected_shares
         if slowed := reduced(shares):
-            message = tr(
+            message = tr("{n} outline points move less", n=len(slowed))
+            detail = tr(
                 "{n} of {count} outline points move less, one by {percent:.0f} % of its way",
                 n=len(slowed),
                 count=sum(map(len, shares)),
                 percent=100 * min(slowed),
             )
-        self.panel.show_reduced(message)
+        self.panel.show_reduced(message, detail)
 
     def _show_need(self) -> None:
-        there = bool(self.document.state.protection.strokes)
-        self.window.need(self.name, there or self.view.brush.protects)
+        self.window.need(self.name, self.view.brush.protects)
 
 
 class BrushPanel(QWidget):
-    """A foldable group of tools, brush settings, and a button that removes all strokes."""
+    """The panel of the active tool: its tools, the brush, and a button that removes all strokes."""
 
     def __init__(
         self,
@@ -150,19 +152,20 @@ class BrushPanel(QWidget):
         controls: Iterable[QWidget],
         clear: tuple[QPushButton, QAction],
         nothing: str,
+        done: QAction,
     ) -> None:
         super().__init__()
         self.size_px, self.count, self._nothing = size_px, muted_label(), nothing
         self.clear, action = clear
         self.clear.clicked.connect(action.trigger)
-        body = QWidget()
-        self.fold = Fold(title, body)
-        column_of(self, self.fold)
-        buttons = row_of(*map(action_button, tools), spacing=GRID_PX)
-        for place in range(buttons.count()):
-            buttons.setStretch(place, 1)
+        self.clear.setProperty("quiet", "true")
+        self.done = QPushButton(tr("Done"))
+        self.done.setToolTip(done.toolTip())
+        self.done.clicked.connect(done.trigger)
         below = row_of(self.count, None, self.clear)
-        column_of(body, buttons, size_px, *controls, below, spacing=2 * GRID_PX)
+        top = row_of(heading(title), None, self.done)
+        rows = top, segmented(title, list(tools)), size_px, *controls, below
+        column_of(self, *rows, spacing=GRID_PX)
 
     def size_brushes(self, brushes: Protect) -> None:
         """Set the brush size with the slider."""
@@ -179,26 +182,27 @@ class BrushPanel(QWidget):
 class ProtectPanel(BrushPanel):
     """Tools, brush size, the effect on outline points, and a button that removes everything."""
 
-    def __init__(self, tools: Iterable[QAction], clear: QAction) -> None:
+    def __init__(self, tools: Iterable[QAction], clear: QAction, done: QAction) -> None:
         tip = tr("Width of brush, line and eraser in px of the photo; [ and ] change it")
-        size_px = ValueSlider(tr("Brush si&ze"), sizes(), tip, 0)
+        size_px = ValueSlider(tr("Si&ze"), sizes(), tip, 0)
         self.reduced = muted_label(wraps=True)
         self.reduced.hide()
         remove = QPushButton(tr("Remove all"))
         remove.setAccessibleName(tr("Remove all protection"))
         remove.setToolTip(tr("Remove all painted and drawn protection"))
         nothing = tr("No protection")
-        super().__init__(tr("Protect"), tools, size_px, [self.reduced], (remove, clear), nothing)
+        super().__init__(
+            tr("Protect"), tools, size_px, [self.reduced], (remove, clear), nothing, done
+        )
 
-    def show_reduced(self, message: str) -> None:
+    def show_reduced(self, message: str, detail: str = "") -> None:
         """Show how far protection limits outline points; hide an empty message."""
         self.reduced.setText(message)
+        self.reduced.setToolTip(detail)
         self.reduced.setVisible(bool(message))
 
     def show_brush(self, brush: Brush) -> None:
-        """Show the brush size, and unfold for a protecting tool."""
-        if brush.protects:
-            self.fold.button.setChecked(True)
+        """Show the brush size."""
         self.size_px.show_value(brush.radius_px)
 
 
@@ -211,6 +215,6 @@ def sizes() -> SliderScale:
         _STEPS_PER_OCTAVE,
         lambda n: 2.0 ** (n / _STEPS_PER_OCTAVE),
         lambda v: round(_STEPS_PER_OCTAVE * math.log2(v)),
-        lambda v: tr("{v:.0f} px across", v=2 * v),
+        lambda v: tr("{v:.0f} px", v=2 * v),
         lambda px: round(px) / 2,
     )

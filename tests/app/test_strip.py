@@ -110,9 +110,9 @@ def test_a_thumbnail_shows_the_edits(strip, own):
     if own:
         prefer(editor.strip.settings, EDITS, "own")
     path, film = editor.document.path, editor.strip.film
-    before, icon = pixels(thumbnail(path)), film.item(0).icon().cacheKey()
+    before, icon = pixels(thumbnail(path).picture), film.item(0).icon().cacheKey()
     strip.edit(6.0)
-    edited = pixels(thumbnail(path, edits=editor.strip.storage.edits))
+    edited = pixels(thumbnail(path, edits=editor.strip.storage.edits).picture)
     assert edited.shape == before.shape
     apart = np.abs(edited - before)
     assert apart.max() > 20
@@ -131,12 +131,12 @@ def test_doubtful_faces_are_marked_until_they_are_switched_on(start, encoded, tm
     driver.editor.strip.show_places([folder])
     driver.settle()
     assert driver.state.off == {0}
-    assert marks(driver) == {"a.png": "doubtful", "b.png": ""}
+    assert marks(driver) == {"a.png": "to check", "b.png": ""}
     driver.set("percent", 5.0)
     click_on(driver, 1)
     driver.editor.strip.show_places([folder])
     driver.settle()
-    assert marks(driver)["a.png"] == "doubtful", "its edits say so"
+    assert marks(driver)["a.png"].startswith("to check, face 1"), "its edits say so"
     click_on(driver, 0)
     driver.editor.faces._all_on()
     driver.settle()
