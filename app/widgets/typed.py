@@ -144,12 +144,13 @@ class ValueField(QLineEdit):
         loud = quiet if self._calm or not self.isEnabled() else palette.text().color()
         right, metrics = self.width() - GRID_PX, self.fontMetrics()
         baseline = (self.height() + metrics.ascent() - metrics.descent()) // 2
-        parts = ((self.text()[end:], quiet, unit), (self.text()[start:end], loud, self.font()))
+        number = self.text()[start:end].replace("-", "\N{MINUS SIGN}")
+        parts = ((self.text()[end:], quiet, unit), (number, loud, self.font()))
         for text, colour, font in (*parts, (self.text()[:start], quiet, unit)):
             right -= QFontMetrics(font).horizontalAdvance(text)
             painter.setFont(font)
             painter.setPen(colour)
-            painter.drawText(right, baseline, text.replace("-", "\N{MINUS SIGN}"))
+            painter.drawText(right, baseline, text)
 
     def event(self, event: QEvent) -> bool:
         """Handle Escape here instead of in the window's shortcuts."""

@@ -121,6 +121,37 @@ def test_a_thumbnail_shows_the_edits(strip, own):
     strip.qtbot.waitUntil(lambda: film.item(0).icon().cacheKey() != icon)
 
 
+def test_a_key_leads_to_photos_to_check_once_and_says_why(start, encoded, tmp_path, source):
+    driver = start()
+    folder = tmp_path / "in"
+    folder.mkdir()
+    for name in ("a.png", "b.png", "c.png"):
+        (folder / name).write_bytes(encoded)
+    driver.editor.strip.show_places([folder])
+    driver.settle()
+    source.faces = [dataclasses.replace(oval_face(), score=0.5, source="mesh")]
+    click_on(driver, 1)
+    driver.set("percent", 5.0)
+    click_on(driver, 2)
+    driver.set("percent", 5.0)
+    source.faces = [oval_face()]
+    click_on(driver, 0)
+    chip = driver.editor.strip.panel.chips["doubtful"]
+    assert "2" in chip.text()
+    seen = []
+    for _ in range(2):
+        driver.key(Qt.Key.Key_Right, CONTROL, Qt.KeyboardModifier.ShiftModifier)
+        driver.settle()
+        seen.append(driver.editor.document.path.name)
+        assert f"To check: {seen[-1]}" in driver.say()
+        assert "50 %" in driver.say()
+    assert seen == ["b.png", "c.png"]
+    assert chip.isHidden(), "both are marked as seen"
+    driver.key(Qt.Key.Key_Right, CONTROL, Qt.KeyboardModifier.ShiftModifier)
+    assert driver.say() == "No photo of the strip is left to check."
+    assert driver.editor.document.path.name == "c.png"
+
+
 def test_doubtful_faces_are_marked_until_they_are_switched_on(start, encoded, tmp_path, source):
     driver = start()
     folder = tmp_path / "in"

@@ -95,7 +95,7 @@ class ShapeCurves(Overlay):
 
     name = "shape"
     title = Text("Shape curves")
-    height = 105
+    height = 112
     key = "U"
 
     @classmethod
@@ -130,6 +130,7 @@ class ShapeCurves(Overlay):
             if chosen:
                 value = getattr(view.state.recipe_of(view.face), curve.field)
                 name = translated(SETTINGS[curve.field].title)
-                text = tr("{name} {value:+.1f} %", name=name, value=value)
+                figure = f"{value:+.1f}".replace("-", "\N{MINUS SIGN}") if value else "0.0"
+                text = tr("{name} {value} %", name=name, value=figure)
                 beside = max(points, key=lambda at: at.x()) + QPointF(_MARGIN_PX, 0.0)
                 glyphs.label(painter, beside, text, bold=True, within=place.viewport)
