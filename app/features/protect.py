@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Iterable
-from typing import Final
+from typing import Final, Literal
 
 from PySide6.QtGui import QAction, QActionGroup
 from PySide6.QtWidgets import QPushButton, QWidget
@@ -23,9 +23,10 @@ from ..widgets.sliders import ValueSlider
 from ..widgets.typed import SliderScale
 from .feature import Context, Feature
 
-# Default radius as a fraction of the photo's longer side: protecting and moving brushes.
-_OF_PHOTO: Final = 1 / 100
-_OF_PHOTO_MOVING: Final = 1 / 25
+Use = Literal["area", "line", "move"]
+# Default radius as a fraction of the photo's longer side, and of the width of the first face.
+_OF_PHOTO: Final[dict[Use, float]] = {"area": 1 / 100, "line": 1 / 100, "move": 1 / 25}
+_OF_FACE: Final[dict[Use, float]] = {"line": 1 / 40, "move": 1 / 4}
 _STEPS_PER_OCTAVE: Final = 8
 _SMALLEST_PX: Final = 1.0
 _LARGEST_PX: Final = 512.0
@@ -41,7 +42,7 @@ class Protect(Feature):
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         self._tools = QActionGroup(self)
-        self._radii: dict[bool, float] = {}  # radius of the inactive brush, by `Brush.moves`
+        self._radii: dict[Use, float] = {}  # radius of the inactive tools
         tools = {tool: self.add_tool(tool) for tool in ("points", "brush", "line", "eraser")}
         self.bind("smaller", lambda: self.resize(-1))
         self.bind("larger", lambda: self.resize(1))
@@ -69,11 +70,11 @@ class Protect(Feature):
     # -- the brush -------------------------------------------------------------------------------
 
     def take(self, tool: ToolName) -> None:
-        """Select a tool. Protecting and moving tools have separate sizes."""
+        """Select a tool. Lines, other protection and moving tools have separate sizes."""
         before = self.view.brush
-        after = dataclasses.replace(before, tool=tool)
-        self._radii[before.moves] = before.radius_px
-        self.set_brush(tool=tool, radius_px=self._radii.get(after.moves, before.radius_px))
+        self._radii[_use(before)] = before.radius_px
+        use = _use(dataclasses.replace(before, tool=tool))
+        self.set_brush(tool=tool, radius_px=self._radii.get(use, before.radius_px))
 
     def set_radius(self, radius_px: float) -> None:
         """Set the brush radius, px of the photo."""
@@ -82,20 +83,17 @@ class Protect(Feature):
 
     def fit_brush(self) -> None:
         """Fit the brush size to the photo."""
-        self._radii = {moves: self.fitting_px(moves=moves) for moves in (False, True)}
-        self.set_radius(self._radii[self.view.brush.moves])
-        self.panel.size_px.show_first(self._radii[False])
+        self._radii = {use: self.fitting_px(use) for use in _OF_PHOTO}
+        use = _use(self.view.brush)
+        self.set_radius(self._radii[use])
+        self.panel.size_px.show_first(self._radii["area" if use == "move" else use])
 
-    def fitting_px(self, *, moves: bool) -> float:
-        """Return the default radius of a moving or a protecting brush, px.
-
-        The default diameter of a moving brush is half the width of the first face.
-        """
-        faces = self.document.state.faces
-        if moves and faces:
-            return min(faces[0].box[2] / 4.0, _LARGEST_PX)
-        longer = max(self.document.image.width, self.document.image.height)
-        return min((_OF_PHOTO_MOVING if moves else _OF_PHOTO) * longer, _LARGEST_PX)
+    def fitting_px(self, use: Use) -> float:
+        """Return the default radius of a tool, px: a line is narrow beside a head."""
+        faces, image = self.document.state.faces, self.document.image
+        if faces and use in _OF_FACE:
+            return min(_OF_FACE[use] * faces[0].box[2], _LARGEST_PX)
+        return min(_OF_PHOTO[use] * max(image.width, image.height), _LARGEST_PX)
 
     def resize(self, steps: int) -> None:
         """Change the brush size by a number of key presses."""
@@ -204,6 +202,10 @@ class ProtectPanel(BrushPanel):
     def show_brush(self, brush: Brush) -> None:
         """Show the brush size."""
         self.size_px.show_value(brush.radius_px)
+
+
+def _use(brush: Brush) -> Use:
+    return "move" if brush.moves else "line" if brush.tool == "line" else "area"
 
 
 def sizes() -> SliderScale:

@@ -56,7 +56,7 @@ class Push(Feature):
         """Size the brush by the first face, unless the photo was edited already."""
         if self.document.photo is not None and not self.document.undo.count():
             self._protect.fit_brush()
-            self.panel.size_px.show_first(self._protect.fitting_px(moves=True))
+            self.panel.size_px.show_first(self._protect.fitting_px("move"))
 
     def _draw(self, _: Handle | None, event: PointerEvent) -> Gesture:
         return push(self.view, event, self._refuse)

@@ -184,3 +184,15 @@ def test_remove_all_is_one_step(opened):
     assert not opened.panel("protect").clear.isEnabled()
     opened.key(KEYS.Key_Z, CONTROL)
     assert len(strokes(opened)) == 2
+
+
+def test_a_line_starts_narrow_beside_the_head(opened):
+    opened.key(KEYS.Key_N)
+    width = opened.state.faces[0].box[2]
+    assert 2 * opened.editor.view.brush.radius_px == pytest.approx(0.05 * width)
+    opened.key(KEYS.Key_BracketRight)
+    wider = opened.editor.view.brush.radius_px
+    opened.key(KEYS.Key_B)
+    assert opened.editor.view.brush.radius_px != wider
+    opened.key(KEYS.Key_N)
+    assert opened.editor.view.brush.radius_px == wider
