@@ -16,6 +16,9 @@ from kogao_core.base.language import language
 
 Choice = Literal["system", "light", "dark"]
 GRID_PX: Final = 4
+# Sizes of the type scale, relative to the font of the system.
+LEAD: Final = 1.15
+TITLE: Final = 1.6
 # Okabe and Ito's palette is safe for colour-blind users; shapes carry the same information.
 OKABE_ITO: Final = {
     "orange": "#E69F00",
@@ -41,6 +44,8 @@ class Theme:
     accent: str
     on_accent: str
     warning: str
+    track: str  # of sliders, and other marks of controls: 3 : 1 on the window
+    hover: str
 
 
 def current(app: QApplication, choice: Choice = "system") -> Theme:
@@ -89,6 +94,8 @@ def _palette(theme: Theme) -> QPalette:
         role.Accent: theme.accent,
         role.Link: theme.accent,
         role.Mid: theme.line,
+        role.Dark: theme.track,
+        role.Light: theme.hover,
     }
     for which, colour in colours.items():
         palette.setColor(which, QColor(colour))
@@ -99,23 +106,27 @@ def _palette(theme: Theme) -> QPalette:
 
 DARK: Final = Theme(
     canvas="#2b2b2b",
-    window="#383838",
-    raised="#454545",
-    line="#565656",
-    text="#e6e6e6",
-    muted="#b4b4b4",
+    window="#333333",
+    raised="#404040",
+    line="#4a4a4a",
+    text="#e8e8e8",
+    muted="#bababa",
     accent="#6cb4ea",
     on_accent="#101010",
     warning="#f0aa1e",
+    track="#909090",
+    hover="#4a4a4a",
 )
 LIGHT: Final = Theme(
     canvas="#b8b8b8",
-    window="#ececec",
-    raised="#fafafa",
-    line="#c2c2c2",
-    text="#202020",
-    muted="#5c5c5c",
+    window="#efefef",
+    raised="#ffffff",
+    line="#cfcfcf",
+    text="#1f1f1f",
+    muted="#595959",
     accent="#0067a8",
     on_accent="#ffffff",
-    warning="#a34700",
+    warning="#9c4400",
+    track="#858585",
+    hover="#e2e2e2",
 )

@@ -23,7 +23,7 @@ ToolName = Literal["points", "push", "restore", "brush", "line", "eraser"]
 # Factor by which the displayed difference is amplified.
 GAIN: Final = 8
 # Overlays with points of faces.
-MARKS: Final = frozenset({"landmarks", "targets", "centre"})
+MARKS: Final = frozenset({"landmarks", "targets", "centre", "shape"})
 CompareName = Literal["off", "wipe", "side", "difference"]
 
 
@@ -136,6 +136,7 @@ class ViewState(Watched):
     # The handle under the cursor; the handle that the arrow keys move.
     hovered: Handle | None = None
     selected: Handle | None = None
+    shaping: str | None = None  # shape field of the curve under the cursor or in hand
     placing: int | None = None  # the face being placed
     unapplied: bool = False  # True while points set by hand wait for *Apply*
     face: int | None = None  # the selected face; None: settings apply to the photo

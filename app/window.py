@@ -123,6 +123,7 @@ class Window(QMainWindow):
         self._tools = ColumnArea(tools, _SIDE_PX, whole=True)
         column_of(both, ColumnArea(side, _SIDE_PX), self._tools, spacing=0)
         self.docks.add(_SIDE, right, both)
+        self._side = both
         for name, dock, panel in below:
             self.docks.add(name, dock, panel if dock.scrolls else RowArea(panel))
         for name in _BY_PHOTO:
@@ -200,6 +201,9 @@ class Window(QMainWindow):
         button.setIconSize(self._bar.iconSize())
         button.setToolTip(tr("Show the original while the button is held (\\ or F4)"))
         button.setAccessibleName(tr("Show the original"))
+        follows = self.actions_by_name["compare-wipe"]
+        button.setEnabled(follows.isEnabled())
+        follows.changed.connect(lambda: button.setEnabled(follows.isEnabled()))
         button.pressed.connect(lambda: self.original_wanted.emit(True))
         button.released.connect(lambda: self.original_wanted.emit(False))
         return button
@@ -426,7 +430,8 @@ def clear_place(
 
 def _places(size: QSizeF, area: QRectF) -> Iterable[QRectF]:
     right, below = area.width() - size.width(), area.height() - size.height()
-    for y in (0.0, below):
+    # At the bottom first: heads are in the upper half of most photos.
+    for y in (below, 0.0):
         for x in (right / 2, 0.0, right):
             yield QRectF(area.left() + x, area.top() + y, size.width(), size.height())
 

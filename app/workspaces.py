@@ -35,12 +35,12 @@ RETOUCH: Final = Workspace(
     key="Alt+1",
     help=Text("The photo, how much smaller its faces get, and a saved copy"),
     panels=("recipe", "faces"),
-    overlays=("targets", "read", "folds", "protection"),
+    overlays=("landmarks", "shape", "read", "folds", "protection"),
     tools=(
         *("open", "save", None),
         *("undo", "redo", None),
         *("hold-original", "compare-wipe", "compare-side", None),
-        *("tool-push", "tool-restore", "tool-brush", None, "hide-overlays", "fit"),
+        *("tool-points", "tool-push", "tool-restore", "tool-brush", None, "fit"),
     ),
     plain=True,
     quiet=True,
@@ -66,8 +66,11 @@ INSPECT: Final = Workspace(
     title=Text("Inspect"),
     key="Alt+3",
     help=Text("All overlays and figures"),
-    panels=("recipe", "protect", "overlays", "faces", "readings", "history"),
-    overlays=("landmarks", "targets", "read", "centre", "folds", "protection", "legend"),
+    panels=("recipe", "overlays", "faces", "readings", "history"),
+    overlays=(
+        *("landmarks", "targets", "read", "centre"),
+        *("domains", "folds", "protection", "legend"),
+    ),
     tools=(
         *("open", "save", None),
         *("mode-automatic", "mode-manual", None),

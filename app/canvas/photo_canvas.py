@@ -29,6 +29,7 @@ from ..i18n import tr
 from ..view_state import Handle, ViewState
 from .handles import ON_OUTLINE, apart, corners, face_at, handles
 from .overlays import glyphs
+from .overlays.curves import ShapeCurve, nearest
 from .overlays.listed import kinds
 from .overlays.overlay import Place, affine
 from .overlays.unlisted import badges
@@ -37,6 +38,7 @@ from .tools.gesture import Gesture, PointerEvent, Tool
 from .viewport import notches
 
 GRAB_RADIUS_PX: Final = 12.0
+_BESIDE_A_CURVE_PX: Final = 8.0  # the reach of a point that a curve passes
 # Maximum distance from a landmark for Ctrl+click, in landmark spacings.
 NEAR: Final = 3.0
 _MARK_PX: Final = 5.0
@@ -159,7 +161,8 @@ class PhotoCanvas(SpokenView):
         if view.original or view.brush.paints:
             return None
         here, elsewhere = self.to_photo(at), self.face_at(at) not in (None, view.face)
-        nearest, least = None, self._in_photo(_MARK_PX if elsewhere else GRAB_RADIUS_PX)
+        reach_px = _BESIDE_A_CURVE_PX if self.curve_at(here) else GRAB_RADIUS_PX
+        nearest, least = None, self._in_photo(_MARK_PX if elsewhere else reach_px)
         for handle, position in handles(view.state, kinds(view.visible), view.placing):
             distance = float(np.hypot(*(position - here)))
             if distance < least and view.answers(handle) and self._shows(handle):
@@ -167,6 +170,15 @@ class PhotoCanvas(SpokenView):
         if nearest is None and view.marking and view.placing is None:
             return Handle("mark", 0, 0)
         return nearest or self._body_at(at)
+
+    def curve_at(self, point_px: Array) -> tuple[ShapeCurve, int] | None:
+        """Return the shape curve at (x, y), px of the photo, and the number of its point."""
+        if self.shown.original or self.shown.busy_hands:
+            return None
+        return nearest(self.shown, self._place(), point_px)
+
+    def _place(self) -> Place:
+        return Place(affine(self._to_screen()), self.viewport().rect().toRectF())
 
     def shows_points(self, face: int) -> bool:
         """Return whether the points of a face are shown at the current zoom."""
@@ -191,11 +203,10 @@ class PhotoCanvas(SpokenView):
 
     def face_at(self, at: QPointF) -> int | None:
         """Return the face at a point of the viewport, by number badge or skin; None for others."""
-        view, area = self.shown, self.viewport().rect().toRectF()
+        view = self.shown
         if len(view.state.faces) < 2 or view.busy_hands:
             return None
-        place = Place(affine(self._to_screen()), area)
-        for badge in reversed(list(badges(view, place, self.viewport().font()))):
+        for badge in reversed(list(badges(view, self._place(), self.viewport().font()))):
             if badge.plate.contains(at):
                 return badge.face
         return face_at(view.state.faces, self.to_photo(at), self._in_photo(_MARK_PX))
@@ -284,7 +295,9 @@ class PhotoCanvas(SpokenView):
     def _set_down(self, at: QPointF) -> bool:
         """Start a stroke or grab a handle; return whether a drag or a stroke is active."""
         handle = self.handle_at(at)
-        if handle is not None or self.shown.brush.paints:
+        if handle is None and self.curve_at(self.to_photo(at)):
+            self.begin("shape", None, self.to_photo(at))
+        elif handle is not None or self.shown.brush.paints:
             marks = handle is not None and handle.kind == "mark"
             self.begin("mark" if marks else self.shown.brush.tool, handle, self.to_photo(at))
         return self.in_hand
@@ -311,14 +324,16 @@ class PhotoCanvas(SpokenView):
         self._point_at(handle)
         if self.on_divider(at):
             self.viewport().setCursor(Qt.CursorShape.SplitHCursor)
-        elif handle is None and self._answers_a_click(at):
+        elif handle is None and (self._answers_a_click(at) or self.curve_at(self.to_photo(at))):
             self.viewport().setCursor(Qt.CursorShape.PointingHandCursor)
         self._show_pointer(at, handle)
 
     def _show_pointer(self, at: QPointF, hovered: Handle | None) -> None:
         x, y = self.to_photo(at).tolist()
         is_point = hovered is not None and hovered.kind != "mark"
-        self.shown.set(cursor=(x, y), hovered=hovered if is_point else None)
+        curve = None if hovered or self.in_hand else self.curve_at(np.array([x, y]))
+        shaping = self.shown.shaping if self.in_hand else curve and curve[0].field
+        self.shown.set(cursor=(x, y), hovered=hovered if is_point else None, shaping=shaping)
 
     def _answers_a_click(self, at: QPointF) -> bool:
         return self.line_at(at) is not None or self.face_at(at) not in (None, self.shown.face)
@@ -376,7 +391,7 @@ class PhotoCanvas(SpokenView):
     def leaveEvent(self, event: QEvent) -> None:
         """Clear the hovered handle."""
         super().leaveEvent(event)
-        self.shown.set(cursor=None, hovered=None)
+        self.shown.set(cursor=None, hovered=None, shaping=None)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Nudge the selected point with the arrow keys, or move the tool by keyboard."""

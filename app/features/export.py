@@ -133,7 +133,10 @@ class ExportDialog(Dialog):
 
     def _lay_out(self) -> None:
         self.buttons = self.deciding(self._take)
-        self.buttons.button(QDialogButtonBox.StandardButton.Ok).setText(tr("E&xport"))
+        export = self.buttons.button(QDialogButtonBox.StandardButton.Ok)
+        export.setText(tr("E&xport"))
+        export.setDefault(True)
+        self.form.changed.connect(self._compare)
         offered = row_of(self.presets, button(tr("Save p&reset…"), self._ask_name), self.remove)
         offered.setStretch(0, 1)
         column_of(
@@ -162,6 +165,18 @@ class ExportDialog(Dialog):
             self.form.show_values(dataclasses.asdict(presets(self._settings)[name]))
             self.remove.setEnabled(name in _own(self._settings))
             self.note.clear()
+            self._compare()
+
+    def _compare(self) -> None:
+        """Mark a preset that the settings no longer match; the first number needs {n}."""
+        self.form.controls["start"].setEnabled("{n}" in self.form.values()["name"])
+        row, name = self.presets.currentIndex(), self.presets.currentData()
+        with suppress(ValueError):
+            found = presets(self._settings)
+            title = translated(next(one for one in found if one == name)) or tr("Last used")
+            same = self._export() == found[name]
+            text = title if same else tr("{preset} (changed)", preset=title)
+            self.presets.setItemText(row, text)
 
     def _export(self) -> Export:
         """Return the settings; raises ValueError."""

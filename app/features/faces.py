@@ -7,9 +7,24 @@ from collections.abc import Collection
 from itertools import zip_longest
 
 import numpy as np
-from PySide6.QtCore import QItemSelectionModel, QSignalBlocker, QSize, Qt, Signal
+from PySide6.QtCore import (
+    QItemSelectionModel,
+    QModelIndex,
+    QPersistentModelIndex,
+    QSignalBlocker,
+    QSize,
+    Qt,
+    Signal,
+)
 from PySide6.QtGui import QIcon
-from PySide6.QtWidgets import QListWidget, QListWidgetItem, QWidget
+from PySide6.QtWidgets import (
+    QListWidget,
+    QListWidgetItem,
+    QStyle,
+    QStyledItemDelegate,
+    QStyleOptionViewItem,
+    QWidget,
+)
 
 from kogao_core.additions.lens import (
     STRETCH_SEEN_PERCENT,
@@ -27,6 +42,7 @@ from ..document import State
 from ..i18n import reason, sentence, tr, translated
 from ..pyramid import PicturePyramid
 from ..render.pictures import face_icon
+from ..theme import GRID_PX
 from ..widgets.controls import column_of, heading
 from ..widgets.docks import Dock
 from ..widgets.messages import BarAction
@@ -34,10 +50,13 @@ from .feature import Context, Feature
 from .recipe import RecipeEditing
 
 _TEMPLATE_SHARE = 0.35  # of the photo's shorter side
-_THUMBNAIL_PX = 48
+_THUMBNAIL_PX = 40
 _WIDTH_PX = 168
 # Check mark, margins and gaps of a row, px.
 _ROUND_TEXT_PX = 72
+_ROW_PX = 52
+# One word about a face, whether the word asks for a look, and whether it has settings of its own.
+_WORD, _ASKS, _OWN = (Qt.ItemDataRole.UserRole + n for n in range(3))
 _ALL_ROWS = 1  # the row of all faces precedes the rows of single faces
 
 
@@ -252,6 +271,7 @@ class FacesPanel(QWidget):
         self.list = QListWidget()
         self.list.setAccessibleName(tr("Faces"))
         self.list.setIconSize(QSize(_THUMBNAIL_PX, _THUMBNAIL_PX))
+        self.list.setItemDelegate(_FaceRow(self.list))
         self.list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.list.itemChanged.connect(self._tell_switch)
         self.list.setSelectionMode(QListWidget.SelectionMode.ExtendedSelection)
@@ -269,7 +289,6 @@ class FacesPanel(QWidget):
         words = (
             tr("Face {n}", n=88),
             tr("by hand"),
-            tr("lens: {n:.1f} %", n=88.8),
             tr("check"),
             tr("in part"),
             *_doubts().values(),
@@ -303,10 +322,16 @@ class FacesPanel(QWidget):
                 check = Qt.CheckState.Unchecked if off else Qt.CheckState.Checked
                 item = self.item(index)
                 item.setCheckState(check)
-                lines = [*_caption(index, face, verdict), *_stretched(face, state)]
-                item.setText("\n".join(lines))
-                item.setToolTip("\n".join([_tip(index, verdict), *_distance(face, state)]))
-                item.setData(Qt.ItemDataRole.AccessibleTextRole, _spoken(index, face, verdict))
+                item.setText(tr("Face {n}", n=index + 1))
+                item.setData(_WORD, next(iter(_doubted(face, verdict)), ""))
+                item.setData(_ASKS, bool(verdict.look_at or verdict.reason))
+                item.setData(_OWN, face.recipe is not None)
+                more = *_score(face), *_own(face), *_stretched(face, state), *_distance(face, state)
+                item.setToolTip("\n".join([_tip(index, verdict), *more]))
+                item.setData(
+                    Qt.ItemDataRole.AccessibleTextRole,
+                    ", ".join([item.text(), *_score(face), *_doubted(face, verdict), *_own(face)]),
+                )
             row = 0 if chosen is None else chosen + _ALL_ROWS
             self.list.setCurrentRow(row, QItemSelectionModel.SelectionFlag.ClearAndSelect)
             for index in also:
@@ -346,6 +371,33 @@ class FacesPanel(QWidget):
             self.chosen.emit((now if now in faces else faces[-1], faces))
 
 
+class _FaceRow(QStyledItemDelegate):
+    """A row: picture, name over one word, a dot for settings of its own, and the switch."""
+
+    def initStyleOption(
+        self, option: QStyleOptionViewItem, index: QModelIndex | QPersistentModelIndex
+    ) -> None:
+        """Place the switch at the right, and fade a face that is off."""
+        super().initStyleOption(option, index)
+        # From right to left, the check box comes first at the right.
+        option.direction = Qt.LayoutDirection.RightToLeft
+        option.decorationPosition = QStyleOptionViewItem.Position.Right
+        option.displayAlignment = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+        if index.data(_OWN):
+            option.text += " \N{BULLET}"
+        if index.data(_WORD):
+            option.text += "\n" + index.data(_WORD)
+        if option.checkState == Qt.CheckState.Unchecked and index.row():
+            option.state &= ~QStyle.StateFlag.State_Enabled
+
+    def sizeHint(
+        self, option: QStyleOptionViewItem, index: QModelIndex | QPersistentModelIndex
+    ) -> QSize:
+        """Return the same height for every face."""
+        line = option.fontMetrics.height()
+        return QSize(0, max(_ROW_PX, 2 * line + 3 * GRID_PX) if index.row() else 2 * line)
+
+
 def _doubts() -> dict[Reason, str]:
     return {
         "unsure": tr("unsure"),
@@ -356,15 +408,25 @@ def _doubts() -> dict[Reason, str]:
     }
 
 
-def _caption(index: int, face: Face, verdict: Verdict) -> list[str]:
-    """Return the lines next to the thumbnail: name, score, doubt, and own percentage."""
-    by_hand = face.source == "manual"
-    score = tr("by hand") if by_hand else tr("{n:.0f} %", n=100 * face.score)
-    doubted = [] if verdict.reason is None else [_doubts()[verdict.reason]]
-    if verdict.why and not doubted:
-        doubted = [tr("check") if verdict.look_at else tr("in part")]
-    own = [] if face.recipe is None else [tr("amount: {n:g} %", n=face.recipe.percent)]
-    return [tr("Face {n}", n=index + 1), score, *doubted, *own]
+def _doubted(face: Face, verdict: Verdict) -> list[str]:
+    """Return the words about a face, the most important first."""
+    check = [tr("check")] if verdict.look_at else []
+    reason = [] if verdict.reason is None else [_doubts()[verdict.reason]]
+    part = [tr("in part")] if verdict.why and not (check or reason) else []
+    by_hand = [tr("by hand")] if face.source == "manual" else []
+    return [*check, *reason, *part, *by_hand]
+
+
+def _score(face: Face) -> list[str]:
+    """Return the certainty of the detector."""
+    certain = tr("found with {n:.0f} % certainty", n=100 * face.score)
+    return [] if face.source == "manual" else [certain]
+
+
+def _own(face: Face) -> list[str]:
+    """Return the amount of a face with settings of its own."""
+    own = face.recipe
+    return [] if own is None else [tr("own settings, {n:g} %", n=own.percent)]
 
 
 def _stretched(face: Face, state: State) -> list[str]:
@@ -378,13 +440,6 @@ def _distance(face: Face, state: State) -> list[str]:
     """Return the camera distance of a face, if the focal length is known."""
     focal = state.focal_mm
     return [] if focal is None else [sentence(distance_note(distance_m(face, focal, state.image)))]
-
-
-def _spoken(index: int, face: Face, verdict: Verdict) -> str:
-    what = _caption(index, face, verdict)
-    if face.recipe is not None:
-        what[-1] = tr("own settings, {n:g} %", n=face.recipe.percent)
-    return ", ".join(what)
 
 
 def _tip(index: int, verdict: Verdict) -> str:

@@ -49,6 +49,7 @@ class Groups(Feature):
             lambda at: self.menu.popup(rows.viewport().mapToGlobal(at))
         )
         rows.itemDoubleClicked.connect(self.zoom)
+        faces.panel.chosen.connect(lambda _: self._bring_into_view())
         self.view.watch(self._enable, "face")
         self.document.watch(self._enable, "faces", value=lambda: len(self.document.state.faces))
 
@@ -57,6 +58,13 @@ class Groups(Feature):
         faces, chosen = self.document.state.faces, self._face
         if faces:
             self.window.canvas.look_at(_round(faces if chosen is None else [faces[chosen]]))
+
+    def _bring_into_view(self) -> None:
+        face, canvas = self.view.face, self.window.canvas
+        if face is not None:
+            middle = canvas.to_screen(self.document.state.faces[face].middle).toPoint()
+            if not canvas.viewport().rect().contains(middle):
+                self.zoom()
 
     def _offer(self, face: int, at: QPoint) -> None:
         """Select a face and open the menu at a position on the screen."""

@@ -6,7 +6,7 @@ import dataclasses
 import math
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Final
+from typing import Final, Literal
 
 from PySide6.QtGui import QAction, QActionGroup
 from PySide6.QtWidgets import QPushButton, QWidget
@@ -20,15 +20,22 @@ from ..canvas.tools.protect import protect
 from ..i18n import sentence, tr
 from ..theme import GRID_PX
 from ..view_state import Brush, Handle, ToolName
-from ..widgets.controls import Fold, action_button, column_of, muted_label, row_of
+from ..widgets.controls import (
+    column_of,
+    heading,
+    muted_label,
+    row_of,
+    segmented,
+)
 from ..widgets.dialogs import ask_path, photo_filter
 from ..widgets.sliders import ValueSlider
 from ..widgets.typed import SliderScale
 from .feature import Context, Feature
 
-# Default radius as a fraction of the photo's longer side: protecting and moving brushes.
-_OF_PHOTO: Final = 1 / 100
-_OF_PHOTO_MOVING: Final = 1 / 25
+Use = Literal["area", "line", "move"]
+# Default radius as a fraction of the photo's longer side, and of the width of the first face.
+_OF_PHOTO: Final[dict[Use, float]] = {"area": 1 / 100, "line": 1 / 100, "move": 1 / 25}
+_OF_FACE: Final[dict[Use, float]] = {"line": 1 / 40, "move": 1 / 4}
 _STEPS_PER_OCTAVE: Final = 8
 _SMALLEST_PX: Final = 1.0
 _LARGEST_PX: Final = 512.0
@@ -44,15 +51,17 @@ class Protect(Feature):
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         self._tools = QActionGroup(self)
-        self._radii: dict[bool, float] = {}  # radius of the inactive brush, by `Brush.moves`
-        for tool in ("points", "brush", "line", "eraser"):
-            self.add_tool(tool)
+        self._radii: dict[Use, float] = {}  # radius of the inactive tools
+        tools = {tool: self.add_tool(tool) for tool in ("points", "brush", "line", "eraser")}
         self.bind("smaller", lambda: self.resize(-1))
         self.bind("larger", lambda: self.resize(1))
         self.bind("protect-mask", self._ask_mask)
         self.bind("unprotect", self.clear)
         self._reading = self.lane(self._take_mask, lambda problem: self.say(sentence(problem)))
-        self.panel: ProtectPanel = ProtectPanel(self._tools.actions(), self.actions["unprotect"])
+        self.done = tools.pop("points")
+        self.panel: ProtectPanel = ProtectPanel(
+            tools.values(), self.actions["unprotect"], self.done
+        )
         self.panel.size_brushes(self)
         self.window.canvas.tools |= dict.fromkeys(("brush", "line", "eraser"), self._draw)
         self.window.canvas.turned.connect(self._turn)
@@ -74,11 +83,11 @@ class Protect(Feature):
     # -- the brush -------------------------------------------------------------------------------
 
     def take(self, tool: ToolName) -> None:
-        """Select a tool. Protecting and moving tools have separate sizes."""
+        """Select a tool. Lines, other protection and moving tools have separate sizes."""
         before = self.view.brush
-        after = dataclasses.replace(before, tool=tool)
-        self._radii[before.moves] = before.radius_px
-        self.set_brush(tool=tool, radius_px=self._radii.get(after.moves, before.radius_px))
+        self._radii[_use(before)] = before.radius_px
+        use = _use(dataclasses.replace(before, tool=tool))
+        self.set_brush(tool=tool, radius_px=self._radii.get(use, before.radius_px))
 
     def _turn(self, turned: bool) -> None:
         """Restore, or erase protection, with the eraser end of a pen."""
@@ -97,20 +106,17 @@ class Protect(Feature):
 
     def fit_brush(self) -> None:
         """Fit the brush size to the photo."""
-        self._radii = {moves: self.fitting_px(moves=moves) for moves in (False, True)}
-        self.set_radius(self._radii[self.view.brush.moves])
-        self.panel.size_px.show_first(self._radii[False])
+        self._radii = {use: self.fitting_px(use) for use in _OF_PHOTO}
+        use = _use(self.view.brush)
+        self.set_radius(self._radii[use])
+        self.panel.size_px.show_first(self._radii["area" if use == "move" else use])
 
-    def fitting_px(self, *, moves: bool) -> float:
-        """Return the default radius of a moving or a protecting brush, px.
-
-        The default diameter of a moving brush is half the width of the first face.
-        """
-        faces = self.document.state.faces
-        if moves and faces:
-            return min(faces[0].box[2] / 4.0, _LARGEST_PX)
-        longer = max(self.document.image.width, self.document.image.height)
-        return min((_OF_PHOTO_MOVING if moves else _OF_PHOTO) * longer, _LARGEST_PX)
+    def fitting_px(self, use: Use) -> float:
+        """Return the default radius of a tool, px: a line is narrow beside a head."""
+        faces, image = self.document.state.faces, self.document.image
+        if faces and use in _OF_FACE:
+            return min(_OF_FACE[use] * faces[0].box[2], _LARGEST_PX)
+        return min(_OF_PHOTO[use] * max(image.width, image.height), _LARGEST_PX)
 
     def resize(self, steps: int) -> None:
         """Change the brush size by a number of key presses."""
@@ -158,24 +164,24 @@ class Protect(Feature):
         self._show_need()
 
     def _show_reduced(self) -> None:
-        frame, message = self.view.frame, ""
+        frame, message, detail = self.view.frame, "", ""
         shares = () if frame is None else frame.figures.protected_shares
         if slowed := reduced(shares):
-            message = tr(
+            message = tr("{n} outline points move less", n=len(slowed))
+            detail = tr(
                 "{n} of {count} outline points move less, one by {percent:.0f} % of its way",
                 n=len(slowed),
                 count=sum(map(len, shares)),
                 percent=100 * min(slowed),
             )
-        self.panel.show_reduced(message)
+        self.panel.show_reduced(message, detail)
 
     def _show_need(self) -> None:
-        there = bool(self.document.state.protection.strokes)
-        self.window.need(self.name, there or self.view.brush.protects)
+        self.window.need(self.name, self.view.brush.protects)
 
 
 class BrushPanel(QWidget):
-    """A foldable group of tools, brush settings, and a button that removes all strokes."""
+    """The panel of the active tool: its tools, the brush, and a button that removes all strokes."""
 
     def __init__(
         self,
@@ -185,19 +191,20 @@ class BrushPanel(QWidget):
         controls: Iterable[QWidget],
         clear: tuple[QPushButton, QAction],
         nothing: str,
+        done: QAction,
     ) -> None:
         super().__init__()
         self.size_px, self.count, self._nothing = size_px, muted_label(), nothing
         self.clear, action = clear
         self.clear.clicked.connect(action.trigger)
-        body = QWidget()
-        self.fold = Fold(title, body)
-        column_of(self, self.fold)
-        buttons = row_of(*map(action_button, tools), spacing=GRID_PX)
-        for place in range(buttons.count()):
-            buttons.setStretch(place, 1)
+        self.clear.setProperty("quiet", "true")
+        self.done = QPushButton(tr("Done"))
+        self.done.setToolTip(done.toolTip())
+        self.done.clicked.connect(done.trigger)
         below = row_of(self.count, None, self.clear)
-        column_of(body, buttons, size_px, *controls, below, spacing=2 * GRID_PX)
+        top = row_of(heading(title), None, self.done)
+        choice = segmented(title, list(tools))
+        column_of(self, top, choice, size_px, *controls, below, spacing=GRID_PX)
 
     def size_brushes(self, brushes: Protect) -> None:
         """Set the brush size with the slider."""
@@ -214,27 +221,32 @@ class BrushPanel(QWidget):
 class ProtectPanel(BrushPanel):
     """Tools, brush size, the effect on outline points, and a button that removes everything."""
 
-    def __init__(self, tools: Iterable[QAction], clear: QAction) -> None:
+    def __init__(self, tools: Iterable[QAction], clear: QAction, done: QAction) -> None:
         tip = tr("Width of brush, line and eraser in px of the photo; [ and ] change it")
-        size_px = ValueSlider(tr("Brush si&ze"), sizes(), tip, 0)
+        size_px = ValueSlider(tr("Si&ze"), sizes(), tip, 0)
         self.reduced = muted_label(wraps=True)
         self.reduced.hide()
         remove = QPushButton(tr("Remove all"))
         remove.setAccessibleName(tr("Remove all protection"))
         remove.setToolTip(tr("Remove all painted and drawn protection"))
         nothing = tr("No protection")
-        super().__init__(tr("Protect"), tools, size_px, [self.reduced], (remove, clear), nothing)
+        super().__init__(
+            tr("Protect"), tools, size_px, [self.reduced], (remove, clear), nothing, done
+        )
 
-    def show_reduced(self, message: str) -> None:
+    def show_reduced(self, message: str, detail: str = "") -> None:
         """Show how far protection limits outline points; hide an empty message."""
         self.reduced.setText(message)
+        self.reduced.setToolTip(detail)
         self.reduced.setVisible(bool(message))
 
     def show_brush(self, brush: Brush) -> None:
-        """Show the brush size, and unfold for a protecting tool."""
-        if brush.protects:
-            self.fold.button.setChecked(True)
+        """Show the brush size."""
         self.size_px.show_value(brush.radius_px)
+
+
+def _use(brush: Brush) -> Use:
+    return "move" if brush.moves else "line" if brush.tool == "line" else "area"
 
 
 def sizes() -> SliderScale:
@@ -246,6 +258,6 @@ def sizes() -> SliderScale:
         _STEPS_PER_OCTAVE,
         lambda n: 2.0 ** (n / _STEPS_PER_OCTAVE),
         lambda v: round(_STEPS_PER_OCTAVE * math.log2(v)),
-        lambda v: tr("{v:.0f} px across", v=2 * v),
+        lambda v: tr("{v:.0f} px", v=2 * v),
         lambda px: round(px) / 2,
     )

@@ -33,7 +33,7 @@ class Push(Feature):
         super().__init__(context)
         tools = [protect.add_tool("push"), protect.add_tool("restore")]
         clear = self.bind("clear-strokes", self.clear)
-        self.panel: PushPanel = PushPanel(tools, clear)
+        self.panel: PushPanel = PushPanel(tools, clear, protect.done)
         for slider, name in ((self.panel.strength, "strength"), (self.panel.falloff, "falloff")):
             slider.edited.connect(lambda value, name=name: protect.set_brush(**{name: value}))
             slider.refused.connect(self.say)
@@ -56,7 +56,7 @@ class Push(Feature):
         """Size the brush by the first face, unless the photo was edited already."""
         if self.document.photo is not None and not self.document.undo.count():
             self._protect.fit_brush()
-            self.panel.size_px.show_first(self._protect.fitting_px(moves=True))
+            self.panel.size_px.show_first(self._protect.fitting_px("move"))
 
     def _draw(self, _: Handle | None, event: PointerEvent) -> Gesture:
         return push(self.view, event, self._refuse)
@@ -95,15 +95,15 @@ class Push(Feature):
         self._show_need()
 
     def _show_need(self) -> None:
-        self.window.need(self.name, self.view.brush.moves or bool(self.panel.held.text()))
+        self.window.need(self.name, self.view.brush.moves)
 
 
 class PushPanel(BrushPanel):
     """Tools, size, strength, falloff, and a button that removes all strokes."""
 
-    def __init__(self, tools: list[QAction], clear: QAction) -> None:
+    def __init__(self, tools: list[QAction], clear: QAction, done: QAction) -> None:
         tip = tr("Width of the brush in px of the photo; [ and ] change it")
-        size_px = ValueSlider(tr("Brush size"), sizes(), tip)
+        size_px = ValueSlider(tr("Size"), sizes(), tip)
         self.strength = ValueSlider(
             tr("Strength"),
             _percents(_STEP_PERCENT),
@@ -119,7 +119,7 @@ class PushPanel(BrushPanel):
         remove.setToolTip(clear.statusTip())
         controls = self.strength, self.falloff, self.held
         title, nothing = tr("Push and restore"), tr("No strokes")
-        super().__init__(title, tools, size_px, controls, (remove, clear), nothing)
+        super().__init__(title, tools, size_px, controls, (remove, clear), nothing, done)
         self.strength.show_first(Brush().strength)
         self.falloff.show_first(Brush().falloff)
         self.held.warn(True)
@@ -127,9 +127,7 @@ class PushPanel(BrushPanel):
         self.show_brush(Brush())
 
     def show_brush(self, brush: Brush) -> None:
-        """Show the brush settings, and unfold for a moving brush."""
-        if brush.moves:
-            self.fold.button.setChecked(True)
+        """Show the brush settings."""
         self.size_px.show_value(brush.radius_px)
         self.strength.show_value(brush.strength)
         self.falloff.show_value(brush.falloff)

@@ -91,7 +91,7 @@ class _Domains(QWidget):
         self.rows: dict[DomainName, tuple[QLabel, QLabel]] = {}
         for row, domain in enumerate(DOMAINS):
             mark = QLabel()
-            draw = glyphs.hatch_mark(domain.name)
+            draw = glyphs.domain_mark(domain.name)
             mark.setPixmap(glyphs.swatch(draw, self.devicePixelRatioF()))
             title = _title(translated(domain.title), fields.help_of(domain))
             pixels, share = _number(), _number()

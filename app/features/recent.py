@@ -4,26 +4,30 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from html import escape
 from pathlib import Path
 from typing import Final
 
-from PySide6.QtCore import QEvent, QSettings, Qt, Signal, SignalInstance
-from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QApplication, QFrame, QLabel, QMenu, QPushButton, QVBoxLayout
+from PySide6.QtCore import QPoint, QRect, QSettings, QSize, Qt, Signal, SignalInstance
+from PySide6.QtGui import QAction, QImage, QPixmap, QShowEvent
+from PySide6.QtWidgets import QApplication, QFrame, QLabel, QMenu, QPushButton, QToolButton
 
 from ..i18n import bare, tr
-from ..theme import GRID_PX
-from ..widgets.controls import column_of, heading, muted_label
+from ..render.pictures import untinted
+from ..theme import GRID_PX, TITLE
+from ..widgets.controls import column_of, enlarge, heading, muted_label, row_of
 from .feature import Context, Feature
 from .files import Files
 from .files.opening import is_sample
 from .strip import Strip
+from .strip.facts import thumbnail
 
 _KEY: Final = "recent"
 _MOST: Final = 10
-_MOST_RECENT: Final = 5
+_MOST_RECENT: Final = 4
 _MOST_FOLDERS: Final = 3
+_WIDTH_PX: Final = 500
+_PICTURE_PX: Final = 84
+_MARK_PX: Final = 64
 
 
 def paths(settings: QSettings) -> list[Path]:
@@ -62,73 +66,77 @@ def remove(settings: QSettings, path: Path) -> None:
 
 
 class EmptyState(QFrame):
-    """The start page: buttons, recent folders and recent photos."""
+    """The start page: a place to drop, buttons, recent photos and recent folders."""
 
     # (photo: Path): open a recent photo.
     wanted = Signal(object)
     # (folder: Path): open a recent folder.
     wants_folder = Signal(object)
+    # (): the page appears.
+    appeared = Signal()
 
     def __init__(self, begin: Sequence[QAction]) -> None:
         super().__init__()
-        self.setProperty("bar", "hint")
+        self.setProperty("start", "true")
+        self.setMinimumWidth(_WIDTH_PX)
         self.setAccessibleName(tr("No photo is open"))
         self.buttons = [_button(action) for action in begin]
-        column = column_of(
-            self,
-            heading(tr("Make a face a little smaller")),
-            muted_label(tr("Drop photos or a folder here")),
-            *self.buttons,
-            margin=6 * GRID_PX,
-            spacing=2 * GRID_PX,
-        )
-        self._links: list[QLabel] = []
+        mark, title = QLabel(), heading(tr("Make a face a little smaller"))
+        mark.setPixmap(QApplication.windowIcon().pixmap(_MARK_PX))
+        enlarge(title, TITLE)
+        line = muted_label(tr("Drop photos or a folder here"))
+        for label in (mark, title, line):
+            label.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        for button in self.buttons[:1]:
+            button.setProperty("primary", "true")
+        self._links: dict[Path, QToolButton] = {}
         self._title = muted_label(tr("Recent"))
-        column.addSpacing(2 * GRID_PX)
-        column.addWidget(self._title)
-        self._recent = QVBoxLayout()
-        self._recent.setSpacing(GRID_PX)
-        column.addLayout(self._recent)
+        self._rows = row_of(spacing=GRID_PX), row_of(spacing=GRID_PX)
+        buttons = row_of(None, *self.buttons, None)
+        parts = mark, title, line, buttons, self._title, *self._rows
+        column_of(self, *parts, margin=8 * GRID_PX, spacing=3 * GRID_PX)
         self.show_recent([])
 
     def show_recent(self, paths: Sequence[Path]) -> None:
-        """Show recent folders, then recent photos."""
-        for link in self._links:
+        """Show recent photos, then recent folders."""
+        for link in self._links.values():
             link.deleteLater()
-        folders = list(dict.fromkeys(path.parent for path in paths))[:_MOST_FOLDERS]
         photos = paths[:_MOST_RECENT]
-        self._links = [
-            *(self._link(it, f"{it.name}{os.sep}", self.wants_folder) for it in folders),
-            *(self._link(*it, self.wanted) for it in zip(photos, titles(photos), strict=True)),
-        ]
-        for link in self._links:
-            self._recent.addWidget(link)
+        folders = list(dict.fromkeys(path.parent for path in paths))[:_MOST_FOLDERS]
+        named = dict(zip(photos, titles(photos), strict=True))
+        self._links = {it: self._link(it, name, self.wanted) for it, name in named.items()}
+        for link in self._links.values():
+            link.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextUnderIcon)
+            link.setIconSize(QSize(_PICTURE_PX, _PICTURE_PX))
+            self._rows[0].addWidget(link)
+        for it in folders:
+            self._links[it] = self._link(it, f"{it.name}{os.sep}", self.wants_folder)
+            self._rows[1].addWidget(self._links[it])
         self._title.setVisible(bool(paths))
 
-    def changeEvent(self, event: QEvent) -> None:
-        """Update the colour of links after a change of the theme."""
-        super().changeEvent(event)
-        if event.type() == QEvent.Type.PaletteChange:
-            for link in self._links:
-                _colour(link)
+    def show_pictures(self, pictures: Sequence[tuple[Path, QImage]]) -> None:
+        """Show the pictures of recent photos, cut to squares."""
+        for path, image in pictures:
+            if path in self._links and not image.isNull():
+                square = QRect(QPoint(), QSize(1, 1) * min(image.width(), image.height()))
+                square.moveCenter(image.rect().center())
+                self._links[path].setIcon(untinted(QPixmap.fromImage(image.copy(square))))
 
-    def _link(self, path: Path, title: str, chosen: SignalInstance) -> QLabel:
-        link = QLabel()
-        link.setProperty("title", escape(title, quote=False))
-        _colour(link)
+    def showEvent(self, event: QShowEvent) -> None:
+        """Tell that the page appears."""
+        super().showEvent(event)
+        self.appeared.emit()
+
+    def _link(self, path: Path, title: str, chosen: SignalInstance) -> QToolButton:
+        link = QToolButton()
+        link.setProperty("picture", "true")
+        link.setText(title)  # elided by Qt
+        link.setMaximumWidth(_PICTURE_PX + 8 * GRID_PX)
         link.setToolTip(str(path))
         link.setAccessibleName(tr("Open {name}", name=title))
-        link.setTextInteractionFlags(
-            Qt.TextInteractionFlag.LinksAccessibleByMouse
-            | Qt.TextInteractionFlag.LinksAccessibleByKeyboard
-        )
-        link.linkActivated.connect(lambda _: chosen.emit(path))
+        link.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        link.clicked.connect(lambda: chosen.emit(path))
         return link
-
-
-def _colour(link: QLabel) -> None:
-    colour = QApplication.palette().link().color().name()
-    link.setText(f'<a href="#" style="color: {colour}">{link.property("title")}</a>')
 
 
 def _button(action: QAction) -> QPushButton:
@@ -147,6 +155,8 @@ class Recent(Feature):
         self.empty = EmptyState([strip.folder, files.opening, files.sampling])
         self.empty.wanted.connect(strip.open)
         self.empty.wants_folder.connect(lambda folder: strip.show_places([folder]))
+        self._lane = self.lane(self.empty.show_pictures, lambda _: None)
+        self.empty.appeared.connect(self._draw)
         self.empty.show_recent(there(self.settings))
         self.window.stage.show_in_middle(self.empty)
         self.menu = self.window.menus["recent"] = QMenu(tr("Open &recent"), self.window)
@@ -168,6 +178,11 @@ class Recent(Feature):
         if path is not None and not is_sample(path):
             add(self.settings, path)
             self.empty.show_recent(there(self.settings))
+
+    def _draw(self) -> None:
+        photos, edits = there(self.settings)[:_MOST_RECENT], self.storage.edits
+        side = round(2 * _PICTURE_PX * self.empty.devicePixelRatioF())
+        self._lane.submit(lambda: [(path, thumbnail(path, side, edits).picture) for path in photos])
 
     def _fill(self) -> None:
         photos = there(self.settings)

@@ -210,8 +210,7 @@ class Sync(Feature):
         path, sample, preview = drawn
         if path in self._selected:
             self._samples[path] = sample
-            self._strip.film.show_thumbnail(path, preview.picture)
-            self._strip.film.show_warning(path, preview.warning)
+            self._strip.film.show_thumbnail(path, preview)
         QTimer.singleShot(0, self._draw)
 
     def _not_drawn(self, _: Exception) -> None:

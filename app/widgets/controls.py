@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from PySide6.QtCore import QEvent, QObject, QSize, Qt
-from PySide6.QtGui import QAction, QPainter, QPaintEvent, QPen
+from PySide6.QtCore import QEvent, QObject, QPointF, QSize, Qt
+from PySide6.QtGui import QAction, QFont, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import (
+    QApplication,
     QComboBox,
     QHBoxLayout,
     QLabel,
@@ -23,6 +24,10 @@ from PySide6.QtWidgets import (
 
 from ..i18n import bare, tr
 from ..theme import GRID_PX
+
+# Columns of a row in heights of a line; a longer name or value gets two lines.
+_NAME_LINES = 6.0
+_VALUE_LINES = 4.2
 
 
 class _PassesWheels(QObject):
@@ -50,7 +55,7 @@ class ChoiceBox(QComboBox):
         turn_in_focus_only(self)
 
     def paintEvent(self, event: QPaintEvent) -> None:  # noqa: ARG002
-        """Draw the box with elided text."""
+        """Draw a flat box with elided text and a chevron."""
         option = QStyleOptionComboBox()
         self.initStyleOption(option)
         box = QStyle.ComplexControl.CC_ComboBox
@@ -61,9 +66,10 @@ class ChoiceBox(QComboBox):
         painter = QStylePainter(self)
         painter.drawComplexControl(box, option)
         painter.drawControl(QStyle.ControlElement.CE_ComboBoxLabel, option)
-        if self.hasFocus():
-            painter.setPen(QPen(self.palette().accent().color(), 2.0))
-            painter.drawRect(self.rect().adjusted(1, 1, -1, -1))
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.setPen(QPen(self.palette().placeholderText().color(), 1.5))
+        x, y = self.width() - 12.0, self.height() / 2 + 2.0
+        painter.drawPolyline([QPointF(x - 3.5, y - 3.5), QPointF(x, y), QPointF(x + 3.5, y - 3.5)])
 
 
 class WholeNumber(QSpinBox):
@@ -84,7 +90,7 @@ class Fold(QWidget):
     def __init__(self, title: str, content: QWidget, name: str = "") -> None:
         super().__init__()
         self.setObjectName(name)
-        self._content = content
+        self._content, self._title = content, title
         self.button = QToolButton()
         self.button.setText(title)
         self.button.setAccessibleName(bare(title))
@@ -97,6 +103,10 @@ class Fold(QWidget):
         column.addWidget(self.button, alignment=Qt.AlignmentFlag.AlignLeft)
         column.addWidget(content)
         self._show(False)
+
+    def mark(self, changed: bool) -> None:
+        """Mark the title with a dot if something in the group is changed."""
+        self.button.setText(f"{self._title} \N{BULLET}" if changed else self._title)
 
     def flatten(self, flat: bool) -> None:
         """Show the content without a title, or fold it under the title again."""
@@ -159,6 +169,8 @@ def segmented(name: str, actions: Sequence[QAction]) -> QWidget:
         button = _reached(action)
         ends = {0: "first", len(actions) - 1: "last"}
         button.setProperty("part", ends.get(place, "middle"))
+        button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextOnly)
+        button.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         row.addWidget(button)
     return whole
 
@@ -172,7 +184,7 @@ def heading(text: str) -> QLabel:
 
 def named(text: str, buddy: QWidget) -> QLabel:
     """Return the title of a control, which also names it for screen readers."""
-    label = heading(text)
+    label = QLabel(text)
     label.setBuddy(buddy)
     buddy.setAccessibleName(bare(text))
     return label
@@ -228,3 +240,33 @@ def row_of(*widgets: QWidget | None, spacing: int = 2 * GRID_PX) -> QHBoxLayout:
         else:
             row.addWidget(widget)
     return row
+
+
+def columns_of(name: QLabel, control: QWidget | QLayout, value: QWidget) -> QHBoxLayout:
+    """Return a row with the column widths of every row: name, control and value."""
+    line = name.fontMetrics().height()
+    name.setFixedWidth(round(_NAME_LINES * line))
+    value.setFixedWidth(round(_VALUE_LINES * line))
+    row = row_of(name)
+    if isinstance(control, QWidget):
+        row.addWidget(control, 1)
+    else:
+        row.addLayout(control, 1)
+    row.addWidget(value)
+    return row
+
+
+def fits(name: QLabel, value: QWidget) -> bool:
+    """Return whether the widest texts fit the columns of `columns_of`."""
+    metrics = name.fontMetrics()
+    name_px = metrics.horizontalAdvance(bare(name.text()))
+    value_px, line = value.sizeHint().width() - GRID_PX, metrics.height()
+    return name_px <= _NAME_LINES * line and value_px <= _VALUE_LINES * line
+
+
+def enlarge(label: QWidget, factor: float) -> None:
+    """Use a larger semibold font."""
+    font = label.font()
+    font.setPointSizeF(factor * QApplication.font().pointSizeF())
+    font.setWeight(QFont.Weight.DemiBold)
+    label.setFont(font)

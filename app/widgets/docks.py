@@ -103,7 +103,9 @@ class Docks(QObject):
         names = list(stored) or [name for name in self._docks if name in shown]
         for name in self._docks.keys() - set(staying):
             self._docks[name].setVisible(name in names)
-        hints = {name: self._docks[name].sizeHint().toTuple() for name in names}
+        # A dock without a tool panel has no height of its own.
+        least = QSize(0, 1)
+        hints = {name: self._docks[name].sizeHint().expandedTo(least).toTuple() for name in names}
         # A dock that was never laid out has no size.
         sizes = {name: size for name, size in (hints | stored).items() if min(size) > 0}
         docks = [self._docks[name] for name in sizes]
@@ -166,7 +168,7 @@ class ColumnArea(QScrollArea):
         content, width = self._content, self.viewport().width()
         wraps = content.hasHeightForWidth()
         height = content.heightForWidth(width) if wraps else content.sizeHint().height()
-        return QSize(self.minimumWidth(), height + 1)  # for the line above
+        return QSize(self.minimumWidth(), height + 2)  # for the line above
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Follow the content's minimum width, and the height of a `whole` column."""

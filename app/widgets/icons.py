@@ -23,7 +23,7 @@ def icon(name: str, theme: Theme) -> QIcon:
     for mode, state, colour in (
         (modes.Normal, states.Off, theme.text),
         (modes.Disabled, states.Off, theme.muted),
-        (modes.Normal, states.On, theme.on_accent),
+        (modes.Normal, states.On, theme.accent),
     ):
         for ratio in _RATIOS:
             made.addPixmap(QPixmap.fromImage(_drawn(name, colour, ratio)), mode, state)

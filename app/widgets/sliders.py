@@ -6,7 +6,7 @@ import sys
 from functools import partial
 from typing import Any
 
-from PySide6.QtCore import QPointF, QRect, QSignalBlocker, Qt, QTimer, Signal
+from PySide6.QtCore import QPointF, QRect, QRectF, QSignalBlocker, Qt, QTimer, Signal
 from PySide6.QtGui import (
     QAccessible,
     QAccessibleEvent,
@@ -17,6 +17,7 @@ from PySide6.QtGui import (
     QMouseEvent,
     QPainter,
     QPaintEvent,
+    QPen,
     QWheelEvent,
 )
 from PySide6.QtWidgets import (
@@ -31,7 +32,17 @@ from PySide6.QtWidgets import (
 
 from ..accessibility import DECREASE, INCREASE, NOTHING, actions_of, speak
 from ..i18n import bare, tr
-from .controls import column_of, muted_label, row_of, turn_in_focus_only
+from ..theme import LEAD
+from .controls import (
+    Elided,
+    column_of,
+    columns_of,
+    enlarge,
+    fits,
+    muted_label,
+    row_of,
+    turn_in_focus_only,
+)
 from .typed import SliderScale, ValueField
 
 # Pause that ends a gesture of wheel notches, and the time for a double click, ms.
@@ -69,8 +80,7 @@ class GestureSlider(QSlider):
         self.stepped = False  # whether a key has moved the handle since the focus came
         self._x = self._place = 0.0
         self._touched: QPointF | None = None  # where a finger went down, until it moves
-        self._is_signed = self.minimum() < 0.0 == scale.value(0)
-        self.setProperty("signed", self._is_signed)
+        self._is_signed = self.minimum() < 0 < self.maximum()
 
     def abort(self) -> None:
         """Ignore the mouse until the button is released."""
@@ -94,9 +104,12 @@ class GestureSlider(QSlider):
 
     def take_figure(self, figure: float) -> None:
         """Set the value from an assistive tool as one gesture, clamped to the range."""
+        self.take_steps(self.bounded(self.scale.typed(figure)) - self.value())
+
+    def bounded(self, value: float) -> int:
+        """Return the step nearest to a value."""
         ends = self.scale.value(self.minimum()), self.scale.value(self.maximum())
-        step = self.scale.step(min(max(self.scale.typed(figure), ends[0]), ends[1]))
-        self.take_steps(step - self.value())
+        return self.scale.step(min(max(value, ends[0]), ends[1]))
 
     def take_steps(self, by: int) -> None:
         """Move by steps as one gesture."""
@@ -156,22 +169,40 @@ class GestureSlider(QSlider):
         self._place += by * _FINE if event.modifiers() & _FINELY else by
         self.setValue(round(self._place))
 
-    def paintEvent(self, event: QPaintEvent) -> None:
-        """Fill the groove from 0 to the handle if the range includes negative values."""
-        super().paintEvent(event)
-        if not self._is_signed:
-            return
+    @property
+    def is_neutral(self) -> bool:
+        """True at the value that changes nothing."""
+        return self._is_signed and self.value() == 0
+
+    def paintEvent(self, event: QPaintEvent) -> None:  # noqa: ARG002
+        """Draw track, fill and handle; a disabled slider has a hollow handle and no fill."""
         groove, handle, mirrored = self._parts()
-        share = -self.minimum() / (self.maximum() - self.minimum())
-        room = groove.width() - handle.width()
-        zero = groove.left() + handle.width() // 2
-        zero += round(room * (1.0 - share if mirrored else share))
-        painter, middle = QPainter(self), groove.center().y()
-        colour = self.palette().accent() if self.isEnabled() else self.palette().placeholderText()
-        near = handle.left() if handle.center().x() > zero else handle.right() + 1
-        if not handle.left() <= zero <= handle.right():
-            painter.fillRect(QRect(min(zero, near), middle - 1, abs(near - zero), 3), colour)
-        painter.fillRect(QRect(zero, groove.bottom() + 2, 1, 3), self.palette().placeholderText())
+        painter, palette, on = QPainter(self), self.palette(), self.isEnabled()
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(palette.dark() if on else palette.mid())
+        radius, middle = handle.width() / 2, groove.center().y() + 0.5
+        at, start = handle.left() + radius, groove.left() + (groove.width() if mirrored else 0)
+        bar = QRectF(groove)
+        painter.drawRoundedRect(bar, bar.height() / 2, bar.height() / 2)
+        if self._is_signed:
+            # The middle has a tick, and the fill starts there to show the direction.
+            share = -self.minimum() / (self.maximum() - self.minimum())
+            room = groove.width() - handle.width()
+            start = round(groove.left() + radius + room * (1.0 - share if mirrored else share))
+            painter.drawRect(QRectF(start - 0.5, middle - 5.0, 1.0, 10.0))
+        if on:
+            fill = QRectF(min(start, at), bar.top(), abs(at - start), bar.height())
+            painter.fillRect(fill, palette.accent())
+        calm = palette.placeholderText() if self.is_neutral else palette.windowText()
+        edge = palette.window() if on else palette.mid()
+        painter.setPen(QPen((palette.accent() if self.hasFocus() else edge).color(), 1.5))
+        on_handle = palette.accent() if self.isSliderDown() else calm
+        painter.setBrush(on_handle if on else palette.window())
+        painter.drawEllipse(QPointF(at, middle), radius - 0.5, radius - 0.5)
+        if self.hasFocus():
+            painter.setBrush(Qt.BrushStyle.NoBrush)
+            painter.drawEllipse(QPointF(at, middle), radius + 2.0, radius + 2.0)
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         """End the gesture; after a click, wait for a double click first."""
@@ -251,19 +282,30 @@ class ValueSlider(QWidget):
         scale: SliderScale,
         tip: str,
         note_lines: int = 0,
+        *,
+        lead: bool = False,
     ) -> None:
         super().__init__()
         self._first: float | None = None
         self.slider = GestureSlider(scale)
-        self.title = _Title()
-        self.title.setProperty("heading", "true")
+        self.title, self.second = _Title(), Elided()
+        self.second.setProperty("muted", "true")
         self.title.setBuddy(self.slider)
         self.field = ValueField("", scale)
+        self.slider.setProperty("lead", lead)
+        if lead:
+            enlarge(self.title, LEAD)
+            enlarge(self.field, LEAD * LEAD)
         self.rename(title, tip, scale)
         self.note = muted_label()
         self.note.setVisible(note_lines > 0)
         self.note.setMinimumHeight(note_lines * self.note.fontMetrics().height())
-        column_of(self, row_of(self.title, None, self.field), self.slider, self.note)
+        if lead or not fits(self.title, self.field):
+            top = row_of(self.title, self.second, self.field)
+            top.setStretchFactor(self.second, 1)
+            column_of(self, top, self.slider, self.note, spacing=0)
+        else:
+            column_of(self, columns_of(self.title, self.slider, self.field), self.note, spacing=0)
         self.slider.valueChanged.connect(self._tell)
         self.slider.rested.connect(self.rested)
         for doubled in (self.slider.reset, self.title.doubled):
@@ -276,7 +318,7 @@ class ValueSlider(QWidget):
     def show_value(self, value: float) -> None:
         """Show a value without emitting signals."""
         self.slider.show_amount(value)
-        self.field.show_text(self.slider.scale.text(value))
+        self.field.show_text(self.slider.scale.text(value), calm=self.slider.is_neutral)
 
     def rename(self, title: str, tip: str, scale: SliderScale) -> None:
         """Set the name with mnemonic, the tooltip and the scale."""

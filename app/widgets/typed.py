@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import Final
 
 from PySide6.QtCore import QEvent, QSize, Qt, Signal
-from PySide6.QtGui import QKeyEvent, QMouseEvent
-from PySide6.QtWidgets import QLineEdit, QSizePolicy
+from PySide6.QtGui import QFontMetrics, QKeyEvent, QMouseEvent, QPainter, QPaintEvent
+from PySide6.QtWidgets import QApplication, QLineEdit, QSizePolicy, QStyle, QStyleOptionFrame
 
 from ..i18n import tr
 from ..theme import GRID_PX
@@ -91,7 +91,7 @@ class ValueField(QLineEdit):
 
     def __init__(self, name: str, scale: SliderScale) -> None:
         super().__init__()
-        self._shown = ""
+        self._shown, self._calm = "", False
         self.rename(name, scale)
         self.setProperty("value", "true")
         self.setAlignment(Qt.AlignmentFlag.AlignRight)
@@ -108,8 +108,11 @@ class ValueField(QLineEdit):
         self.setAccessibleName(tr("{name}, in figures", name=name))
         self.updateGeometry()
 
-    def show_text(self, text: str) -> None:
-        """Show a value. Unfinished input stays until accepted or cancelled."""
+    def show_text(self, text: str, *, calm: bool = False) -> None:
+        """Show a value; a calm one changes nothing. Unfinished input stays until accepted."""
+        if calm != self._calm:
+            self._calm = calm
+            self.update()
         self._shown = text
         if not (self.hasFocus() and self.isModified()):
             self._restore()
@@ -117,7 +120,7 @@ class ValueField(QLineEdit):
     def sizeHint(self) -> QSize:
         """Return the size for the longest value, so that the layout doesn't move."""
         longest = max(map(self.fontMetrics().horizontalAdvance, (*self._scale.ends, self._shown)))
-        return QSize(longest + 5 * GRID_PX, super().sizeHint().height())
+        return QSize(longest + 2 * GRID_PX, super().sizeHint().height())
 
     def minimumSizeHint(self) -> QSize:
         """Return the same size: a truncated number would mislead."""
@@ -126,6 +129,28 @@ class ValueField(QLineEdit):
     def mouseDoubleClickEvent(self, _: QMouseEvent) -> None:
         """Select the whole value; Qt would select a part such as the unit."""
         self.selectAll()
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Draw the unit quieter than the number, unless the text is being edited."""
+        if self.hasFocus():
+            super().paintEvent(event)
+            return
+        option, painter, palette = QStyleOptionFrame(), QPainter(self), self.palette()
+        self.initStyleOption(option)
+        self.style().drawPrimitive(QStyle.PrimitiveElement.PE_PanelLineEdit, option, painter, self)
+        found = _NUMBER.search(self.text())
+        start, end = found.span() if found else (0, 0)
+        quiet, unit = palette.placeholderText().color(), QApplication.font()
+        loud = quiet if self._calm or not self.isEnabled() else palette.text().color()
+        right, metrics = self.width() - GRID_PX, self.fontMetrics()
+        baseline = (self.height() + metrics.ascent() - metrics.descent()) // 2
+        number = self.text()[start:end].replace("-", "\N{MINUS SIGN}")
+        parts = ((self.text()[end:], quiet, unit), (number, loud, self.font()))
+        for text, colour, font in (*parts, (self.text()[:start], quiet, unit)):
+            right -= QFontMetrics(font).horizontalAdvance(text)
+            painter.setFont(font)
+            painter.setPen(colour)
+            painter.drawText(right, baseline, text)
 
     def event(self, event: QEvent) -> bool:
         """Handle Escape here instead of in the window's shortcuts."""

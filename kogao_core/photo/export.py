@@ -53,8 +53,8 @@ class Export(ExportSettings):
     @property
     def coding(self) -> int | None:
         """Quality for `write`. None: preserve as much of the source's encoding as possible."""
-        same_coding = dataclasses.replace(self, ending=AS_IT_IS.ending, name=AS_IT_IS.name)
-        return None if same_coding == AS_IT_IS else self.quality
+        named = {name: getattr(AS_IT_IS, name) for name in ("ending", "name", "start")}
+        return None if dataclasses.replace(self, **named) == AS_IT_IS else self.quality
 
     def reduces(self, photo: Photo) -> bool:
         """Return True if the export is smaller than the photo."""
@@ -63,12 +63,14 @@ class Export(ExportSettings):
     def place(self, photo: Path, number: int, percent: float, ending: str = ".jpg") -> Path:
         """Return the output path. `photo` is the path in the output folder with the source's name.
 
+        `number` is counted from 1 in each export.
         `ending` is the fallback extension for photos in a read-only format.
         """
         if not self.ending and self.name == "{name}":
             unwritten = photo.suffix.lower() in READ_ONLY
             # Append the extension: a raw photo and its JPEG are often in the same folder.
             return photo.with_name(photo.name + ending) if unwritten else photo
+        number += self.start - 1
         fields = {"name": photo.stem, "n": f"{number:03}", "amount": f"{percent:g}"}
         own = photo.suffix if photo.suffix.lower() in FORMATS else ending
         name = _FIELD.sub(lambda field: fields[field[1]], self.name)

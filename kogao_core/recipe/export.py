@@ -89,6 +89,10 @@ class ExportSettings:
     name: str = _option(
         "{name}", title=Text("&Name"), tip=Text("May contain {name}, {n} and {amount}")
     )
+    # {n} of the first photo.
+    start: int = _option(
+        1, title=Text("First n&umber"), tip=Text("Number of the first photo, for {n}"), most=99_999
+    )
     # Preserve EXIF, XMP, IPTC and other metadata.
     metadata: bool = _option(
         True,

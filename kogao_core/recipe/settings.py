@@ -181,17 +181,17 @@ FITS: Final[tuple[Alternative[Fit], ...]] = (
     ),
 )
 DOMAINS: Final[tuple[Alternative[DomainName], ...]] = (
-    Alternative("image", Text("Whole image"), Text("image"), Text("all")),
+    Alternative("image", Text("Whole photo"), Text("image"), Text("all")),
     Alternative(
         "control-points",
-        Text("Control points"),
+        Text("Lattice cells in reach"),
         Text("control points"),
         Text("cells in reach"),
         Text("section 4.1"),
     ),
     Alternative(
         "threshold",
-        Text("Threshold"),
+        Text("Reduced warp domain"),
         Text("threshold"),
         Text("moving pixels"),
         Text("section 4.2"),

@@ -164,7 +164,7 @@ def test_thumbnails_are_shown_alike(tmp_path):
     pixels = np.full((40, 40, 3), (0, 200, 40), np.uint8)
     path = tmp_path / "green.png"
     write(with_profile(pixels, profile("Adobe RGB")), pixels, path)
-    picture = thumbnail(path).pixelColor(20, 20)
+    picture = thumbnail(path).picture.pixelColor(20, 20)
     shown = np.array([[picture.red(), picture.green(), picture.blue()]])
     assert apart(shown, pixels[:1, 0], "Adobe RGB").max() < 1.5
 
@@ -175,7 +175,7 @@ def test_the_thumbnail_of_a_png_that_names_pq_is_neither_grey_nor_flat(tmp_path)
     icc = profiles.of_name((9, 16), pixels)
     path = tmp_path / "pq.png"
     write(with_profile(pixels, icc), pixels, path)
-    picture = thumbnail(path)
+    picture = thumbnail(path).picture
     seen = [picture.pixelColor(x, 20).red() for x in (10, 30, 50)]
     assert seen[0] < 10
     assert 75 < seen[1] < 95
@@ -241,7 +241,7 @@ def test_thumbnails_and_grey_photos_follow_the_screen(tmp_path):
     assert use_screen(profile("Display P3"))
     pixels = np.full((40, 40, 3), (60, 180, 40), np.uint8)
     write(with_profile(pixels, None), pixels, tmp_path / "green.png")
-    picture = thumbnail(tmp_path / "green.png").pixelColor(20, 20)
+    picture = thumbnail(tmp_path / "green.png").picture.pixelColor(20, 20)
     seen = seen_on(np.array([picture.red(), picture.green(), picture.blue()]), "Display P3")
     assert delta_e_2000(lab_of_srgb(seen), lab_of_srgb(pixels[0, 0] / 255.0)) < 1.5
     grey = with_profile(chart(np.uint8, 1), None)

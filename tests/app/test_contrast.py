@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 from kogao_app import theme
 from kogao_app.canvas.overlays import glyphs
+from kogao_app.features.recipe.fields import percent
 from kogao_app.widgets import icons
+from kogao_app.widgets.sliders import GestureSlider
 from PySide6.QtCore import QItemSelectionModel, QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QIcon, QImage, QPainter
 from PySide6.QtWidgets import (
@@ -16,7 +18,6 @@ from PySide6.QtWidgets import (
     QListWidget,
     QMenu,
     QProxyStyle,
-    QSlider,
     QStyle,
     QTabBar,
     QWidget,
@@ -63,14 +64,11 @@ LINES = {
 }
 # Boxes; these are as flat as a line.
 EDGES = {
-    name: partial(_edge, colour=colour)
-    for name, colour in (("folded cell", glyphs.TURNED), *glyphs.DOMAIN_EDGES.items())
+    "folded cell": partial(_edge, colour=glyphs.TURNED),
+    "reduced domain": partial(_edge, colour=glyphs.DOMAIN_EDGES["threshold"][0]),
 }
 # What is laid over regions.
-HATCHES = {
-    **{name: partial(glyphs.brush, name) for name in glyphs.DOMAINS},
-    "protected": glyphs.protected,
-}
+HATCHES = {"protected": glyphs.protected}
 MARKS = {
     "landmark": partial(glyphs.dot, colour=glyphs.LANDMARK),
     "unsure landmark": partial(glyphs.hollow, colour=glyphs.LANDMARK),
@@ -121,12 +119,12 @@ def test_the_ring_of_the_focus_is_seen(name):
 
 @pytest.mark.parametrize("name", THEMES)
 @pytest.mark.parametrize("checked", [False, True])
-@pytest.mark.parametrize("kind", [QCheckBox, QListWidget, QSlider])
+@pytest.mark.parametrize("kind", [QCheckBox, QListWidget, GestureSlider])
 def test_what_is_set_is_seen_without_its_words(qapp, qtbot, name, kind, checked):
     colours = theme.apply(qapp, name)
-    widget = kind(Qt.Orientation.Horizontal) if kind is QSlider else kind()
+    widget = GestureSlider(percent()) if kind is GestureSlider else kind()
     qtbot.addWidget(widget)
-    if kind is QSlider:
+    if kind is GestureSlider:
         widget.setValue(50 * checked)
     elif kind is QListWidget:
         widget.addItem("")
@@ -141,7 +139,7 @@ def test_what_is_set_is_seen_without_its_words(qapp, qtbot, name, kind, checked)
 @pytest.mark.parametrize("name", THEMES)
 def test_what_is_not_filled_is_seen_too(qapp, qtbot, name):
     colours = theme.apply(qapp, name)
-    slider = QSlider(Qt.Orientation.Horizontal)
+    slider = GestureSlider(percent())
     qtbot.addWidget(slider)
     slider.setAutoFillBackground(True)
     drawn = pixels_of(slider.grab().toImage()).reshape(slider.height(), slider.width(), 3)

@@ -37,10 +37,10 @@ def test_visibility_has_three_grades_by_the_studies(opened):
     opened.show("scope", "face")
     seen = gauge(opened).seen
     for percent, words in (
-        (4.9, "fewer than half"),
-        (5.0, "half of viewers or more"),
-        (7.9, "half of viewers or more"),
-        (8.0, "62 % of viewers call it clearly different"),
+        (4.9, "Subtle: fewer than half"),
+        (5.0, "Visible: half of viewers notice"),
+        (7.9, "Visible: half of viewers notice"),
+        (8.0, "Strong: 62 % call it clearly different"),
     ):
         opened.show("percent", percent)
         assert words in seen.text(), percent

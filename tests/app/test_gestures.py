@@ -44,7 +44,7 @@ def test_a_held_key_is_one_step(opened):
     QTest.keyRelease(slider(opened), KEYS.Key_Right)
     assert not opened.editor.document.in_gesture
     assert opened.editor.document.undo.count() == 1
-    assert opened.editor.document.undo.undoText() == "Warp distance 4.0 → 4.5 % of D"
+    assert opened.editor.document.undo.undoText() == "Amount 4.0 → 4.5 % of D"
 
 
 def test_a_double_click_brings_what_photos_are_preferred_to_begin_with(opened):
@@ -161,7 +161,7 @@ def test_centre_buttons_lattice_and_choices_reach_the_recipe_and_the_history(ope
     assert [stack.text(row) for row in range(stack.count())] == [
         "Change Head → Face only",
         "Centre 2 → 4",
-        "Lattice 1.0 → 4.0",
+        "Falloff 1.0 → 4.0",
         "Fit Exact → Approximation",
         "Threshold 0.02 → 2.0 px",
         "Guard on → off",

@@ -114,11 +114,11 @@ def test_undo_and_redo_say_which_of_several_faces_changed(three):
 
     recipe.set_field("percent", 5.0)
     document.commit()
-    assert back_and_forth() == "Undone: Warp distance 4.0 → 5.0 % of D", "everybody's"
+    assert back_and_forth() == "Undone: Amount 4.0 → 5.0 % of D", "everybody's"
     recipe.choose(1)
     recipe.set_field("percent", 6.0)
     document.commit()
-    assert back_and_forth() == "Undone: Warp distance 5.0 → 6.0 % of D (face 2)"
+    assert back_and_forth() == "Undone: Amount 5.0 → 6.0 % of D (face 2)"
     three.panel("faces").item(2).setCheckState(Qt.CheckState.Unchecked)
     assert back_and_forth() == "Undone: Switch a face (face 3)"
     document.step(document.state.without_face(0), "Delete")

@@ -39,7 +39,7 @@ def test_marks_show_under_the_cursor_and_on_a_point_in_hand(retouch):
     assert not marks(retouch)
     bare = picture(retouch)
     retouch.move(middle(retouch))
-    assert marks(retouch) == {"targets"}, "one kind of mark"
+    assert marks(retouch) == {"landmarks"}, "one kind of mark"
     assert (picture(retouch) != bare).any()
     retouch.press(retouch.on_screen(CHIN))
     retouch.move(QPoint(4, 4))
@@ -55,7 +55,7 @@ def test_marks_show_under_the_cursor_and_on_a_point_in_hand(retouch):
 def test_a_press_without_a_move_takes_the_point_that_it_meets(retouch):
     assert not marks(retouch)
     retouch.drag(retouch.on_screen(CHIN), QPoint(6, 9))
-    assert retouch.editor.document.undo.undoText().startswith("target 11, chin")
+    assert retouch.editor.document.undo.undoText().startswith("outline 11, chin")
 
 
 def test_brushes_and_the_divider_show_no_points_and_protecting_shows_the_mask(retouch):
@@ -150,7 +150,7 @@ def test_retouch_speaks_plainly_and_inspect_exactly(retouch):
     assert "% of D, the face's radius" in panel.percent.slider.toolTip()
     retouch.key(KEYS.Key_3, ALT)
     exact = words_of(panel)
-    for science in ("&Warp distance", "J ≥", "residual"):
+    for science in ("warp distance", "J ≥", "residual"):
         assert science in exact
     assert panel.percent.field.text() == "4.0 % of D"
 

@@ -66,7 +66,7 @@ def test_an_overlay_follows_from_its_declaration(empty):
 
 
 def hide_marks(driver):
-    for key in (KEYS.Key_L, KEYS.Key_T, KEYS.Key_C):
+    for key in (KEYS.Key_L, KEYS.Key_T, KEYS.Key_C, KEYS.Key_D):
         driver.key(key)
 
 
@@ -198,7 +198,12 @@ def legend(driver):
 
 
 def test_the_legend_lists_what_is_shown_and_there(opened):
-    assert legend(opened) == ["Landmarks", "Targets", "Centre and its candidates"]
+    at_first = legend(opened)
+    assert at_first[:3] == ["Landmarks", "Targets", "Centre and its candidates"]
+    assert [row.partition(":")[0] for row in at_first[3:]] == [
+        *("Reduced warp domain", "Lattice cells in reach", "Whole photo"),
+    ]
+    opened.key(KEYS.Key_D)
     opened.key(KEYS.Key_G)
     opened.key(KEYS.Key_L)
     assert legend(opened) == ["Targets", "Centre and its candidates", "Lattice"]
@@ -209,12 +214,11 @@ def test_the_legend_lists_what_is_shown_and_there(opened):
     assert legend(opened) == ["Lattice"], "there is no face"
 
 
-def test_the_legend_tells_the_domains_with_their_pixels(opened):
-    opened.key(KEYS.Key_D)
+def test_the_legend_tells_the_share_of_the_domains(opened):
     counts = opened.editor.view.frame.rendering.pixel_counts
     share = 100 * counts["threshold"] / counts["image"]
-    (row,) = [text for text in legend(opened) if text.startswith("Threshold")]
-    assert row == f"Threshold: {counts['threshold']:,} px, {share:.1f} %"
+    (row,) = [text for text in legend(opened) if text.startswith("Reduced")]
+    assert row == f"Reduced warp domain: {share:.1f} %"
 
 
 def test_a_figure_holds_canvas_legend_caption_and_figures(opened, tmp_path):

@@ -159,7 +159,7 @@ def test_strokes_and_the_brushs_ring_are_drawn(opened):
 
 @pytest.mark.parametrize(
     ("panel", "names"),
-    [("protect", ("points", "brush", "line", "eraser")), ("push", ("push", "restore"))],
+    [("protect", ("brush", "line", "eraser")), ("push", ("push", "restore"))],
 )
 def test_buttons_menus_and_keys_agree(opened, panel, names):
     opened.key(KEYS.Key_B)
@@ -227,3 +227,15 @@ def test_a_mask_that_cant_be_used_is_told_and_nothing_changes(opened, tmp_path):
         opened.settle()
         assert words in opened.say()
         assert opened.state is before
+
+
+def test_a_line_starts_narrow_beside_the_head(opened):
+    opened.key(KEYS.Key_N)
+    width = opened.state.faces[0].box[2]
+    assert 2 * opened.editor.view.brush.radius_px == pytest.approx(0.05 * width)
+    opened.key(KEYS.Key_BracketRight)
+    wider = opened.editor.view.brush.radius_px
+    opened.key(KEYS.Key_B)
+    assert opened.editor.view.brush.radius_px != wider
+    opened.key(KEYS.Key_N)
+    assert opened.editor.view.brush.radius_px == wider

@@ -25,7 +25,7 @@ pytestmark = pytest.mark.usefixtures("one_window")
 @pytest.mark.parametrize(
     ("shares", "said"),
     [
-        ((0.4,), "⚠ Reduced to 40 % near point 5:"),
+        ((0.4,), "⚠ Limited to 40 %:"),
         ((1.0, 0.75, 0.4), "⚠ Reduced in faces 2, 3, down to 40 %."),
         ((1.0, 1.0), ""),
     ],
@@ -53,7 +53,7 @@ def panel(qtbot):
 
 
 def test_every_field_has_a_control_and_a_name_for_undo(panel):
-    controls = [*panel.sliders, *panel.choices, *panel.switches, "center", "lens"]
+    controls = [*panel.sliders, *panel.choices, *panel.switches, "center", "lens", "scope"]
     assert sorted(controls) == sorted(SETTINGS)
     assert all(fields.title(field) for field in SETTINGS)
 
@@ -82,7 +82,8 @@ def test_declared_words_are_translated(start):
     language.use_catalogue("xx", Marked())
     driver = start()
     for field, setting in SETTINGS.items():
-        assert fields.title(field) == f"«{setting.title}»"
+        plain = {"percent": "Amount", "lattice": "Falloff"}.get(field, setting.title)
+        assert fields.title(field) == f"«{plain}»"
         assert f"«{setting.help}»" in fields.tip(field)
     for field, box in driver.panel("recipe").choices.items():
         for place, one in enumerate(SETTINGS[field].alternatives):
@@ -96,7 +97,7 @@ def test_what_belongs_to_a_photo_waits_for_one_and_what_a_user_prefers_does_not(
     recipe, protect = empty.panel("recipe"), empty.panel("protect")
     by_photo = [
         *(recipe.percent.slider, recipe.lattice.slider, recipe.lens, protect.size_px.slider),
-        *(recipe.switches["guard"], recipe.choices["scope"], recipe.choices["fit"]),
+        *(recipe.switches["guard"], recipe.scope, recipe.choices["fit"]),
     ]
     names = (
         *("save", "save-project", "export-figure", "find", "place"),

@@ -23,7 +23,12 @@ def source():
 
 
 def scope(driver):
-    return driver.panel("recipe").choices["scope"]
+    return driver.panel("recipe").scope
+
+
+def checked(driver):
+    choice = scope(driver)
+    return choice.names[choice.group.checkedId() - 1]
 
 
 def test_it_is_in_sight_below_the_amount_in_every_workspace(start, photo):
@@ -34,15 +39,19 @@ def test_it_is_in_sight_below_the_amount_in_every_workspace(start, photo):
         assert scope(driver).isVisible()
         assert panel.percent.y() < panel.scope.y() <= panel.more.y()
         assert doubled(letters_of(driver.window)) == {}
-    texts = [scope(driver).itemText(place) for place in range(scope(driver).count())]
-    assert texts == ["Head: with ears and hair", "Face only: as in the paper"]
+    buttons = scope(driver).group.buttons()
+    assert [one.text() for one in buttons] == ["Head", "Face only"]
+    said = [one.toolTip().partition("\n")[0] for one in buttons]
+    assert said == ["Head: with ears and hair", "Face only: as in the paper"]
 
 
 def test_a_key_leads_to_it_and_a_choice_is_one_step_with_a_name(start, photo):
     driver = start(photo, workspace=RETOUCH.name)
     QTest.keyClick(driver.window, Qt.Key.Key_G, Qt.KeyboardModifier.AltModifier)
-    assert scope(driver).hasFocus()
-    driver.press_key(scope(driver), Qt.Key.Key_Down)
+    head, face = scope(driver).group.buttons()
+    assert head.hasFocus()
+    driver.press_key(head, Qt.Key.Key_Right)
+    assert face.hasFocus()
     assert driver.state.recipe.scope == "face"
     assert driver.editor.document.undo.undoText() == "Change Head → Face only"
     driver.key(Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
@@ -53,14 +62,38 @@ def test_a_control_is_enabled_while_its_field_counts(start, photo):
     """Each field that needs another one follows it, whichever control it has."""
     driver = start(photo)
     panel = driver.panel("recipe")
-    dependent = [setting for setting in SETTINGS.values() if setting.needs]
-    assert len(dependent) >= 3
+    # A centre is always within reach: a click switches to the scope that uses one.
+    dependent = [one for one in SETTINGS.values() if one.needs and one.name != "center"]
+    assert len(dependent) >= 2
     for scope_name, lens in (("head", "off"), ("face", 26.0), ("head", 26.0)):
         for field, value in (("scope", scope_name), ("lens", lens)):
             driver.set(field, value)
         for setting in dependent:
             counts = setting.counts(driver.state.recipe)
             assert panel.controls[setting.name].isEnabled() == counts, setting.name
+        assert panel.centre.isEnabled()
+
+
+@pytest.mark.parametrize("workspace", ["retouch", "inspect"])
+def test_a_click_on_a_centre_uses_it_for_the_face_only_as_one_step(start, photo, workspace):
+    driver = start(photo, workspace=workspace)
+    panel = driver.panel("recipe")
+    before = driver.state
+    assert before.recipe.scope == "head"
+    assert panel.centre.group.checkedId() == -1, "with the head, no centre is in use"
+    assert panel.centre.value.text() == "\N{EN DASH}"
+    fourth = panel.centre.group.button(4)
+    assert "Face only" in fourth.toolTip()
+    QTest.mouseClick(fourth, Qt.MouseButton.LeftButton)
+    assert (driver.state.recipe.scope, driver.state.recipe.center) == ("face", 4)
+    assert panel.centre.group.checkedId() == 4
+    assert panel.centre.value.text() == {"retouch": "Nose", "inspect": "4.7 : 5.3"}[workspace]
+    assert "Face only" not in fourth.toolTip()
+    assert driver.editor.document.undo.count() == 1
+    assert driver.editor.document.undo.undoText() == "Centre Head → Face only"
+    driver.editor.document.undo.undo()
+    assert driver.state == before
+    assert panel.centre.group.checkedId() == -1
 
 
 def test_each_face_may_have_its_own(two):
@@ -69,9 +102,9 @@ def test_each_face_may_have_its_own(two):
     recipe.set_field("scope", "face")
     two.editor.document.commit()
     assert [two.state.recipe_of(k).scope for k in (0, 1)] == ["head", "face"]
-    assert scope(two).currentData() == "face"
+    assert checked(two) == "face"
     recipe.choose(0)
-    assert scope(two).currentData() == "head"
+    assert checked(two) == "head"
 
 
 def test_the_rim_of_a_forehead_that_follows_is_shown(opened):

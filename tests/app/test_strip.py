@@ -110,15 +110,46 @@ def test_a_thumbnail_shows_the_edits(strip, own):
     if own:
         prefer(editor.strip.settings, EDITS, "own")
     path, film = editor.document.path, editor.strip.film
-    before, icon = pixels(thumbnail(path)), film.item(0).icon().cacheKey()
+    before, icon = pixels(thumbnail(path).picture), film.item(0).icon().cacheKey()
     strip.edit(6.0)
-    edited = pixels(thumbnail(path, edits=editor.strip.storage.edits))
+    edited = pixels(thumbnail(path, edits=editor.strip.storage.edits).picture)
     assert edited.shape == before.shape
     apart = np.abs(edited - before)
     assert apart.max() > 20
     assert np.median(apart) <= 2, "it is the same photo"
     # On a busy machine the strip hears of the kept edit after the window has settled.
     strip.qtbot.waitUntil(lambda: film.item(0).icon().cacheKey() != icon)
+
+
+def test_a_key_leads_to_photos_to_check_once_and_says_why(start, encoded, tmp_path, source):
+    driver = start()
+    folder = tmp_path / "in"
+    folder.mkdir()
+    for name in ("a.png", "b.png", "c.png"):
+        (folder / name).write_bytes(encoded)
+    driver.editor.strip.show_places([folder])
+    driver.settle()
+    source.faces = [dataclasses.replace(oval_face(), score=0.5, source="mesh")]
+    click_on(driver, 1)
+    driver.set("percent", 5.0)
+    click_on(driver, 2)
+    driver.set("percent", 5.0)
+    source.faces = [oval_face()]
+    click_on(driver, 0)
+    chip = driver.editor.strip.panel.chips["doubtful"]
+    assert "2" in chip.text()
+    seen = []
+    for _ in range(2):
+        driver.key(Qt.Key.Key_Right, CONTROL, Qt.KeyboardModifier.ShiftModifier)
+        driver.settle()
+        seen.append(driver.editor.document.path.name)
+        assert f"To check: {seen[-1]}" in driver.say()
+        assert "50 %" in driver.say()
+    assert seen == ["b.png", "c.png"]
+    assert chip.isHidden(), "both are marked as seen"
+    driver.key(Qt.Key.Key_Right, CONTROL, Qt.KeyboardModifier.ShiftModifier)
+    assert driver.say() == "No photo of the strip is left to check."
+    assert driver.editor.document.path.name == "c.png"
 
 
 def test_doubtful_faces_are_marked_until_they_are_switched_on(start, encoded, tmp_path, source):
@@ -131,12 +162,12 @@ def test_doubtful_faces_are_marked_until_they_are_switched_on(start, encoded, tm
     driver.editor.strip.show_places([folder])
     driver.settle()
     assert driver.state.off == {0}
-    assert marks(driver) == {"a.png": "doubtful", "b.png": ""}
+    assert marks(driver) == {"a.png": "to check", "b.png": ""}
     driver.set("percent", 5.0)
     click_on(driver, 1)
     driver.editor.strip.show_places([folder])
     driver.settle()
-    assert marks(driver)["a.png"] == "doubtful", "its edits say so"
+    assert marks(driver)["a.png"].startswith("to check, face 1"), "its edits say so"
     click_on(driver, 0)
     driver.editor.faces._all_on()
     driver.settle()

@@ -53,7 +53,7 @@ def test_a_typed_amount_is_one_step_and_stands_there_exactly(opened):
     opened.settle()
     assert opened.state.recipe.percent == 6.25
     assert slider.field.text() == "6.25 % of D"
-    assert opened.editor.document.undo.undoText() == "Warp distance 4.0 → 6.25 % of D"
+    assert opened.editor.document.undo.undoText() == "Amount 4.0 → 6.25 % of D"
     assert opened.editor.document.undo.count() == 1
     assert slider.slider.hasFocus(), "the arrows go on from there"
     opened.key(KEYS.Key_Z, Qt.KeyboardModifier.ControlModifier)
@@ -84,7 +84,7 @@ def test_a_field_that_is_looked_at_changes_nothing(opened):
 def test_what_is_no_amount_is_said_once_and_the_last_one_stays(opened, text):
     field = opened.panel("recipe").percent.field
     type_in(field, text)
-    assert opened.say() == "Warp distance goes from -15.0 % of D to 15.0 % of D."
+    assert opened.say() == "Amount goes from -15.0 % of D to 15.0 % of D."
     assert field.text() == "4.0 % of D"
     assert opened.editor.document.undo.count() == 0
 
@@ -120,9 +120,9 @@ def test_a_brush_is_typed_in_px_across(opened):
     slider = opened.panel("protect").size_px
     type_in(slider.field, "33")
     assert opened.editor.view.brush.radius_px == 16.5
-    assert slider.field.text() == "33 px across"
+    assert slider.field.text() == "33 px"
     type_in(slider.field, "0")
-    assert opened.say() == "Brush size goes from 2 px across to 1024 px across."
+    assert opened.say() == "Size goes from 2 px to 1024 px."
 
 
 def test_every_slider_has_a_field_whose_longest_value_is_seen_whole(opened):

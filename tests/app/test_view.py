@@ -249,7 +249,7 @@ def test_inspect_shows_the_values_of_the_field_under_the_cursor(opened):
     assert lines[2:4] == [f"det J {det:.3f}", f"face 1: cell ({cell[0]}, {cell[1]})"]
     assert lines[4:] == ["domain: Threshold", "threshold T 0.01562 px"]
     opened.editor.view.set(cursor=(1.0, 1.0))
-    assert "domain: Whole image" in plate.text()
+    assert "domain: Whole photo" in plate.text()
     opened.editor.view.set(cursor=None)
     assert not plate.isVisible()
 

@@ -21,8 +21,8 @@ from PySide6.QtWidgets import (
     QDockWidget,
     QFileDialog,
     QInputDialog,
-    QLabel,
     QLineEdit,
+    QToolButton,
 )
 from scenes import textured_photo
 
@@ -61,7 +61,7 @@ def test_the_history_lists_gestures_and_leads_back(opened):
     opened.set("lattice", 2.0)
     view = opened.panel("history")
     texts = [view.model().index(row, 0).data() for row in range(view.model().rowCount())]
-    rows = ["As it was opened", "Warp distance 4.0 → 5.0 % of D", "Lattice 1.0 → 2.0"]
+    rows = ["As it was opened", "Amount 4.0 → 5.0 % of D", "Falloff 1.0 → 2.0"]
     assert texts == rows
     opened.editor.window.docks.show("history")
     opened.qtbot.waitUntil(view.isVisible)
@@ -72,7 +72,7 @@ def test_the_history_lists_gestures_and_leads_back(opened):
     assert opened.editor.document.undo.canRedo()
     assert said.hint_text == "Undone: 2 steps"
     opened.press_key(view, KEYS.Key_Down)
-    assert said.hint_text == "Done again: Warp distance 4.0 → 5.0 % of D"
+    assert said.hint_text == "Done again: Amount 4.0 → 5.0 % of D"
 
 
 @pytest.mark.usefixtures("unkept", "one_window")
@@ -367,14 +367,14 @@ def test_a_folder_can_be_chosen_by_key(empty, folder):
 def test_what_qt_cannot_read_has_a_thumbnail(tmp_path):
     picture, turned = PillowImage.fromarray(textured_photo(300, 200)), 6
     picture.save(tmp_path / "a.tif", compression="jpeg", tiffinfo={274: turned})
-    image = thumbnail(tmp_path / "a.tif", 144)
+    image = thumbnail(tmp_path / "a.tif", 144).picture
     assert (image.width(), image.height()) == (96, 144)
 
 
 def test_thumbnails_are_small_and_a_broken_file_has_none(folder):
-    image = thumbnail(folder / "0.png")
+    image = thumbnail(folder / "0.png").picture
     assert 0 < max(image.width(), image.height()) <= 144
-    assert thumbnail(folder / "broken.jpg").isNull()
+    assert thumbnail(folder / "broken.jpg").picture.isNull()
     assert photos_in([folder / "gone"]) == []
 
 
@@ -477,11 +477,13 @@ def test_without_a_photo_the_window_says_what_to_do(empty, photo):
 def test_without_a_photo_the_last_ones_and_their_folder_are_offered(opened, start, photo):
     later, at_last = start(), start()
     for driver, place in ((later, 1), (at_last, 0)):
-        labels = driver.editor.recent.empty.findChildren(QLabel)
-        folder, link = (label for label in labels if "href" in label.text())
-        assert photo.parent.name in folder.text()
-        assert "portrait.png" in link.text()
-        (folder, link)[place].linkActivated.emit("#")
+        page = driver.editor.recent.empty
+        links = [one for one in page.findChildren(QToolButton) if one.isVisible()]
+        link, folder = links
+        driver.qtbot.waitUntil(lambda: not link.icon().isNull())  # noqa: B023
+        assert photo.parent.name in folder.toolTip()
+        assert link.text() == "portrait.png"
+        QTest.mouseClick((folder, link)[place], Qt.MouseButton.LeftButton)
         driver.settle()
         assert driver.editor.document.path == photo
     assert not later.editor.strip.film.count()

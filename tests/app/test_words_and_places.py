@@ -4,13 +4,10 @@ import dataclasses
 from functools import partial
 
 import pytest
-from kogao_app import theme
 from kogao_app.canvas.overlays.overlay import Place, affine
 from kogao_app.canvas.overlays.unlisted import badges
 from kogao_app.features.commands import Palette
-from kogao_app.features.recent import EmptyState
 from PySide6.QtCore import QPoint, Qt
-from PySide6.QtGui import QColor
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QDialog
 
@@ -95,16 +92,6 @@ def test_who_is_held_back_is_named_on_the_canvas(two, pixels):
     place = Place(affine(two.canvas._to_screen()), area)
     texts = [badge.text for badge in badges(view, place, two.canvas.font())]
     assert [text for text in texts if "⚠" in text] == ["2 ⚠ 70 %"]
-
-
-def test_recent_photos_are_readable_in_the_theme_that_comes_later(qtbot, qapp, tmp_path):
-    theme.apply(qapp, "light")
-    card = EmptyState([])
-    qtbot.addWidget(card)
-    card.show_recent([tmp_path / "a.jpg"])
-    for name, dress in (("dark", theme.DARK), ("light", theme.LIGHT)):
-        theme.apply(qapp, name)
-        qtbot.waitUntil(lambda: QColor(dress.accent).name() in card._links[0].text())  # noqa: B023
 
 
 # Tools that show a panel below the settings.

@@ -50,7 +50,9 @@ def test_a_workspace_follows_from_its_declaration(window):
         assert shown == beside & set(workspace.panels)
         assert docks_of(window) == {"settings", *(docked & set(workspace.panels))}
     named = {name for one in WORKSPACES.values() for name in one.panels}
-    assert set(there) - named == {"manual", "push", "strip"}, "these come when they are needed"
+    assert set(there) - named == {"manual", "protect", "push", "strip"}, (
+        "these come when they are needed"
+    )
 
 
 def test_a_workspace_is_in_the_menu_the_options_and_the_docs(window):
@@ -87,7 +89,7 @@ def test_the_switch_on_the_toolbar_leads_to_each(window):
 
 
 def test_each_is_left_as_the_user_left_it_until_it_is_reset(window, start):
-    window.key(KEYS.Key_L)
+    window.key(KEYS.Key_T)
     next(one for one in window.docks if one.objectName() == "faces").toggleViewAction().trigger()
     window.key(KEYS.Key_3, ALT)
     assert "landmarks" in window.editor.view.switched
@@ -100,7 +102,7 @@ def test_each_is_left_as_the_user_left_it_until_it_is_reset(window, start):
     assert later.window.actions_by_name["workspace-inspect"].isChecked()
     assert {"landmarks", "lattice"} <= later.editor.view.switched, "hidden for a moment, not off"
     later.key(KEYS.Key_1, ALT)
-    assert "landmarks" in later.editor.view.switched
+    assert "targets" in later.editor.view.switched
     assert "faces" not in docks_of(later)
     later.window.actions_by_name["reset-workspace"].trigger()
     assert later.editor.view.switched == set(WORKSPACES["retouch"].overlays)
@@ -113,19 +115,19 @@ def test_what_is_unfolded_is_remembered_by_each_workspace(window, start):
     QTest.mouseClick(window.panel("recipe").more.button, Qt.MouseButton.LeftButton)
     QTest.mouseClick(window.panel("recipe").fold.button, Qt.MouseButton.LeftButton)
     window.key(KEYS.Key_2, ALT)
-    assert not window.panel("recipe").centre.isVisible()
+    assert not window.panel("recipe").lattice.isVisible()
     window.key(KEYS.Key_1, ALT)
-    assert window.panel("recipe").centre.isVisible()
+    assert window.panel("recipe").lattice.isVisible()
     window.editor.close()
     later = start(workspace=None)
     panel = later.panel("recipe")
     assert panel.choices["fit"].isVisible()
     later.key(KEYS.Key_3, ALT)
-    assert panel.centre.isVisible(), "there it stands without a fold"
+    assert panel.lattice.isVisible(), "there it stands without a fold"
     assert not panel.choices["fit"].isVisible()
     later.key(KEYS.Key_1, ALT)
     later.window.actions_by_name["reset-workspace"].trigger()
-    assert not panel.centre.isVisible()
+    assert not panel.lattice.isVisible()
 
 
 def test_no_tab_of_another_workspace_lies_on_the_photo(window):

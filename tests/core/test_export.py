@@ -185,10 +185,15 @@ def test_a_quality_is_that_of_the_file(camera, tmp_path, quality):
 
 def test_what_keeps_no_byte_of_the_source_says_so_by_its_coding():
     assert AS_IT_IS.coding is None
-    assert Export(name="{n}", ending=".png").coding is None
+    assert Export(name="{n}", ending=".png", start=12).coding is None
 
 
-@pytest.mark.parametrize("name", sorted(EXPORT_SETTINGS.keys() - {"name", "ending"}))
+def test_numbers_begin_at_the_first_number():
+    places = [Export(name="{n}", start=12).place(Path("in.png"), k, 4.0).name for k in (1, 2)]
+    assert places == ["012.png", "013.png"]
+
+
+@pytest.mark.parametrize("name", sorted(EXPORT_SETTINGS.keys() - {"name", "ending", "start"}))
 def test_every_other_option_takes_a_new_coding_and_is_refused_in_place(name, tmp_path, capsys):
     """Without a line of its own here, so that a new option is held to it, too."""
     default, setting = getattr(AS_IT_IS, name), EXPORT_SETTINGS[name]

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 import pyqtgraph as pg
 from PySide6.QtCore import QPointF, QRectF, Qt
-from PySide6.QtGui import QBrush, QImage, QPainter, QPainterPath, QPen
+from PySide6.QtGui import QBrush, QImage, QPainter, QPen
 
 from kogao_core.base.display import Rgb8
 from kogao_core.base.geometry import Affine, Array, Box
@@ -109,40 +109,46 @@ class LatticeLines(FrameOverlay):
 
 
 class DomainRegions(FrameOverlay):
-    """The domains of figures 12 to 15: whole image, cells of control points, threshold T."""
+    """The domains of figures 12 to 15: the reduced one filled, the two larger ones as outlines."""
 
     name = "domains"
-    title = Text("Domains")
+    title = Text("Reduced warp domain")
     height = 30
     key = "D"
 
     @classmethod
     def swatch(cls, painter: QPainter, box: QRectF) -> None:
         """Draw the symbol of this overlay, for lists."""
-        for name, inset in (("control-points", 2), ("threshold", 6)):
-            glyphs.hatched(painter, box.adjusted(inset, inset, -inset, -inset), name)
+        glyphs.domain_mark("threshold")(painter, box)
 
     def draw_frame(self, painter: QPainter, place: Place, frame: RenderedFrame) -> None:
-        """Fill each domain outside the next smaller domain with a tint and a hatch."""
+        """Fill the reduced domain, draw the edges of all, and tell the share in one sentence."""
         photo = place.box(self.shown.image)
         screen = photo.intersected(place.viewport)
         masks, to_screen = _masks(place, frame, screen, self.shown.state.recipe.threshold_px)
         regions = {
             name: glyphs.mask_outline(painter, mask, to_screen) for name, mask in masks.items()
         }
-        whole = QPainterPath()
-        whole.addRect(screen)
-        painter.setBrushOrigin(photo.topLeft())
-        outer = {"image": whole, **regions}
-        inner = [*list(outer.values())[1:], QPainterPath()]
+        reduced = regions["threshold"]
         painter.setRenderHint(QPainter.RenderHint.Antialiasing, False)
-        for (name, path), hole in zip(outer.items(), inner, strict=True):
-            ring = QPainterPath(path)
-            ring.addPath(hole)
-            painter.fillPath(ring, glyphs.brush(name))
+        painter.fillPath(reduced, glyphs.DOMAIN)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        glyphs.domain_edge(painter, glyphs.framed(painter, photo), "image")
         for name, path in regions.items():
-            glyphs.outlined(painter, path, glyphs.DOMAIN_EDGES[name])
+            glyphs.domain_edge(painter, path, name)
+        self._tell(painter, place, reduced.boundingRect())
+
+    def _tell(self, painter: QPainter, place: Place, region: QRectF) -> None:
+        counts = self.shown.counts
+        if not counts or region.isEmpty():
+            return
+        share = 100 * counts["threshold"] / max(1, counts["image"])
+        text = tr("Only these {n:.1f} % are computed", n=share)
+        seen = region.intersected(place.viewport)
+        width = glyphs.plate(painter.font(), QPointF(), text, bold=True).width()
+        # At the top: the legend is at the bottom.
+        at = QPointF(seen.center().x() - width / 2, seen.top() + 20.0)
+        glyphs.label(painter, at, text, bold=True, within=place.viewport)
 
 
 class Folds(FrameOverlay):

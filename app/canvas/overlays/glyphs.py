@@ -27,7 +27,6 @@ from kogao_core.base.geometry import Affine, Array
 
 from ...theme import OKABE_ITO
 
-_HATCH_PX: Final = 16
 _BESIDE_PX: Final = 14.0
 SWATCH_PX: Final = 18
 # Dark enough that a mark with something light in it differs from any grey by 3 : 1 at least.
@@ -41,18 +40,10 @@ HALO: Final = QColor(255, 255, 255, 230)
 LANDMARK: Final = QColor(OKABE_ITO["sky"])
 TARGET: Final = QColor(OKABE_ITO["vermilion"])
 CENTRE: Final = QColor(OKABE_ITO["yellow"])
+CHECK: Final = QColor(OKABE_ITO["orange"])
 FOLD: Final = QColor(OKABE_ITO["vermilion"])
-DOMAINS: Final = {
-    "image": QColor(150, 150, 150),
-    "control-points": QColor(OKABE_ITO["blue"]),
-    "threshold": QColor(OKABE_ITO["green"]),
-}
-# The light pixels of a hatch, which repeats after `_HATCH_PX`.
-_HATCHES: Final = {
-    "image": [QLine(2, 2, 2, 2), QLine(10, 10, 10, 10)],
-    "control-points": [QLine(0, 15, 15, 0)],
-    "threshold": [QLine(0, 0, 15, 15)],
-}
+# The reduced domain is filled so softly that the photo stays visible.
+DOMAIN: Final = QColor(0, 158, 115, 40)
 
 
 def translucent(colour: QColor, alpha: int) -> QColor:
@@ -69,9 +60,9 @@ STRAIGHT: Final = OUTLINE
 TURNED: Final = WAY
 READ: Final = QColor("#78ccb5")
 DOMAIN_EDGES: Final = {
-    "image": QColor("#bcbcbc"),
-    "control-points": QColor("#94c4df"),
-    "threshold": READ,
+    "image": (QColor("#bcbcbc"), Qt.PenStyle.DotLine),
+    "control-points": (QColor("#94c4df"), Qt.PenStyle.DashLine),
+    "threshold": (READ, Qt.PenStyle.SolidLine),
 }
 
 
@@ -277,15 +268,22 @@ def swatch(draw: Callable[[QPainter, QRectF], object], ratio: float) -> QPixmap:
     return picture
 
 
-def hatched(painter: QPainter, box: QRectF, name: str) -> None:
-    """Fill a rectangle with the tint and hatch of a domain."""
-    painter.fillRect(box, brush(name))
-    outlined(painter, framed(painter, box), DOMAIN_EDGES[name])
+def domain_edge(painter: QPainter, path: QPainterPath, name: str) -> None:
+    """Draw the edge of a domain: solid if reduced, dashed for the cells, dotted for the photo."""
+    colour, style = DOMAIN_EDGES[name]
+    outlined(painter, path, colour, 1.0, style=style)
 
 
-def hatch_mark(name: str) -> Callable[[QPainter, QRectF], None]:
-    """Return a function that draws the tint and hatch of a domain into a small square."""
-    return lambda painter, box: hatched(painter, box.adjusted(2, 2, -2, -2), name)
+def domain_mark(name: str) -> Callable[[QPainter, QRectF], None]:
+    """Return a function that draws fill and edge of a domain into a small square."""
+
+    def draw(painter: QPainter, box: QRectF) -> None:
+        inner = box.adjusted(2.5, 2.5, -2.5, -2.5)
+        if name == "threshold":
+            painter.fillRect(inner, translucent(DOMAIN, 150))
+        domain_edge(painter, framed(painter, inner), name)
+
+    return draw
 
 
 def framed(painter: QPainter, box: QRectF) -> QPainterPath:
@@ -308,13 +306,6 @@ def outlined(
     """Draw the edge of a region in a light `colour`, with a dark outline."""
     for pen in _cased(colour, width, style):
         painter.strokePath(path, pen)
-
-
-@cache
-def brush(name: str) -> QBrush:
-    """Return a brush with tint and hatch of a domain: one fill is faster than two."""
-    tint, edge = translucent(DOMAINS[name], 26), DOMAIN_EDGES[name]
-    return _hatch(tint, edge, _HATCH_PX, _HATCHES[name])
 
 
 @cache

@@ -16,6 +16,7 @@ from ...i18n import tr, translated
 from ...view_state import Kind
 from . import glyphs
 from .background import TurnedLines
+from .curves import ShapeCurves
 from .field import Displacement, DomainRegions, Folds, HeatMap, JacobianMap, LatticeLines
 from .marks import Centre, Landmarks, Protected, ReadOutline, Targets
 from .overlay import Overlay, Place
@@ -24,6 +25,7 @@ Swatch = Callable[[QPainter, QRectF], object]
 _MARGIN_PX: Final = 16.0
 _PADDING_PX: Final = 8.0
 _GAP_PX: Final = 4.0
+_SMALL_PX: Final = 600.0  # below this width of the view, symbols stand alone
 
 
 class Legend(Overlay):
@@ -48,6 +50,8 @@ class Legend(Overlay):
         rows = list(self.rows())
         if not rows:
             return
+        if place.viewport.width() < _SMALL_PX:
+            rows = [(swatch, "") for swatch, _ in rows]
         metrics = painter.fontMetrics()
         line = max(float(metrics.height()), float(glyphs.SWATCH_PX)) + _GAP_PX
         text_at = glyphs.SWATCH_PX + 2 * _GAP_PX
@@ -79,15 +83,14 @@ class Legend(Overlay):
 
     def _domains(self) -> Iterator[tuple[Swatch, str]]:
         counts = self.shown.counts
-        for domain in DOMAINS:
+        for domain in reversed(DOMAINS):
             share = 100 * counts[domain.name] / max(1, counts["image"])
-            px = f"{counts[domain.name]:,}"
-            text = tr("{title}: {px} px, {n:.1f} %", title=translated(domain.title), px=px, n=share)
-            yield glyphs.hatch_mark(domain.name), text
+            text = tr("{title}: {n:.1f} %", title=translated(domain.title), n=share)
+            yield glyphs.domain_mark(domain.name), text
 
 
 LISTED: Final[tuple[type[Overlay], ...]] = (
-    *(Landmarks, Targets, ReadOutline, Centre),
+    *(Landmarks, Targets, ShapeCurves, ReadOutline, Centre),
     *(Displacement, LatticeLines, DomainRegions, Folds),
     *(HeatMap, JacobianMap),
     *(TurnedLines, Protected, Legend),

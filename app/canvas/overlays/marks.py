@@ -179,8 +179,11 @@ class Centre(Overlay):
         size = _size(place, face)
         ticks = glyphs.ticks(line, [at.toTuple() for at in places], _TICK_PX * size)
         glyphs.lines(painter, [line, *ticks], glyphs.CENTRE)
-        chosen = int(self.shown.state.recipe.of_face(face.recipe).center) - 1
-        glyphs.cross(painter, places[chosen], glyphs.CENTRE, size)
+        recipe = self.shown.state.recipe.of_face(face.recipe)
+        chosen = int(recipe.center) - 1
+        # Only the face alone moves towards a centre.
+        mark = glyphs.cross if recipe.scope == "face" else glyphs.hollow
+        mark(painter, places[chosen], glyphs.CENTRE, size)
         if QLineF(places[0], places[3]).length() > 5 * _TICK_PX:
             # Labels are higher than the spacing: odd numbers go right, even numbers left.
             for number, at in enumerate(places, 1):

@@ -83,7 +83,7 @@ class FaceNumbers(Overlay):
 
 
 class PointsToLookAt(Overlay):
-    """A wide ring around each doubtful landmark that no user has placed."""
+    """An amber ring around each doubtful landmark that no user has placed; at rest a small dot."""
 
     height = 125
 
@@ -96,8 +96,13 @@ class PointsToLookAt(Overlay):
             face = state.faces[index]
             if index in state.off or not handles.apart(face, place.zoom):
                 continue
+            # A ring has its landmark in the middle: what is ringed can be dragged.
+            ringed = self.shown.marks(index) and "landmarks" in self.shown.visible
             for at in place.points(face.points[list(verdict.look_at)]):
-                glyphs.ring(painter, at, glyphs.CENTRE, 1.8)
+                if ringed:
+                    glyphs.ring(painter, at, glyphs.CHECK, 1.8)
+                else:
+                    glyphs.dot(painter, at, glyphs.CHECK, 0.6)
 
 
 class Draft(Overlay):

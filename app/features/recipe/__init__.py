@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import dataclasses
 import json
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 
 from PySide6.QtCore import Signal
 from PySide6.QtGui import QGuiApplication
 
 from kogao_core.recipe.recipe import Recipe
 
+from ...canvas.tools.gesture import Gesture, PointerEvent
 from ...i18n import tr
+from ...view_state import Handle
 from ..feature import Context, Feature
 from ..points import Points
 from . import fields
@@ -36,6 +38,7 @@ class RecipeEditing(Feature):
         points.took.connect(self._take)
         points.center_taken.connect(self._take_center)
         points.escaped.connect(lambda: self.choose(None))
+        self.window.canvas.tools["shape"] = self._shape
         self.window.canvas.picked.connect(self.choose)
         self.window.arranged.connect(lambda workspace: self._show_words(workspace.plain))
         self.view.watch(self._show, "face", "also")
@@ -67,18 +70,25 @@ class RecipeEditing(Feature):
 
     def set_field(self, field: str, value: object) -> None:
         """Preview a new value of a field; an unchanged value starts no gesture."""
-        now = getattr(self.document.state.recipe_of(self.view.face), field)
-        if value == now and not self.document.in_gesture and not self.view.also:
+        now = self.document.state.recipe_of(self.view.face)
+        changes = _along(field, value)
+        same = all(getattr(now, name) == it for name, it in changes.items())
+        if same and not self.document.in_gesture and not self.view.also:
             # No undo step, but clear a message about a refused value.
             self.window.bar.move_on()
             return
         state = self.document.state
         for face in (self.view.face, *self.view.also):
-            state = state.with_choices(face, **{field: value})
-        before = getattr(self.document.committed.recipe_of(self.view.face), field)
-        name = fields.title(field, plain=self.panel.plain)
-        self.document.preview(state, name, fields.change(field, before, value))
+            state = state.with_choices(face, **changes)
+        before = self.document.committed.recipe_of(self.view.face)
+        self.document.preview(state, fields.title(field), self._change(before, changes))
         self.moved.emit()
+
+    def _change(self, before: Recipe, changes: Mapping[str, object]) -> str:
+        """Return the text of an undo step: the first change."""
+        changed = [name for name, value in changes.items() if getattr(before, name) != value]
+        name = changed[0] if changed else next(iter(changes))
+        return fields.change(name, getattr(before, name), changes[name], plain=self.panel.plain)
 
     def follow_photo(self) -> None:
         """Remove the separate recipes of the selected faces; without a selection, of all faces."""
@@ -126,12 +136,27 @@ class RecipeEditing(Feature):
         if self.view.face is not None:
             self.choose(face)
 
+    def _shape(self, _: Handle | None, event: PointerEvent) -> Gesture:
+        """Drag a curve on the face: the slider of its part follows."""
+        curve, row = self.window.canvas.curve_at(event.point_px) or (None, 0)
+        if curve is None:
+            return
+        start, step, field = event.point_px, curve.steps_px[row], curve.field
+        first = getattr(self.document.state.recipe_of(self.view.face), field)
+        self.view.set(shaping=field)
+        slider = self.panel.sliders[field].slider
+        event = yield
+        while not event.released:
+            value = first + (event.point_px - start) @ step / (step @ step)
+            self.set_field(field, slider.scale.value(slider.bounded(value)))
+            event = yield
+        self.document.commit()
+
     def _take_center(self, face: int, number: int) -> None:
         own = self.document.state.faces[face].recipe is not None or self.view.face == face
-        state = self.document.state.with_choices(face if own else None, center=number)
-        before = self.document.state.recipe_of(face).center
-        name = fields.title("center", plain=self.panel.plain)
-        self.document.step(state, name, fields.change("center", before, number))
+        changes, before = _along("center", number), self.document.state.recipe_of(face)
+        state = self.document.state.with_choices(face if own else None, **changes)
+        self.document.step(state, fields.title("center"), self._change(before, changes))
 
     def _follow(self) -> None:
         chosen, state = self.view.face, self.document.state
@@ -163,3 +188,8 @@ class RecipeEditing(Feature):
     def _show_frame(self) -> None:
         self.panel.show_frame(self.view.frame)
         self._mark_readings()
+
+
+def _along(field: str, value: object) -> dict[str, object]:
+    """Return a change with the scope it needs: a centre is of the face alone."""
+    return ({"scope": "face"} if field == "center" else {}) | {field: value}

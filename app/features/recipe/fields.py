@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 from typing import Final
 
@@ -13,6 +13,7 @@ from PySide6.QtWidgets import (
     QButtonGroup,
     QCheckBox,
     QHBoxLayout,
+    QLabel,
     QPushButton,
     QSizePolicy,
     QToolButton,
@@ -28,10 +29,20 @@ from kogao_core.recipe.settings import CENTERS, Alternative, cited
 from ...document import DEFAULT, State
 from ...i18n import lettered, sentence, tr, translated
 from ...theme import GRID_PX
-from ...widgets.controls import WholeNumber, column_of, heading, muted_label, row_of
+from ...widgets.controls import (
+    WholeNumber,
+    column_of,
+    columns_of,
+    heading,
+    muted_label,
+    row_of,
+)
 from ...widgets.typed import SliderScale
 
 _LEAST_PX: Final = 3 * GRID_PX
+_MANY: Final = 6  # more buttons than these may shrink
+_LARGE_PX: Final = 22  # from this height of a line on, buttons need a line of their own
+_NONE: Final = "\N{EN DASH}"
 _STEPS: Final = 100
 _LINE: Final = 40  # maximum text columns of a label; longer texts go to the tooltip
 _PER_OCTAVE: Final = 50
@@ -107,9 +118,9 @@ def scale(field: str) -> SliderScale:
     return replace(made, typed=round) if setting.is_whole else made
 
 
-def title(field: str, *, plain: bool = False) -> str:
-    """Return the name of a field, in everyday words or in the paper's terms."""
-    return translated(_PLAIN.get(field, SETTINGS[field].title) if plain else SETTINGS[field].title)
+def title(field: str) -> str:
+    """Return the name of a field in everyday words."""
+    return translated(_PLAIN.get(field, SETTINGS[field].title))
 
 
 def label(field: str) -> str:
@@ -119,23 +130,18 @@ def label(field: str) -> str:
     if setting.within is None and not setting.alternatives:
         whole = tr("{title}: {help}", title=text, help=tip(field))
         text = whole if columns(whole) <= _LINE else text
-    return lettered(text, letter) if (letter := SETTINGS[field].letter) else text
+    letter = _LETTERS.get(field, setting.letter)
+    return lettered(text, letter) if letter else text
 
 
-def amount() -> tuple[str, str, SliderScale]:
-    """Return label, tooltip and scale of the warp distance in everyday words."""
-    words = Text("How much smaller the face gets, in % of D, the face's radius")
-    scale = replace(percent(), text=lambda v: tr("{v} %", v=_figure(v)))
-    tip = translated(cited(words, SETTINGS["percent"].where))
-    return lettered(title("percent", plain=True), "o"), tip, scale
-
-
-def falloff() -> tuple[str, str, SliderScale]:
-    """Return label, tooltip and scale of the lattice in everyday words."""
-    words = Text("How far the change spreads: left is local, right is soft (the lattice's R)")
-    scale = replace(lattice(), text=lambda v: tr("{v:.2f} ×", v=v))  # noqa: RUF001
-    tip = translated(cited(words, SETTINGS["lattice"].where))
-    return lettered(title("lattice", plain=True), SETTINGS["lattice"].letter.lower()), tip, scale
+def wording(field: str, *, plain: bool) -> tuple[str, str, SliderScale]:
+    """Return label, tooltip and scale of a field, in everyday words or in the paper's units."""
+    words, unit = _WORDS.get(field, (SETTINGS[field].help, ""))
+    found = scale(field)
+    if plain and unit:
+        found = replace(found, text=lambda v: translated(unit).format(v=_figure(v)))
+    exact = words if plain else SETTINGS[field].help
+    return label(field), translated(cited(exact, SETTINGS[field].where)), found
 
 
 def tip(field: str) -> str:
@@ -144,9 +150,11 @@ def tip(field: str) -> str:
     return translated(cited(setting.help, setting.where))
 
 
-def change(field: str, before: object, after: object) -> str:
-    """Return old and new value of a field with the unit."""
-    unit = translated(SETTINGS[field].unit)
+def change(field: str, before: object, after: object, *, plain: bool) -> str:
+    """Return old and new value of a field; a number with the unit of the sliders."""
+    unit = "" if isinstance(after, str) else translated(SETTINGS[field].unit)
+    if plain and field == "percent":
+        unit = "%"
     values = {"before": _value(field, before), "after": _value(field, after)}
     return tr("{before} → {after} {unit}", unit=unit, **values).rstrip()
 
@@ -154,7 +162,7 @@ def change(field: str, before: object, after: object) -> str:
 def stated(field: str, value: object) -> str:
     """Return a field with value and unit, for captions."""
     unit = translated(SETTINGS[field].unit)
-    return f"{title(field)} {_value(field, value)} {unit}".rstrip()
+    return f"{translated(SETTINGS[field].title)} {_value(field, value)} {unit}".rstrip()
 
 
 def _value(field: str, value: object) -> str:
@@ -189,11 +197,18 @@ def help_of(one: Alternative[str]) -> str:
     return translated(cited(one.help, one.where))
 
 
-# Everyday words for the paper's terms.
-_PLAIN: Final = {
-    "percent": Text("Amount"),
-    "center": Text("Direction"),
-    "lattice": Text("Falloff"),
+# Everyday words for the paper's terms, with a letter; explanation and text of a value.
+_PLAIN: Final = {"percent": Text("Amount"), "lattice": Text("Falloff")}
+_LETTERS: Final = {"percent": "o", "lattice": "l"}
+_WORDS: Final = {
+    "percent": (
+        Text("How much smaller the face gets, in % of D, the face's radius"),
+        Text("{v} %"),
+    ),
+    "lattice": (
+        Text("How far the change spreads: left is local, right is soft (the lattice's R)"),
+        Text("{v} ×"),  # noqa: RUF001
+    ),
 }
 _SCALES: Final = {
     "percent": percent,
@@ -203,60 +218,92 @@ _SCALES: Final = {
 }
 
 
-class CenterChoice(QWidget):
-    """A row of buttons: the candidates of figure 7a."""
+class Segments(QWidget):
+    """Exclusive buttons in the columns of the sliders: a name, the buttons and a value."""
 
-    # (center: int): the number of a centre candidate, from 1.
+    # (number: int): the number of a clicked button, from 1.
     chosen = Signal(int)
 
-    def __init__(self) -> None:
+    def __init__(self, field: str, words: Sequence[str]) -> None:
         super().__init__()
-        self._name = heading("")
-        self._name.setToolTip(tip("center"))
-        row = QHBoxLayout()
-        row.setSpacing(GRID_PX // 4)
-        column_of(self, self._name, row)
+        self.name, self.value = QLabel(label(field)), muted_label()
+        self.name.setToolTip(tip(field))
+        self.value.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+        self.setAccessibleName(title(field))
         self.group = QButtonGroup(self)
-        for number in range(1, len(CENTERS) + 1):
+        cells = QHBoxLayout()
+        cells.setSpacing(0)
+        for number, text in enumerate(words, 1):
             button = QToolButton()
-            button.setText(str(number))
+            button.setText(text)
             button.setCheckable(True)
             button.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
-            button.setProperty("segment", "true")
+            button.setProperty("part", {1: "first", len(words): "last"}.get(number, "middle"))
             button.setProperty("snug", "true")
-            # Buttons shrink if many candidates need the space.
-            button.setMinimumWidth(_LEAST_PX)
+            if len(words) > _MANY:
+                button.setMinimumWidth(_LEAST_PX)
             button.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
-            button.setAccessibleName(tr("Centre {n}", n=number))
-            button.setToolTip(_center_tip(number))
+            button.ensurePolished()
             self.group.addButton(button, number)
-            row.addWidget(button)
+            cells.addWidget(button, 1)
+        if self.fontMetrics().height() < _LARGE_PX:
+            column_of(self, columns_of(self.name, cells, self.value))
+        else:
+            column_of(self, row_of(self.name, None, self.value), cells)
         # The label's mnemonic only focuses this widget. A button as buddy would be pressed.
-        self._name.setBuddy(self)
+        self.name.setBuddy(self)
         self.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
-        self.show_words(plain=False)
         self.show_number(1)
         self.group.idClicked.connect(self.chosen)
 
-    def show_words(self, *, plain: bool) -> None:
-        """Label the candidates by position, or by number in the paper."""
-        letter = SETTINGS["center"].letter.lower() if plain else SETTINGS["center"].letter
-        self._name.setText(lettered(title("center", plain=plain), letter))
-        for number, where in ((1, tr("Mouth")), (len(CENTERS), tr("Nose"))):
-            self.group.button(number).setText(where if plain else str(number))
-
-    def show_number(self, number: int) -> None:
-        """Check the button of the selected candidate."""
-        self.group.button(number).setChecked(True)
+    def show_number(self, number: int, *, used: bool = True) -> None:
+        """Check a button, or none if the choice has no effect."""
+        self.group.setExclusive(used)
+        for button in self.group.buttons():
+            button.setChecked(used and self.group.id(button) == number)
         self.setFocusProxy(self.group.button(number))
 
 
+class ScopeChoice(Segments):
+    """What gets smaller."""
+
+    def __init__(self) -> None:
+        scopes = SETTINGS["scope"].alternatives
+        super().__init__("scope", [translated(one.title) for one in scopes])
+        self.value.hide()
+        self.names = [one.name for one in scopes]
+        for button, (words, where, _) in zip(self.group.buttons(), options("scope"), strict=True):
+            button.setToolTip(f"{words}\n{where}")
+
+
+class CenterChoice(Segments):
+    """The candidates of figure 7a. With *Head* none is in use; a click switches to *Face only*."""
+
+    def __init__(self) -> None:
+        super().__init__("center", [str(number) for number in range(1, len(CENTERS) + 1)])
+        for button in self.group.buttons():
+            button.setAccessibleName(tr("Centre {n}", n=button.text()))
+        self.show_center(1, used=True, plain=False)
+
+    def show_center(self, number: int, *, used: bool, plain: bool) -> None:
+        """Show a candidate and its position, in everyday words or as in the paper."""
+        self.show_number(number, used=used)
+        ends = {1: tr("Mouth"), len(CENTERS): tr("Nose")}
+        where = ends.get(number, "") if plain else _ratio(number)
+        self.value.setText(where if used else _NONE)
+        switch = "" if used else "\n" + tr("Switches Change to Face only")
+        for each, button in enumerate(self.group.buttons(), 1):
+            button.setToolTip(_center_tip(each) + switch)
+
+
+def _ratio(number: int) -> str:
+    tenths = 10.0 * CENTERS[number - 1].fraction
+    return f"{tenths:g} : {10.0 - tenths:g}"
+
+
 def _center_tip(number: int) -> str:
-    candidate = CENTERS[number - 1]
-    tenths = 10.0 * candidate.fraction
-    share = f"{tenths:g} : {10.0 - tenths:g}"
-    words = Text("Distance to the eyes : to the mouth = {share}", share=share)
-    return translated(cited(words, candidate.where))
+    words = Text("Distance to the eyes : to the mouth = {share}", share=_ratio(number))
+    return translated(cited(words, CENTERS[number - 1].where))
 
 
 class LensChoice(QWidget):
@@ -321,6 +368,7 @@ class OwnerLine(QWidget):
         self.button = QPushButton(tr("Use the photo's"))
         self.button.setToolTip(tr("Forget this face's own settings"))
         self.button.setAccessibleName(tr("Use the photo's settings"))
+        self.button.setProperty("quiet", "true")
         row = row_of(self.title, self.note, self.button)
         row.setStretchFactor(self.note, 1)
         column_of(self, row)

@@ -21,7 +21,7 @@ from ...widgets.controls import WarningLabel, column_of
 _SEEN_PERCENT: Final = 5.0  # half of the raters see a change of features beside the original
 _DIFFERENT_PERCENT: Final = 8.0  # most raters call it clearly different
 _DIFFERENT_SHARE: Final = 61.7  # % of raters
-LINES: Final = 2  # lines of a reading in the narrowest panel
+LINES: Final = 1  # lines of a reading in the narrowest panel
 
 
 class NaturalnessGauge(QWidget):
@@ -33,6 +33,7 @@ class NaturalnessGauge(QWidget):
         self.seen, self.text = WarningLabel(wraps=True), WarningLabel(wraps=True)
         for label, source in ((self.seen, _source_of_visibility()), (self.text, _source())):
             label.setTextFormat(Qt.TextFormat.PlainText)
+            label.setAlignment(Qt.AlignmentFlag.AlignTop)
             label.setToolTip(source)
         column_of(self, self.seen, self.text, spacing=0)
         # Keep the place of an empty gauge, so that the controls below don't move.
@@ -69,12 +70,10 @@ def _visibility(found: Naturalness | None) -> str:
     if found is None or not found.whole_face or found.percent <= 0.0:
         return ""
     if found.percent < _SEEN_PERCENT - 1e-6:
-        return tr("Beside the original: fewer than half of viewers notice it")
+        return tr("Subtle: fewer than half of viewers notice")
     if found.percent < _DIFFERENT_PERCENT - 1e-6:
-        return tr("Beside the original: half of viewers or more notice it")
-    return tr(
-        "Beside the original: {n:.0f} % of viewers call it clearly different", n=_DIFFERENT_SHARE
-    )
+        return tr("Visible: half of viewers notice")
+    return tr("Strong: {n:.0f} % call it clearly different", n=_DIFFERENT_SHARE)
 
 
 def _survey(found: Naturalness | None) -> str:

@@ -20,12 +20,16 @@ from ...view_state import RenderedFrame
 from ...widgets.controls import ChoiceBox, Fold, WarningLabel, column_of, muted_label, row_of
 from ...widgets.sliders import ValueSlider
 from . import fields
-from .fields import CenterChoice, LensChoice, OwnerLine
+from .fields import CenterChoice, LensChoice, OwnerLine, ScopeChoice
 from .gauge import LINES, NaturalnessGauge
 
+_LINES: Final = 2  # lines of an exact reading
 _NONE: Final = "–"  # noqa: RUF001
 # Fields with a fixed position; all other fields are in the last fold.
 _NEEDED: Final = frozenset(setting.needs for setting in SETTINGS.values())
+# The parts of a face that are changed most; the rest is in a second fold.
+_FIRST: Final = ("width", "length", "jaw_width", "chin_length", "cheeks_width")
+_REST: Final = tuple(name for name in SHAPE if name not in _FIRST)
 _PLACED: Final = frozenset({"percent", "scope", "center", "lattice", "lens", "lens_amount", *SHAPE})
 
 
@@ -50,26 +54,30 @@ class RecipePanel(QWidget):
         self.controls: dict[str, QWidget] = {}  # by field; enabled while the field has an effect
         self._allowed, self._recipe = False, DEFAULT
         self._is_new = True  # True: show every field at the next state
-        self.percent, self.lattice = self._slider("percent", 1), self._slider("lattice", 2)
-        self.scope = self._choice("scope")
+        self.percent = self._slider("percent", 1, lead=True)
+        self.lattice = self._slider("lattice", 2)
+        self.scope = ScopeChoice()
+        self.scope.chosen.connect(lambda n: self._choose("scope", self.scope.names[n - 1]))
         self.lens = LensChoice()
         self.lens.chosen.connect(lambda lens: self._choose("lens", lens))
         self.lens_amount = self._slider("lens_amount")
         self.centre = CenterChoice()
         self.centre.chosen.connect(lambda number: self._choose("center", number))
-        self.controls |= {"lens": self.lens, "center": self.centre}
+        self.controls |= {"lens": self.lens, "scope": self.scope}
         self.one_to_one, self.residual = WarningLabel(wraps=True), muted_label(wraps=True)
         # Keep the place of empty readings, so that the controls below don't move.
         for label in (self.one_to_one, self.residual):
-            label.setMinimumHeight(LINES * label.fontMetrics().height())
+            label.setMinimumHeight(_LINES * label.fontMetrics().height())
             label.setToolTip(tr("≈: until the picture is there in full"))
         self.edge_note = muted_label(wraps=True)
         self._readings = "", ""
         self._on: list[int] = []
         self._lens_counts = False
-        shape = QWidget()
-        column_of(shape, *map(self._slider, SHAPE))
+        shape, sides = QWidget(), QWidget()
+        column_of(shape, *map(self._slider, _FIRST), spacing=0)
+        column_of(sides, *map(self._slider, _REST), spacing=0)
         self.shape = Fold(tr("Face shape"), shape, "shape")
+        self.sides = Fold(tr("Forehead and sides"), sides, "sides")
         self.fold = Fold(tr("Fit, qualit&y…"), self._details(), "fit")
         self.plain = False
         self._fine = QWidget()
@@ -87,13 +95,18 @@ class RecipePanel(QWidget):
         readings.addWidget(self.gauge)
         readings.addWidget(self.one_to_one)
         readings.addWidget(self.residual)
+        choices = QVBoxLayout()
+        choices.setSpacing(2 * GRID_PX)
+        choices.addWidget(self.scope)
+        choices.addWidget(self.centre)
         column_of(
             self,
             self.owner,
             self.percent,
             readings,
-            self.scope,
+            choices,
             self.shape,
+            self.sides,
             self.more,
             # Last: these come and go from photo to photo.
             self.lens,
@@ -101,7 +114,7 @@ class RecipePanel(QWidget):
             self.edge_note,
             spacing=3 * GRID_PX,
         )
-        fine = self.centre, self.lattice, self.fold
+        fine = self.lattice, self.fold
         column_of(self._fine, *fine, spacing=3 * GRID_PX)
 
     def show_first(self, recipe: Recipe) -> None:
@@ -118,19 +131,21 @@ class RecipePanel(QWidget):
     def _enable(self) -> None:
         for field, control in self.controls.items():
             control.setEnabled(self._allowed and SETTINGS[field].counts(self._recipe))
+        self.centre.setEnabled(self._allowed)
 
     def show_words(self, *, plain: bool) -> None:
         """Label the controls in everyday words, or in the paper's terms and units."""
         self.plain, self._is_new = plain, True
-        exact = fields.label("percent"), fields.tip("percent"), fields.scale("percent")
-        self.percent.rename(*(fields.amount() if plain else exact))
-        exact = fields.label("lattice"), fields.tip("lattice"), fields.scale("lattice")
-        self.lattice.rename(*(fields.falloff() if plain else exact))
-        self.centre.show_words(plain=plain)
+        for field in ("percent", "lattice"):
+            self.sliders[field].rename(*fields.wording(field, plain=plain))
+        word = "" if plain else translated(SETTINGS["percent"].title).lower()
+        self.percent.second.setText(word)
         self.more.flatten(not plain)
         self._show_lens()
         for reading in (self.percent.note, self.lattice.note, self.residual):
             reading.setHidden(plain)
+        lines = LINES if plain else _LINES
+        self.one_to_one.setMinimumHeight(lines * self.one_to_one.fontMetrics().height())
         self.clear_readings()
 
     def toggle_more(self) -> None:
@@ -139,8 +154,7 @@ class RecipePanel(QWidget):
         if not title.isHidden():
             title.toggle()
         shown = title.isHidden() or title.isChecked()
-        first = self.centre.group.checkedButton() if self.centre.isEnabled() else None
-        ((first or self.lattice.slider) if shown else self.percent.slider).setFocus()
+        (self.lattice.slider if shown else self.percent.slider).setFocus()
 
     def show_state(
         self, state: State, chosen: int | None = None, also: Collection[int] = ()
@@ -164,6 +178,9 @@ class RecipePanel(QWidget):
     def _show_field(self, field: str, value: Any) -> None:
         if field in self.sliders:
             self.sliders[field].show_value(value)
+            for fold, names in ((self.shape, _FIRST), (self.sides, _REST)):
+                if field in names:
+                    fold.mark(any(getattr(self._recipe, name) for name in names))
         elif field in self.choices:
             box = self.choices[field]
             with QSignalBlocker(box):
@@ -171,8 +188,10 @@ class RecipePanel(QWidget):
         elif field in self.switches:
             with QSignalBlocker(self.switches[field]):
                 self.switches[field].setChecked(value)
-        elif field == "center":
-            self.centre.show_number(int(value))
+        elif field in ("center", "scope"):
+            scope = self._recipe.scope
+            self.scope.show_number(1 + self.scope.names.index(scope))
+            self.centre.show_center(self._recipe.center, used=scope == "face", plain=self.plain)
         else:
             self.lens_amount.setHidden(value == "off")
 
@@ -238,16 +257,16 @@ class RecipePanel(QWidget):
         per_warp = f"{spacing / moved:.1f}" if moved > 0.0 else _NONE
         self.lattice.note.setText(
             tr(
-                "{px:.0f} px · {r:.2f} × landmark spacing\n{w} × warp distance",  # noqa: RUF001
+                "lattice {px:.0f} px\n{r:.2f} × landmark spacing, {w} × warp distance",  # noqa: RUF001
                 px=spacing,
                 r=spacing / face.anchor.spacing_px,
                 w=per_warp,
             )
         )
 
-    def _slider(self, field: str, note_lines: int = 0) -> ValueSlider:
+    def _slider(self, field: str, note_lines: int = 0, *, lead: bool = False) -> ValueSlider:
         name, scale, tip = fields.label(field), fields.scale(field), fields.tip(field)
-        slider = ValueSlider(name, scale, tip, note_lines)
+        slider = ValueSlider(name, scale, tip, note_lines, lead=lead)
         slider.edited.connect(partial(self._edit, field))
         slider.rested.connect(self._commit)
         slider.refused.connect(self._refuse)
@@ -324,11 +343,7 @@ def _warning(frame: RenderedFrame, on: Sequence[int]) -> tuple[str, bool]:
             percent=100 * kept,
         ), False
     if kept < 1.0:
-        return tr(
-            "⚠ Reduced to {n:.0f} % near point {point}: more would squeeze the picture.",
-            n=100 * kept,
-            point=rendering.limited_points[0],
-        ), False
+        return tr("⚠ Limited to {n:.0f} %: more would squeeze", n=100 * kept), False
     return tr("⚠ The picture may fold in small places; choose a smaller amount."), False
 
 

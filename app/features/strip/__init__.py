@@ -8,9 +8,8 @@ from pathlib import Path
 from typing import Final
 
 from PySide6.QtCore import QFileSystemWatcher, QTimer
-from PySide6.QtGui import QImage
 
-from kogao_core.faces.doubt import doubtful
+from kogao_core.faces.doubt import verdicts
 from kogao_core.photo import READABLE
 from kogao_core.projects.results import Results
 
@@ -22,7 +21,7 @@ from ..faces import Faces
 from ..feature import Context, Feature
 from ..files import Files
 from ..projects import Projects
-from .facts import Facts, Mark, facts_of, thumbnail
+from .facts import Facts, Mark, Preview, facts_of, thumbnail
 from .film import StripPanel
 
 _MOST: Final = 2000
@@ -49,6 +48,7 @@ class Strip(Feature):
         self._undrawn: dict[Path, None] = {}
         self._to_look: list[Path] = []
         self._told: dict[Path, Mark] = {}
+        self._check: tuple[Path | None, str] = None, ""  # the photo to check that opens, and why
         self._watcher = QFileSystemWatcher(self)
         self._again = QTimer(self, singleShot=True, interval=_SETTLE_MS)
         self._again.timeout.connect(self._list_again)
@@ -73,11 +73,12 @@ class Strip(Feature):
         self.folder = self.bind("folder", self._ask_folder)
         self.bind("next-photo", lambda: self.film.step(1))
         self.bind("previous-photo", lambda: self.film.step(-1))
+        self.bind("next-to-check", self._check_next)
         self.bind("strip-shown", lambda: _open(self.panel.choice))
         self.bind("strip-order", lambda: _open(self.panel.order))
 
     def _enable(self, filled: bool) -> None:
-        for name in ("next-photo", "previous-photo", "strip-shown", "strip-order"):
+        for name in ("next-photo", "previous-photo", "next-to-check", "strip-shown", "strip-order"):
             self.actions[name].setEnabled(filled)
 
     @property
@@ -116,9 +117,24 @@ class Strip(Feature):
             self._wanted = path
             self._files.open(path)
 
+    def _check_next(self) -> None:
+        found = self.film.next_to_check()
+        if found is None:
+            self.say(tr("No photo of the strip is left to check."), wrong=False)
+            return
+        path, why = found
+        text = tr("To check: {name}", name=path.name)
+        self._check = path, "\n".join([text, why or tr("The list of faces says why.")])
+        self.open(path)
+        if path == self.document.path:
+            self._follow()
+
     def _follow(self) -> None:
-        self._wanted = None
-        self.film.mark(self.document.path)
+        self._wanted, path = None, self.document.path
+        self.film.mark(path)
+        if path == self._check[0]:
+            self.say(self._check[1], wrong=False, applies=lambda: self.document.path == path)
+        self._check = None, ""
 
     def _pass_over(self) -> None:
         """Continue along the strip from a photo that is opening or failed to open."""
@@ -253,8 +269,9 @@ class Strip(Feature):
     def _note_doubts(self) -> None:
         path, state = self.document.path, self.document.state
         if path is not None:
-            doubts = state.off & doubtful(state.faces, self.document.image)
-            self.look_again(path, "doubtful" if doubts else "")
+            judged = verdicts(state.faces, self.document.image)
+            doubts = [v.look_at or (v.reason and row in state.off) for row, v in enumerate(judged)]
+            self.look_again(path, "doubtful" if any(doubts) else "")
 
     def draw_again(self) -> None:
         """Redraw all thumbnails, after a change of size or of the screen's colours."""
@@ -276,7 +293,7 @@ class Strip(Feature):
         """Side of a thumbnail in pixels of the screen."""
         return round(self.film.iconSize().width() * self.film.devicePixelRatioF())
 
-    def _show(self, drawn: tuple[Path, QImage]) -> None:
+    def _show(self, drawn: tuple[Path, Preview]) -> None:
         self.film.show_thumbnail(*drawn)
         QTimer.singleShot(0, self._draw)
 

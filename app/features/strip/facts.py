@@ -122,20 +122,21 @@ def _warning(project: Project, shares: Sequence[float]) -> str:
     """Return the reasons to check a result, one per line."""
     size, sheet = project.original, sidecar.sheet_of(project)
     judged = verdicts(sheet.faces, Box(0, 0, size.width, size.height))
-    why = [translated(verdict.told(n)) for n, verdict in enumerate(judged, 1)]
+    asks = ((n, one) for n, one in enumerate(judged) if one.look_at or n in sheet.off)
+    why = [translated(verdict.told(n + 1)) for n, verdict in asks]
     if min(shares, default=1.0) < _LIMITED:
         why.append(tr("limited to {n:.0f} % to avoid folding", n=100 * min(shares)))
     return "\n".join(filter(None, why))
 
 
-def thumbnail(path: Path, side_px: int = THUMBNAIL_PX, edits: Edits | None = None) -> QImage:
-    """Return a small upright picture of a photo with its edits; null for raw and damaged files."""
+def thumbnail(path: Path, side_px: int = THUMBNAIL_PX, edits: Edits | None = None) -> Preview:
+    """Return a small upright preview of a photo with its edits; null for raw and damaged files."""
     file = None if edits is None else edits.newest(path)
     if file is not None:
         with suppress(BadFile):  # the reason is shown when the photo is opened
             project = load(file)
-            return Sample.of(path, side_px, project).drawn(project).picture
-    return on_screen(_read(path, side_px))
+            return Sample.of(path, side_px, project).drawn(project)
+    return Preview(on_screen(_read(path, side_px)), "")
 
 
 def _reduced(picture: QImage, side_px: int) -> QImage:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
@@ -20,8 +21,8 @@ from PySide6.QtCore import (
 from PySide6.QtGui import (
     QAction,
     QColor,
+    QFont,
     QIcon,
-    QImage,
     QKeyEvent,
     QKeySequence,
     QPainter,
@@ -32,13 +33,12 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import (
     QApplication,
-    QGridLayout,
     QListView,
     QListWidget,
     QListWidgetItem,
     QMenu,
     QPushButton,
-    QSizePolicy,
+    QStyle,
     QStyledItemDelegate,
     QStyleOptionViewItem,
     QToolButton,
@@ -50,30 +50,32 @@ from kogao_core.photo.metadata.rating import LABELS, MOST_STARS, REJECTED
 from ...i18n import tr, tr_count
 from ...render.pictures import untinted
 from ...theme import GRID_PX, OKABE_ITO
-from ...widgets.controls import ChoiceBox, Elided, column_of, named, row_of
-from .facts import LARGEST_PX, THUMBNAIL_PX, Facts, Mark
+from ...widgets.controls import ChoiceBox, Elided, column_of, row_of
+from .facts import LARGEST_PX, THUMBNAIL_PX, Facts, Mark, Preview
 
 _PATH: Final = Qt.ItemDataRole.UserRole
 _FACTS: Final = Qt.ItemDataRole.UserRole + 1
 _WARNING: Final = Qt.ItemDataRole.UserRole + 2
+_SEEN: Final = Qt.ItemDataRole.UserRole + 3
 _LABEL_PX: Final = 10
-_CONTROLS_PX: Final = 208
+_NARROW_PX: Final = 760  # below, chips show their number without a word
+_BADGE_PX: Final = 16
 _BELOW_PX: Final = 52  # height of name, frame and scroll bar
 _NAME: Final = "IMG_0000_00.jpg"  # a name of this length isn't elided
-_RING_PX: Final = 3
+_SELECTED: Final = 0.22  # opacity of the accent under a selected photo
 _STAR: Final = "★"
 _REJECTED: Final = "✕"
 _COLOURS: Final = {
     label: QColor(OKABE_ITO[name])
     for label, name in zip(LABELS, ("vermilion", "yellow", "green", "blue", "purple"), strict=True)
 }
-# Drawn in a corner of the thumbnail; the tooltip has the words.
-_SIGNS: Final[dict[Mark, str]] = {
-    "edited": "●",
-    "saved": "✓",
-    "doubtful": "?",
-    "result": "R",
-    "failed": "!",
+# Sign and colour of a badge at the lower right of a thumbnail; chips over the strip name them.
+_SIGNS: Final[dict[Mark, tuple[str, str]]] = {
+    "edited": ("", OKABE_ITO["sky"]),
+    "doubtful": ("!", OKABE_ITO["orange"]),
+    "failed": ("✕", OKABE_ITO["vermilion"]),
+    "saved": ("✓", OKABE_ITO["green"]),
+    "result": ("R", "#8a8a8a"),
 }
 Test = Callable[[Facts], bool]
 
@@ -103,6 +105,7 @@ class FilmStrip(QListWidget):
         self.setSelectionMode(QListView.SelectionMode.ExtendedSelection)
         self.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
         self.setItemDelegate(_Marked(self))
+        self.setProperty("film", "true")
         self._passed: Path | None = None
         self._opened: Path | None = None
         self._items: dict[Path, QListWidgetItem] = {}
@@ -154,19 +157,29 @@ class FilmStrip(QListWidget):
             self.addItem(item)
         self.counted.emit()
 
-    def show_thumbnail(self, path: Path, image: QImage) -> None:
-        """Show the thumbnail of a photo."""
+    def show_thumbnail(self, path: Path, preview: Preview) -> None:
+        """Show the thumbnail of a photo, and mark a photo that should be checked."""
         item = self._items.get(path)
-        if item is not None and not image.isNull():
-            item.setIcon(untinted(QPixmap.fromImage(image)))
-            self.show_warning(path, "")
-
-    def show_warning(self, path: Path, why: str) -> None:
-        """Draw a ring around a thumbnail that should be checked; remove the ring if `why` is ""."""
-        item = self._items[path]
-        if item.data(_WARNING) != why:
-            item.setData(_WARNING, why)
+        if item is None or preview.picture.isNull():
+            return
+        item.setIcon(untinted(QPixmap.fromImage(preview.picture)))
+        if (item.data(_WARNING) or "") != preview.warning:
+            item.setData(_WARNING, preview.warning)
+            item.setData(_SEEN, False)
             self._describe(item)
+            self.counted.emit()
+
+    def next_to_check(self) -> tuple[Path, str] | None:
+        """Mark the next photo that needs a look as seen; return it with the reasons, or None."""
+        first = 1 + (-1 if (row := self._row_of(self._opened)) is None else row)
+        for row in (*range(first, self.count()), *range(first)):
+            item = self.item(row)
+            if not item.isHidden() and _facts(item).mark == "doubtful":
+                item.setData(_SEEN, True)
+                self._describe(item)
+                self.counted.emit()
+                return self.path(row), item.data(_WARNING) or ""
+        return None
 
     def show_facts(self, path: Path, facts: Facts) -> None:
         """Show the mark and the rating of a photo."""
@@ -175,8 +188,8 @@ class FilmStrip(QListWidget):
             return
         item.setData(_FACTS, facts)
         self._describe(item)
-        if self._hide(item):
-            self.counted.emit()
+        self._hide(item)
+        self.counted.emit()
 
     def _describe(self, item: QListWidgetItem) -> None:
         words = [*_words(_facts(item)), *filter(None, [item.data(_WARNING)])]
@@ -232,6 +245,7 @@ class FilmStrip(QListWidget):
         with QSignalBlocker(self):
             row = self._row_of(path)
             self.setCurrentRow(-1 if row is None else row)
+        self.viewport().update()
 
     def pass_over(self, path: Path | None) -> None:
         """Start the next step at a photo that isn't open."""
@@ -272,6 +286,15 @@ class FilmStrip(QListWidget):
         if self.currentItem() is not None:
             self.scrollToItem(self.currentItem())
 
+    def count_of(self, shows: Test) -> int:
+        """Return the number of photos that pass a test."""
+        return sum(shows(_facts(item)) for item in self._items.values())
+
+    @property
+    def opened(self) -> Path | None:
+        """The open photo."""
+        return self._opened
+
     def _row_of(self, path: Path | None) -> int | None:
         item = self._items.get(path) if path else None
         return None if item is None else self.row(item)
@@ -303,21 +326,39 @@ class StripPanel(QWidget):
         self._stop: Callable[[], object] = lambda: None
         self.halt.clicked.connect(lambda: self._stop())
         self.film.counted.connect(self._count)
-        controls, rows = QWidget(), QGridLayout()
-        controls.setFixedWidth(_CONTROLS_PX)
-        for row, (title, box) in enumerate(((tr("Sort"), self.order), (tr("Filter"), self.choice))):
-            rows.addWidget(named(title, box), row, 0)
-            rows.addWidget(box, row, 1)
-        rows.setColumnStretch(1, 1)
+        for box, title in ((self.order, tr("Sort")), (self.choice, tr("Filter"))):
+            box.setAccessibleName(title)
+            box.setToolTip(title)
+        self.chips = {mark: self._chip(mark) for mark in _SIGNS if mark != "result"}
         self.sync = QToolButton()
         self.sync.setPopupMode(QToolButton.ToolButtonPopupMode.MenuButtonPopup)
-        self.sync.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self.sync.setProperty("segment", "true")
         self.sync.hide()
-        below, self.groups = row_of(self.sync, self.line, self.halt), Elided()
-        column_of(controls, rows, below, self.groups, None, margin=GRID_PX, spacing=GRID_PX)
-        column_of(self, row_of(controls, self.film, spacing=GRID_PX))
+        self.groups = Elided()
+        boxes = self.halt, self.sync, self.choice, self.order
+        bar = row_of(*self.chips.values(), self.line, self.groups, *boxes, spacing=GRID_PX)
+        bar.setStretchFactor(self.line, 1)
+        bar.setStretchFactor(self.groups, 1)
+        bar.setContentsMargins(2 * GRID_PX, GRID_PX, 2 * GRID_PX, 0)
+        column_of(self, bar, self.film, spacing=0)
         self.show_running("")
+
+    def _chip(self, mark: Mark) -> QToolButton:
+        """Return a button that names a badge, counts it, and shows only its photos."""
+        chip, name, every = QToolButton(), _filters()[mark], self.choice.itemText(0)
+        chip.setProperty("chip", "true")
+        chip.setCheckable(True)
+        chip.setIcon(QIcon(_badge_picture(mark, self.devicePixelRatioF())))
+        chip.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+        chip.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        chip.setToolTip(tr("Show only: {what}", what=name))
+        chip.clicked.connect(lambda on: self.choice.setCurrentText(name if on else every))
+        return chip
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Shorten the chips of a narrow strip."""
+        super().resizeEvent(event)
+        self._count()
 
     def offer_sync(self, action: QAction, groups: QMenu) -> None:
         """Add the button that syncs settings, with a menu of groups of settings."""
@@ -357,6 +398,13 @@ class StripPanel(QWidget):
         self.sync.setVisible(bool(self._selected) and not self._running)
         self.line.setHidden(self.sync.isVisibleTo(self))
         self.groups.setVisible(self.sync.isVisibleTo(self))
+        for mark, chip in self.chips.items():
+            name, here = _filters()[mark], self.choice.currentText()
+            count = self.film.count_of(self._choices[name])
+            chip.setText(f"{count}" if self.width() < _NARROW_PX else f"{_marks()[mark]} {count}")
+            chip.setAccessibleName(f"{name}, {count}")
+            chip.setChecked(here == name)
+            chip.setVisible(bool(count) or here == name)
 
 
 class _Marked(QStyledItemDelegate):
@@ -378,11 +426,13 @@ class _Marked(QStyledItemDelegate):
         option: QStyleOptionViewItem,
         index: QModelIndex | QPersistentModelIndex,
     ) -> None:
-        """Reserve a square for each thumbnail, so that marks and ring don't cover the name."""
+        """Reserve a square for each thumbnail, so that marks don't cover the name."""
         super().initStyleOption(option, index)
         view = option.widget
-        if isinstance(view, QListView):
+        if isinstance(view, FilmStrip):
             option.decorationSize = view.iconSize()
+            if str(view.opened) == index.data(_PATH):
+                option.font.setWeight(QFont.Weight.DemiBold)
 
     def paint(
         self,
@@ -391,23 +441,25 @@ class _Marked(QStyledItemDelegate):
         index: QModelIndex | QPersistentModelIndex,
     ) -> None:
         """Draw a thumbnail with marks."""
+        accent, cell = QApplication.palette().accent().color(), option.rect.adjusted(1, 1, -1, -1)
+        if option.state & QStyle.StateFlag.State_Selected:
+            painter.setOpacity(_SELECTED)
+            painter.fillRect(cell, accent)
+            painter.setOpacity(1.0)
         super().paint(painter, option, index)
-        if index.data(_WARNING):
-            painter.setPen(QPen(QColor(OKABE_ITO["vermilion"]), _RING_PX))
-            ring = option.rect.adjusted(_RING_PX, 1, -_RING_PX, 0)
-            ring.setHeight(option.decorationSize.height() + _RING_PX)
-            painter.drawRoundedRect(ring, 2 * _RING_PX, 2 * _RING_PX)
-        facts = index.data(_FACTS)
-        if not isinstance(facts, Facts):
-            return
         painter.save()
-        painter.setPen(option.palette.color(QPalette.ColorRole.ToolTipText))
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        if isinstance(option.widget, FilmStrip) and str(option.widget.opened) == index.data(_PATH):
+            painter.setPen(QPen(accent, 2.0))
+            painter.drawRoundedRect(cell, 5, 5)
+        facts = _facts(index)
         area = option.rect.adjusted(GRID_PX, GRID_PX, -GRID_PX, -GRID_PX)
         low = option.rect.top() + option.decorationSize.height() + GRID_PX
         if facts.mark:
-            space = _ground(painter, _SIGNS[facts.mark])
-            space.moveBottomRight(QPoint(area.right(), low))
-            _write(painter, option, space, _SIGNS[facts.mark])
+            badge = QRect(0, 0, _BADGE_PX, _BADGE_PX)
+            badge.moveBottomRight(QPoint(area.right(), low))
+            _draw_badge(painter, badge, facts.mark)
+        painter.setPen(option.palette.color(QPalette.ColorRole.ToolTipText))
         stars = facts.rated.stars
         if stars:
             words = _REJECTED if stars == REJECTED else _STAR * stars
@@ -421,6 +473,30 @@ class _Marked(QStyledItemDelegate):
         painter.restore()
 
 
+def _draw_badge(painter: QPainter, box: QRect, mark: Mark) -> None:
+    """Draw a coloured disc in a dark case, with a sign."""
+    sign, colour = _SIGNS[mark]
+    ink, inset = QColor("#101010"), 1 if sign else 4
+    painter.setPen(QPen(ink, 1.5))
+    painter.setBrush(QColor(colour))
+    painter.drawEllipse(box.adjusted(inset, inset, -inset, -inset))
+    font = QFont(painter.font())
+    font.setPixelSize(_BADGE_PX - 5)
+    font.setBold(True)
+    painter.setFont(font)
+    painter.drawText(box, Qt.AlignmentFlag.AlignCenter, sign)
+
+
+def _badge_picture(mark: Mark, ratio: float) -> QPixmap:
+    picture = QPixmap(QSize(_BADGE_PX, _BADGE_PX) * ratio)
+    picture.setDevicePixelRatio(ratio)
+    picture.fill(Qt.GlobalColor.transparent)
+    with QPainter(picture) as painter:
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        _draw_badge(painter, QRect(0, 0, _BADGE_PX, _BADGE_PX), mark)
+    return picture
+
+
 def _ground(painter: QPainter, words: str) -> QRect:
     return painter.fontMetrics().boundingRect(words).adjusted(-GRID_PX, -1, GRID_PX, 1)
 
@@ -430,9 +506,14 @@ def _write(painter: QPainter, option: QStyleOptionViewItem, space: QRect, words:
     painter.drawText(space, Qt.AlignmentFlag.AlignCenter, words)
 
 
-def _facts(item: QListWidgetItem) -> Facts:
+def _facts(item: QListWidgetItem | QModelIndex | QPersistentModelIndex) -> Facts:
+    """Return mark and rating; a warning asks for a look like a doubtful face, until seen."""
     facts = item.data(_FACTS)
-    return facts if isinstance(facts, Facts) else Facts()
+    facts = facts if isinstance(facts, Facts) else Facts()
+    if item.data(_SEEN):
+        return replace(facts, mark="edited") if facts.mark == "doubtful" else facts
+    asks = item.data(_WARNING) and facts.mark in ("", "edited")
+    return replace(facts, mark="doubtful") if asks else facts
 
 
 def _words(facts: Facts) -> list[str]:
@@ -448,9 +529,19 @@ def _marks() -> dict[Mark, str]:
     return {
         "edited": tr("edited"),
         "saved": tr("copy saved"),
-        "doubtful": tr("doubtful"),
+        "doubtful": tr("to check"),
         "result": tr("result"),
         "failed": tr("not done"),
+    }
+
+
+def _filters() -> dict[Mark, str]:
+    """Return the name of the filter for a mark."""
+    return {
+        "edited": tr("Edited, no copy saved"),
+        "saved": tr("Copy saved"),
+        "doubtful": tr("To check"),
+        "failed": tr("Not done"),
     }
 
 
@@ -472,6 +563,7 @@ def _choices() -> dict[str, Test]:
     def marked(*marks: Mark) -> Test:
         return lambda facts: facts.mark in marks
 
+    also: dict[Mark, tuple[Mark, ...]] = {"edited": ("doubtful",)}
     every = {_STAR * stars: at_least(stars) for stars in range(1, MOST_STARS)}
     return {
         tr("All photos"): lambda _: True,
@@ -482,8 +574,5 @@ def _choices() -> dict[str, Test]:
         tr("Rejected"): lambda facts: facts.rated.stars == REJECTED,
         **{tr("Label: {name}", name=labels()[one]): labelled(one) for one in LABELS},
         tr("Untouched"): marked(""),
-        tr("Edited, no copy saved"): marked("edited", "doubtful"),
-        tr("Copy saved"): marked("saved"),
-        tr("Doubtful"): marked("doubtful"),
-        tr("Not done"): marked("failed"),
+        **{name: marked(*{mark, *also.get(mark, ())}) for mark, name in _filters().items()},
     }
