@@ -7,14 +7,13 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Final
 
 import numpy as np
-from PySide6.QtCore import QEvent, QRectF, QSize, QSizeF, Qt, Signal
+from PySide6.QtCore import QCoreApplication, QEvent, QRectF, QSize, QSizeF, Qt, Signal
 from PySide6.QtGui import (
     QAction,
     QCloseEvent,
     QDragEnterEvent,
     QDropEvent,
     QKeyEvent,
-    QKeySequence,
     QResizeEvent,
 )
 from PySide6.QtWidgets import (
@@ -38,7 +37,7 @@ from .canvas.viewport import OriginalView, Viewport
 from .i18n import tr
 from .theme import GRID_PX, Theme
 from .view_state import ViewState
-from .widgets.controls import column_of, segmented
+from .widgets.controls import column_of, name_buttons, segmented
 from .widgets.dialogs import files_in
 from .widgets.docks import ColumnArea, Dock, Docks, RowArea
 from .widgets.icons import SIZE, icon
@@ -129,6 +128,7 @@ class Window(QMainWindow):
         for name in _BY_PHOTO:
             self.docks.offer(name, False)
         self.setStatusBar(self.status)
+        name_buttons(self)
         self.canvas.setFocus()
 
     def arrange(self, workspace: Workspace, docks: str = "") -> None:
@@ -209,8 +209,16 @@ class Window(QMainWindow):
         return button
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Show the original while backslash or F4 is held; pan while Space is held."""
-        if not self._hold(event, True) and not self._press_latin(event):
+        """Show the original while backslash or F4 is held; pan while Space is held.
+
+        A key of a Russian or Greek layout counts as the letter of the US layout in its place, which
+        Qt does only with a Latin layout beside it, and elsewhere than on Linux always.
+        """
+        is_foreign = sys.platform == "linux" and _LATIN < event.key() < _NAMED
+        if is_foreign and (letter := _US.get(event.nativeScanCode())):
+            latin = QKeyEvent(event.type(), ord(letter), event.modifiers())
+            QCoreApplication.sendEvent(self.focusWidget() or self, latin)
+        elif not self._hold(event, True):
             super().keyPressEvent(event)
 
     def keyReleaseEvent(self, event: QKeyEvent) -> None:
@@ -226,27 +234,6 @@ class Window(QMainWindow):
                 self.original_wanted.emit(False)
                 self.canvas.set_space_down(False)
         super().changeEvent(event)
-
-    def _press_latin(self, event: QKeyEvent) -> bool:
-        """Take a key of a Russian or Greek layout for the letter of the US layout in its place.
-
-        Qt does so only with a Latin layout beside it. Elsewhere than on Linux it always does.
-        """
-        letter = _US.get(event.nativeScanCode()) if sys.platform == "linux" else None
-        if letter is None or not _LATIN < event.key() < _NAMED or not letter.isascii():
-            return False
-        pressed = QKeySequence(event.modifiers().value | ord(letter))
-        actions = [*self.actions(), *self.menuBar().actions()]
-        if event.modifiers() == Qt.KeyboardModifier.AltModifier:
-            for action in self.menuBar().actions():
-                if QKeySequence.mnemonic(action.text()) == pressed and action.isVisible():
-                    self.menuBar().setActiveAction(action)
-                    return True
-        for action in actions:
-            if pressed in action.shortcuts() and action.isEnabled() and action.isVisible():
-                action.trigger()
-                return True
-        return False
 
     def _hold(self, event: QKeyEvent, down: bool) -> bool:
         if event.isAutoRepeat():

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from PySide6.QtCore import QEvent, QObject, QPointF, QSize, Qt
 from PySide6.QtGui import QAction, QFont, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import (
+    QAbstractButton,
     QApplication,
     QComboBox,
     QHBoxLayout,
@@ -188,6 +189,13 @@ def named(text: str, buddy: QWidget) -> QLabel:
     label.setBuddy(buddy)
     buddy.setAccessibleName(bare(text))
     return label
+
+
+def name_buttons(within: QWidget) -> None:
+    """Name buttons for screen readers without the letter for Alt that Qt leaves: ``頬(K)``."""
+    for button in within.findChildren(QAbstractButton):
+        if bare(button.text()) != button.text() and not button.accessibleName():
+            button.setAccessibleName(bare(button.text()))
 
 
 def muted_label(text: str = "", *, wraps: bool = False) -> QLabel:

@@ -27,7 +27,7 @@ from PySide6.QtWidgets import (
 from kogao_core.photo import READABLE
 
 from ..i18n import tr
-from .controls import column_of, row_of
+from .controls import column_of, name_buttons, row_of
 
 _MARGIN_PX = 60  # space for title bar and task bar
 _LINE_PX = 18  # line height for which dialog sizes are given
@@ -75,6 +75,7 @@ class Dialog(QDialog):
 
     def showEvent(self, event: QShowEvent) -> None:
         """Grow until no line is cut: Qt computes the height for a wider dialog."""
+        name_buttons(self)
         layout = self.layout()
         if layout is not None:
             layout.activate()

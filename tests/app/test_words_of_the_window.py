@@ -4,6 +4,7 @@ import re
 
 import pytest
 from kogao_app.features.experiments.dialog import ExperimentDialog
+from kogao_app.widgets.dialogs import Dialog
 from PIL import Image
 from pseudolocale import pseudo
 from PySide6.QtGui import QAccessible, QKeySequence
@@ -152,7 +153,10 @@ def test_a_letter_leads_to_one_place_and_what_has_none_shows_none_in_japanese(tw
     buddies = [one for one in two.window.findChildren(QLabel) if one.buddy()]
     name = QAccessible.Text.Name
     shown += [QAccessible.queryAccessibleInterface(one).text(name) for one in buddies]
-    assert [text for text in shown if "(" in text] == []
+    for parent in (two.window, *(one for one in dialogs if isinstance(one, Dialog))):
+        buttons = [one for one in parent.findChildren(QAbstractButton) if one.text()]
+        shown += [QAccessible.queryAccessibleInterface(one).text(name) for one in buttons]
+    assert [text for text in shown if re.search(r"\([A-Z]\)", text)] == []
 
 
 @in_japanese
