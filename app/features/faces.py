@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from itertools import zip_longest
 
 import numpy as np
@@ -21,6 +21,7 @@ from kogao_core.base.geometry import Box
 from kogao_core.faces.doubt import Reason, Verdict, verdicts
 from kogao_core.faces.face import Face, LandmarkSource, in_reading_order
 from kogao_core.faces.landmarks import template_face
+from kogao_core.faces.names import names_of
 
 from ..ahead import FaceSearch
 from ..document import State
@@ -59,6 +60,7 @@ class Faces(Feature):
         # loading of networks.
         self.finding_s: float | None = None
         self.finding_was_cold = False
+        self._names: tuple[str, ...] = ()  # of the faces, from the photo's metadata
         self._finding = self.lane(self._take, self._not_found)
         self._search = FaceSearch(source)
         self._came.connect(self._show_found)
@@ -233,7 +235,10 @@ class Faces(Feature):
             self._show()
 
     def _show(self) -> None:
-        self.panel.show_state(self.document.state, self.view.face, self.view.also)
+        document = self.document
+        if document.photo is not None and not document.in_gesture:
+            self._names = names_of(document.photo, document.state.faces).names
+        self.panel.show_state(document.state, self.view.face, self.view.also, self._names)
 
 
 class FacesPanel(QWidget):
@@ -288,9 +293,13 @@ class FacesPanel(QWidget):
         return self.list.item(face + _ALL_ROWS)
 
     def show_state(
-        self, state: State, chosen: int | None = None, also: Collection[int] = ()
+        self,
+        state: State,
+        chosen: int | None = None,
+        also: Collection[int] = (),
+        names: Sequence[str] = (),
     ) -> None:
-        """Show the faces; keep thumbnails during a drag."""
+        """Show the faces; keep thumbnails during a drag. `names`: of faces, or ""."""
         with QSignalBlocker(self.list):
             if self._reordered(state.faces) or not self.list.count():
                 self._begin_rows()
@@ -302,10 +311,12 @@ class FacesPanel(QWidget):
                 check = Qt.CheckState.Unchecked if off else Qt.CheckState.Checked
                 item = self.item(index)
                 item.setCheckState(check)
-                lines = [*_caption(index, face, verdict), *_stretched(face, state)]
+                name = [one for one in names[index : index + 1] if one]
+                lines = [*name, *_caption(index, face, verdict), *_stretched(face, state)]
                 item.setText("\n".join(lines))
                 item.setToolTip("\n".join([_tip(index, verdict), *_distance(face, state)]))
-                item.setData(Qt.ItemDataRole.AccessibleTextRole, _spoken(index, face, verdict))
+                spoken = ", ".join([*name, _spoken(index, face, verdict)])
+                item.setData(Qt.ItemDataRole.AccessibleTextRole, spoken)
             row = 0 if chosen is None else chosen + _ALL_ROWS
             self.list.setCurrentRow(row, QItemSelectionModel.SelectionFlag.ClearAndSelect)
             for index in also:

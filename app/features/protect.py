@@ -20,7 +20,7 @@ from ..canvas.tools.protect import protect
 from ..i18n import sentence, tr
 from ..theme import GRID_PX
 from ..view_state import Brush, Handle, ToolName
-from ..widgets.controls import Fold, action_button, column_of, muted_label, row_of
+from ..widgets.controls import Eye, Fold, action_button, column_of, muted_label, row_of
 from ..widgets.dialogs import ask_path, photo_filter
 from ..widgets.sliders import ValueSlider
 from ..widgets.typed import SliderScale
@@ -59,6 +59,7 @@ class Protect(Feature):
         self.document.opened.connect(self.fit_brush)
         self.view.watch(self._show_reduced, "frame")
         self.document.watch(self._show_count, "protection")
+        self.follow_eye(self.panel.eye, "protection")
         # Each photo starts with a fitting brush size.
         self.enable_with_photo(self.panel.size_px.setEnabled)
 
@@ -108,6 +109,21 @@ class Protect(Feature):
 
     def _draw(self, _: Handle | None, event: PointerEvent) -> Gesture:
         return protect(self.view, event)
+
+    def follow_eye(self, eye: Eye, field: str) -> None:
+        """Switch a field of the state off and on with an eye."""
+
+        def switch(value: object) -> None:
+            state = dataclasses.replace(self.document.state, **{field: value})  # type: ignore[arg-type]
+            self.document.step(state, eye.accessibleName())
+
+        def show() -> None:
+            value = getattr(self.document.state, field)
+            eye.show_value(value, None, is_off=not value.strokes)
+
+        eye.switched.connect(switch)
+        self.document.opened.connect(eye.forget)
+        self.document.watch(show, field)
 
     def _ask_mask(self) -> None:
         filters, at = [photo_filter()], self.document.path
@@ -173,6 +189,7 @@ class BrushPanel(QWidget):
         controls: Iterable[QWidget],
         clear: tuple[QPushButton, QAction],
         nothing: str,
+        off: object,
     ) -> None:
         super().__init__()
         self.size_px, self.count, self._nothing = size_px, muted_label(), nothing
@@ -184,7 +201,8 @@ class BrushPanel(QWidget):
         buttons = row_of(*map(action_button, tools), spacing=GRID_PX)
         for place in range(buttons.count()):
             buttons.setStretch(place, 1)
-        below = row_of(self.count, None, self.clear)
+        self.eye = Eye(title, off)
+        below = row_of(self.count, None, self.eye, self.clear)
         column_of(body, buttons, size_px, *controls, below, spacing=2 * GRID_PX)
 
     def size_brushes(self, brushes: Protect) -> None:
@@ -211,7 +229,8 @@ class ProtectPanel(BrushPanel):
         remove.setAccessibleName(tr("Remove all protection"))
         remove.setToolTip(tr("Remove all painted and drawn protection"))
         nothing = tr("No protection")
-        super().__init__(tr("Protect"), tools, size_px, [self.reduced], (remove, clear), nothing)
+        content = [self.reduced], (remove, clear), nothing, NOTHING
+        super().__init__(tr("Protect"), tools, size_px, *content)
 
     def show_reduced(self, message: str) -> None:
         """Show how far protection limits outline points; hide an empty message."""

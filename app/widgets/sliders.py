@@ -28,7 +28,7 @@ from PySide6.QtWidgets import (
 
 from ..accessibility import DECREASE, INCREASE, NOTHING, actions_of, speak
 from ..i18n import bare, tr
-from .controls import column_of, muted_label, row_of, turn_in_focus_only
+from .controls import Eye, column_of, muted_label, row_of, turn_in_focus_only
 from .typed import SliderScale, ValueField
 
 # Pause that ends a gesture of wheel notches, and the time for a double click, ms.
@@ -237,7 +237,8 @@ class ValueSlider(QWidget):
         self.note = muted_label()
         self.note.setVisible(note_lines > 0)
         self.note.setMinimumHeight(note_lines * self.note.fontMetrics().height())
-        column_of(self, row_of(self.title, None, self.field), self.slider, self.note)
+        self._title_row = row_of(self.title, None, self.field)
+        column_of(self, self._title_row, self.slider, self.note)
         self.slider.valueChanged.connect(self._tell)
         self.slider.rested.connect(self.rested)
         for doubled in (self.slider.reset, self.title.doubled):
@@ -246,6 +247,12 @@ class ValueSlider(QWidget):
         self.field.typed.connect(self._take)
         self.field.refused.connect(self.refused)
         self.field.left.connect(self.slider.setFocus)
+
+    def add_eye(self) -> Eye:
+        """Add a button that switches the value to 0 and back."""
+        eye = Eye(bare(self.title.text()), 0.0)
+        self._title_row.insertWidget(self._title_row.count() - 1, eye)
+        return eye
 
     def show_value(self, value: float) -> None:
         """Show a value without emitting signals."""

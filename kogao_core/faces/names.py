@@ -168,7 +168,9 @@ def identify(
         if isinstance(index, int):
             changed[index] = replace(faces[index], recipe=replace(recipe, percent=percent))
         else:
-            notes.append(Text("person {number} of the named people: {why}", number=number, why=index))
+            notes.append(
+                Text("person {number} of the named people: {why}", number=number, why=index)
+            )
     note = Text.joined("; ", notes)
     if not changed:
         raise NobodyNamed(note)

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from named import HEAD, microsoft, mwg
 
 from kogao_core.faces.landmarks import template_face
 from kogao_core.faces.names import (
@@ -21,20 +22,9 @@ from kogao_core.photo.metadata.upright import Turn
 from kogao_core.photo.model import Photo
 from kogao_core.recipe.recipe import Recipe
 
-WIDTH, HEIGHT = 600, 400
+SIZE = WIDTH, HEIGHT = 600, 400
 ANN, KATE = (template_face((x, y), 120) for x, y in ((150, 180), (420, 230)))
 BOTH = [ANN, KATE]
-HEAD = (
-    '<x:xmpmeta xmlns:x="adobe:ns:meta/"><rdf:RDF '
-    'xmlns:rdf="http://www.w3.org/1999/02/22-rdf-syntax-ns#"><rdf:Description '
-    'xmlns:mwg-rs="http://www.metadataworkinggroup.com/schemas/regions/" '
-    'xmlns:stArea="http://ns.adobe.com/xmp/sType/Area#" '
-    'xmlns:stDim="http://ns.adobe.com/xap/1.0/sType/Dimensions#" '
-    'xmlns:MP="http://ns.microsoft.com/photo/1.2/" '
-    'xmlns:MPRI="http://ns.microsoft.com/photo/1.2/t/RegionInfo#" '
-    'xmlns:MPReg="http://ns.microsoft.com/photo/1.2/t/Region#">{}'
-    "</rdf:Description></rdf:RDF></x:xmpmeta>"
-)
 
 
 def place_of(face):
@@ -51,45 +41,6 @@ def stored(place, orientation):
     return turn.place(place[0], (1.0, 1.0)), turn.sides(place[1])
 
 
-def mwg(named, size=(WIDTH, HEIGHT), kind="Face", as_elements=False):
-    """Regions as Lightroom writes them, in attributes; or as ExifTool does, in elements."""
-    items = ""
-    for name, ((x, y), (w, h)) in named:
-        if as_elements:
-            area = "".join(
-                f"<stArea:{key}>{value}</stArea:{key}>"
-                for key, value in zip("xywh", (x, y, w, h), strict=True)
-            )
-            items += (
-                f'<rdf:li rdf:parseType="Resource"><mwg-rs:Area rdf:parseType="Resource">{area}'
-                f"</mwg-rs:Area><mwg-rs:Name>{name}</mwg-rs:Name><mwg-rs:Type>{kind}"
-                "</mwg-rs:Type></rdf:li>"
-            )
-        else:
-            items += (
-                f'<rdf:li><rdf:Description mwg-rs:Name="{name}" mwg-rs:Type="{kind}"><mwg-rs:Area '
-                f'stArea:x="{x}" stArea:y="{y}" stArea:w="{w}" stArea:h="{h}"/>'
-                "</rdf:Description></rdf:li>"
-            )
-    return (
-        '<mwg-rs:Regions rdf:parseType="Resource"><mwg-rs:AppliedToDimensions '
-        f'stDim:w="{size[0]}" stDim:h="{size[1]}"/><mwg-rs:RegionList><rdf:Bag>{items}'
-        "</rdf:Bag></mwg-rs:RegionList></mwg-rs:Regions>"
-    )
-
-
-def microsoft(named):
-    items = "".join(
-        f'<rdf:li MPReg:PersonDisplayName="{name}" '
-        f'MPReg:Rectangle="{x - w / 2}, {y - h / 2}, {w}, {h}"/>'
-        for name, ((x, y), (w, h)) in named
-    )
-    return (
-        '<MP:RegionInfo rdf:parseType="Resource"><MPRI:Regions><rdf:Bag>'
-        f"{items}</rdf:Bag></MPRI:Regions></MP:RegionInfo>"
-    )
-
-
 def photo_with(content, orientation=1, size=(WIDTH, HEIGHT)):
     packet = HEAD.format(content).encode()
     pixels = np.zeros((size[1], size[0]), np.uint8)
@@ -101,8 +52,8 @@ NO_PACKETS = [
     b"",
     b"<x",
     b"<!DOCTYPE a [<!ENTITY b 'c'>]><a>&b;</a>",
-    HEAD.format(mwg([("", NAMED[0][1])])).encode(),
-    HEAD.format(mwg([("Ann", (("x", "nan"), ("1e999", "1")))])).encode(),
+    HEAD.format(mwg([("", NAMED[0][1])], SIZE)).encode(),
+    HEAD.format(mwg([("Ann", (("x", "nan"), ("1e999", "1")))], SIZE)).encode(),
 ]
 
 
@@ -128,7 +79,7 @@ def test_two_people_keep_their_names_in_every_form_and_orientation(form, orienta
 
 def test_a_smaller_copy_keeps_its_names_and_a_crop_is_doubted():
     small = names_of(
-        photo_with(mwg(NAMED), size=(WIDTH // 2, HEIGHT // 2)),
+        photo_with(mwg(NAMED, SIZE), size=(WIDTH // 2, HEIGHT // 2)),
         [dataclasses.replace(f, **halves(f)) for f in BOTH],
     )
     assert small.names == ("Ann", "Kate")
@@ -151,14 +102,14 @@ def halves(face):
 def test_what_is_not_one_face_for_one_name_is_doubted():
     (middle, size), (other, _) = NAMED[0][1], NAMED[1][1]
     wide = ((middle + other) / 2, np.abs(middle - other) + 2 * size)
-    assert names_of(photo_with(mwg([("Ann", wide)])), BOTH).names == ("", "")
-    twice = names_of(photo_with(mwg([("Ann", NAMED[0][1]), ("ann ", NAMED[1][1])])), BOTH)
+    assert names_of(photo_with(mwg([("Ann", wide)], SIZE)), BOTH).names == ("", "")
+    twice = names_of(photo_with(mwg([("Ann", NAMED[0][1]), ("ann ", NAMED[1][1])], SIZE)), BOTH)
     assert twice.index("Ann") == SEVERAL
-    one = names_of(photo_with(mwg([("Ann", NAMED[0][1]), ("Kate", NAMED[0][1])])), BOTH)
+    one = names_of(photo_with(mwg([("Ann", NAMED[0][1]), ("Kate", NAMED[0][1])], SIZE)), BOTH)
     assert one.index("Ann") == one.index("Kate") == SEVERAL
-    none = names_of(photo_with(mwg(NAMED)), [KATE])
+    none = names_of(photo_with(mwg(NAMED, SIZE)), [KATE])
     assert (none.index("Ann"), none.index("KATE"), none.index("Eve")) == (NO_FACE, 0, NO_REGION)
-    pet = names_of(photo_with(mwg(NAMED, kind="Pet")), BOTH)
+    pet = names_of(photo_with(mwg(NAMED, SIZE, kind="Pet")), BOTH)
     assert pet.names == ("", "")
 
 
@@ -170,14 +121,16 @@ def test_damaged_or_empty_metadata_name_nobody(packet):
 
 def test_only_named_people_change_and_each_by_the_own_amount():
     people = people_of("kate=3, Ann=-2.5")
-    faces, which, note = identify(people, photo_with(mwg(NAMED)), BOTH, Recipe(percent=7))
+    faces, which, note = identify(people, photo_with(mwg(NAMED, SIZE)), BOTH, Recipe(percent=7))
     assert [face.recipe.percent for face in faces] == [-2.5, 3.0]
     assert (which, note) == ("2,1", "")
-    faces, which, note = identify(people_of("Kate=3,Eve=1"), photo_with(mwg(NAMED)), BOTH, Recipe())
+    faces, which, note = identify(
+        people_of("Kate=3,Eve=1"), photo_with(mwg(NAMED, SIZE)), BOTH, Recipe()
+    )
     assert (which, faces[0]) == ("2", ANN)
     assert note == f"person 2 of the named people: {NO_REGION}"
     with pytest.raises(NobodyNamed, match="person 1 of the named"):
-        identify(people_of("Eve=1"), photo_with(mwg(NAMED)), BOTH, Recipe())
+        identify(people_of("Eve=1"), photo_with(mwg(NAMED, SIZE)), BOTH, Recipe())
 
 
 def test_the_option_takes_names_with_commas_and_refuses_the_rest():
