@@ -103,8 +103,9 @@ class State(Sheet):
         }
 
     def recipe_of(self, face: int | None) -> Recipe:
-        """Return the recipe of a face; None is the photo."""
-        return self.recipe if face is None else self.recipe.of_face(self.faces[face].recipe)
+        """Return the recipe of a face; None, or a face of an earlier photo, is the photo."""
+        own = None if face is None or face >= len(self.faces) else self.faces[face].recipe
+        return self.recipe.of_face(own)
 
     def with_choices(self, face: int | None, **changes: object) -> State:
         """Return the state with fields of a recipe replaced.

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from kogao_core.background.find import BackgroundFinder, held_of
-from kogao_core.base.geometry import Image
+from kogao_core.base.geometry import Box, Image
+from kogao_core.base.language import Text
 from kogao_core.faces import identity
+from kogao_core.faces.doubt import Chosen, choose
+from kogao_core.faces.face import Face
+from kogao_core.faces.names import People, identify
 from kogao_core.photo import Photo, accompanied, write, write_in_place
 from kogao_core.photo.disclosure.disclosing import (
     NO_DISCLOSURE,
@@ -40,10 +44,20 @@ class RetouchJob:
     recipe: Recipe = field(default_factory=Recipe)
     which: str = "all"  # faces to warp: all, largest, or numbers
     doubtful: bool = False  # also warp doubtful faces
+    people: People = ()  # names with Amounts, %: warp only their faces; empty: any face
     landmarks: str | None = None  # name of the landmark source
     max_megapixels: float = 300.0  # refuse larger photos
     disclosure: Disclosure = NO_DISCLOSURE  # edit record and label of the result
     export: Export = AS_IT_IS  # size, quality and colours of the result
+
+    def chosen(self, photo: Photo, faces: Sequence[Face]) -> Chosen:
+        """Return the faces of a photo to warp, and the others. Raises ValueError, AllDoubted."""
+        which, note = self.which, ""
+        if self.people:
+            faces, which, note = identify(self.people, photo, faces, self.recipe)
+        found = choose(faces, which, Box.of(photo.pixels), doubtful=self.doubtful)
+        note = Text.joined("; ", filter(None, (note, found.note)))
+        return dataclasses.replace(found, note=note)
 
 
 def to_file(path: Path, *, force: bool) -> Write:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from itertools import zip_longest
 
 import numpy as np
@@ -36,6 +36,7 @@ from kogao_core.base.geometry import Box
 from kogao_core.faces.doubt import Reason, Verdict, verdicts
 from kogao_core.faces.face import Face, LandmarkSource, in_reading_order
 from kogao_core.faces.landmarks import template_face
+from kogao_core.faces.names import names_of
 
 from ..ahead import FaceSearch
 from ..document import State
@@ -78,6 +79,7 @@ class Faces(Feature):
         # loading of networks.
         self.finding_s: float | None = None
         self.finding_was_cold = False
+        self._names: tuple[str, ...] = ()  # of the faces, from the photo's metadata
         self._finding = self.lane(self._take, self._not_found)
         self._search = FaceSearch(source)
         self._came.connect(self._show_found)
@@ -252,7 +254,10 @@ class Faces(Feature):
             self._show()
 
     def _show(self) -> None:
-        self.panel.show_state(self.document.state, self.view.face, self.view.also)
+        document = self.document
+        if document.photo is not None and not document.in_gesture:
+            self._names = names_of(document.photo, document.state.faces).names
+        self.panel.show_state(document.state, self.view.face, self.view.also, self._names)
 
 
 class FacesPanel(QWidget):
@@ -308,9 +313,13 @@ class FacesPanel(QWidget):
         return self.list.item(face + _ALL_ROWS)
 
     def show_state(
-        self, state: State, chosen: int | None = None, also: Collection[int] = ()
+        self,
+        state: State,
+        chosen: int | None = None,
+        also: Collection[int] = (),
+        names: Sequence[str] = (),
     ) -> None:
-        """Show the faces; keep thumbnails during a drag."""
+        """Show the faces; keep thumbnails during a drag. `names`: of faces, or ""."""
         with QSignalBlocker(self.list):
             if self._reordered(state.faces) or not self.list.count():
                 self._begin_rows()
@@ -322,7 +331,8 @@ class FacesPanel(QWidget):
                 check = Qt.CheckState.Unchecked if off else Qt.CheckState.Checked
                 item = self.item(index)
                 item.setCheckState(check)
-                item.setText(tr("Face {n}", n=index + 1))
+                name = next(iter(names[index : index + 1]), "")
+                item.setText(name or tr("Face {n}", n=index + 1))
                 item.setData(_WORD, next(iter(_doubted(face, verdict)), ""))
                 item.setData(_ASKS, bool(verdict.look_at or verdict.reason))
                 item.setData(_OWN, face.recipe is not None)

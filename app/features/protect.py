@@ -21,6 +21,7 @@ from ..i18n import sentence, tr
 from ..theme import GRID_PX
 from ..view_state import Brush, Handle, ToolName
 from ..widgets.controls import (
+    Eye,
     column_of,
     heading,
     muted_label,
@@ -70,6 +71,7 @@ class Protect(Feature):
         self.document.opened.connect(self.fit_brush)
         self.view.watch(self._show_reduced, "frame")
         self.document.watch(self._show_count, "protection")
+        self.follow_eye(self.panel.eye, "protection")
         # Each photo starts with a fitting brush size.
         self.enable_with_photo(self.panel.size_px.setEnabled)
 
@@ -126,6 +128,21 @@ class Protect(Feature):
 
     def _draw(self, _: Handle | None, event: PointerEvent) -> Gesture:
         return protect(self.view, event)
+
+    def follow_eye(self, eye: Eye, field: str) -> None:
+        """Switch a field of the state off and on with an eye."""
+
+        def switch(value: object) -> None:
+            state = dataclasses.replace(self.document.state, **{field: value})  # type: ignore[arg-type]
+            self.document.step(state, eye.accessibleName())
+
+        def show() -> None:
+            value = getattr(self.document.state, field)
+            eye.show_value(value, None, is_off=not value.strokes)
+
+        eye.switched.connect(switch)
+        self.document.opened.connect(eye.forget)
+        self.document.watch(show, field)
 
     def _ask_mask(self) -> None:
         filters, at = [photo_filter()], self.document.path
@@ -192,17 +209,18 @@ class BrushPanel(QWidget):
         clear: tuple[QPushButton, QAction],
         nothing: str,
         done: QAction,
+        off: object,
     ) -> None:
         super().__init__()
         self.size_px, self.count, self._nothing = size_px, muted_label(), nothing
         self.clear, action = clear
         self.clear.clicked.connect(action.trigger)
         self.clear.setProperty("quiet", "true")
-        self.done = QPushButton(tr("Done"))
+        self.done, self.eye = QPushButton(tr("Done")), Eye(title, off)
         self.done.setToolTip(done.toolTip())
         self.done.clicked.connect(done.trigger)
         below = row_of(self.count, None, self.clear)
-        top = row_of(heading(title), None, self.done)
+        top = row_of(heading(title), self.eye, None, self.done)
         choice = segmented(title, list(tools))
         column_of(self, top, choice, size_px, *controls, below, spacing=GRID_PX)
 
@@ -230,9 +248,8 @@ class ProtectPanel(BrushPanel):
         remove.setAccessibleName(tr("Remove all protection"))
         remove.setToolTip(tr("Remove all painted and drawn protection"))
         nothing = tr("No protection")
-        super().__init__(
-            tr("Protect"), tools, size_px, [self.reduced], (remove, clear), nothing, done
-        )
+        content = [self.reduced], (remove, clear), nothing, done, NOTHING
+        super().__init__(tr("Protect"), tools, size_px, *content)
 
     def show_reduced(self, message: str, detail: str = "") -> None:
         """Show how far protection limits outline points; hide an empty message."""

@@ -47,6 +47,7 @@ class Push(Feature):
         self._protect = protect
         self.document.watch(self._fit_face, "photo", "faces", value=self._fitted)
         self.document.watch(self._show_count, "brushwork")
+        protect.follow_eye(self.panel.eye, "brushwork")
         self.enable_with_photo(self.panel.size_px.setEnabled)
 
     def _fitted(self) -> tuple[object, ...]:
@@ -119,7 +120,8 @@ class PushPanel(BrushPanel):
         remove.setToolTip(clear.statusTip())
         controls = self.strength, self.falloff, self.held
         title, nothing = tr("Push and restore"), tr("No strokes")
-        super().__init__(title, tools, size_px, controls, (remove, clear), nothing, done)
+        content = controls, (remove, clear), nothing, done, UNTOUCHED
+        super().__init__(title, tools, size_px, *content)
         self.strength.show_first(Brush().strength)
         self.falloff.show_first(Brush().falloff)
         self.held.warn(True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from PySide6.QtCore import QEvent, QObject, QPointF, QSize, Qt
+from PySide6.QtCore import QEvent, QObject, QPointF, QSize, Qt, Signal
 from PySide6.QtGui import QAction, QFont, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import (
     QAbstractButton,
@@ -118,6 +118,49 @@ class Fold(QWidget):
         arrow = Qt.ArrowType.DownArrow if opened else Qt.ArrowType.RightArrow
         self.button.setArrowType(arrow)
         self._content.setVisible(opened)
+
+
+class Eye(QToolButton):
+    """Switches a setting off and on; keeps its value in the meantime."""
+
+    # (value: object): the value to set.
+    switched = Signal(object)
+
+    def __init__(self, what: str, off: object) -> None:
+        super().__init__()
+        self._what, self._off = what, off
+        self._kept: dict[object, object] = {}
+        self._value: object = off
+        self._owner: object = None
+        self.setProperty("snug", "true")
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.clicked.connect(self._switch)
+        self.show_value(off, None, is_off=True)
+
+    def show_value(self, value: object, owner: object, *, is_off: bool) -> None:
+        """Show the value of a setting. Each owner, such as a face, has its own kept value."""
+        self._value, self._owner = value, owner
+        if not is_off:
+            self._kept.pop(owner, None)
+        self.setEnabled(not is_off or owner in self._kept)
+        self.setText("○" if is_off else "◉")
+        on, off = (
+            tr("Switch on: {what}", what=self._what),
+            tr("Switch off: {what}", what=self._what),
+        )
+        self.setAccessibleName(on if is_off else off)
+        self.setToolTip(self.accessibleName())
+
+    def forget(self) -> None:
+        """Drop the kept values: another photo is open."""
+        self._kept.clear()
+
+    def _switch(self) -> None:
+        if self._owner in self._kept:
+            self.switched.emit(self._kept.pop(self._owner))
+        else:
+            self._kept[self._owner] = self._value
+            self.switched.emit(self._off)
 
 
 class Elided(QLabel):

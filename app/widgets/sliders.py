@@ -35,6 +35,7 @@ from ..i18n import bare, tr
 from ..theme import LEAD
 from .controls import (
     Elided,
+    Eye,
     column_of,
     columns_of,
     enlarge,
@@ -301,11 +302,12 @@ class ValueSlider(QWidget):
         self.note.setVisible(note_lines > 0)
         self.note.setMinimumHeight(note_lines * self.note.fontMetrics().height())
         if lead or not fits(self.title, self.field):
-            top = row_of(self.title, self.second, self.field)
-            top.setStretchFactor(self.second, 1)
-            column_of(self, top, self.slider, self.note, spacing=0)
+            self._row = row_of(self.title, self.second, self.field)
+            self._row.setStretchFactor(self.second, 1)
+            column_of(self, self._row, self.slider, self.note, spacing=0)
         else:
-            column_of(self, columns_of(self.title, self.slider, self.field), self.note, spacing=0)
+            self._row = columns_of(self.title, self.slider, self.field)
+            column_of(self, self._row, self.note, spacing=0)
         self.slider.valueChanged.connect(self._tell)
         self.slider.rested.connect(self.rested)
         for doubled in (self.slider.reset, self.title.doubled):
@@ -314,6 +316,12 @@ class ValueSlider(QWidget):
         self.field.typed.connect(self._take)
         self.field.refused.connect(self.refused)
         self.field.left.connect(self.slider.setFocus)
+
+    def add_eye(self) -> Eye:
+        """Add a button that switches the value to 0 and back."""
+        eye = Eye(bare(self.title.text()), 0.0)
+        self._row.insertWidget(self._row.count() - 1, eye)
+        return eye
 
     def show_value(self, value: float) -> None:
         """Show a value without emitting signals."""

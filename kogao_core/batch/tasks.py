@@ -16,12 +16,12 @@ from typing import Any, BinaryIO, Final, Literal
 
 from kogao_core.background.find import BackgroundFinder
 from kogao_core.base.atomic import appended
-from kogao_core.base.geometry import Box, Image
+from kogao_core.base.geometry import Image
 from kogao_core.base.index import locked
 from kogao_core.base.json_reader import BadFile
 from kogao_core.base.language import Text
 from kogao_core.batch.measures import COLUMNS, measured
-from kogao_core.faces.doubt import AllDoubted, choose
+from kogao_core.faces.doubt import AllDoubted
 from kogao_core.faces.landmarks import networks_are_here, source
 from kogao_core.field.protection import NOTHING
 from kogao_core.photo import Photo, bits_of, read
@@ -151,7 +151,7 @@ def _found(task: Task, photo: Photo) -> Applied:
         faces = _sources(job.landmarks).find(for_search(photo))
     if not faces:
         raise _NoFace
-    chosen = choose(faces, job.which, Box.of(photo.pixels), doubtful=job.doubtful)
+    chosen = job.chosen(photo, faces)
     return Applied(chosen.faces, job.recipe, NOTHING, chosen.note, others=chosen.others)
 
 
@@ -173,8 +173,8 @@ def _key(task: Task) -> str:
     job = task.job
     choices = job.recipe.to_dict(), job.which, job.doubtful, job.landmarks, bool(task.project)
     told = asdict(job.disclosure), asdict(job.export)
-    points = [""] * bool(task.points)  # as in reports of 1.0.0
-    chosen = json.dumps([*choices, *told, *points], sort_keys=True)
+    more = [*[""] * bool(task.points), *job.people]  # nothing more: as in reports of 1.0.0
+    chosen = json.dumps([*choices, *told, *more], sort_keys=True)
     total = hashlib.sha256(chosen.encode())
     made = task.output if Path(task.output).exists() else ""
     files = task.source, task.project, task.points, made

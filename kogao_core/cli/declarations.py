@@ -27,7 +27,8 @@ Exit codes:
        project, existing output (overwrite with --force), or a format that
        can't hold the photo
   3    unreadable input or unwritable output
-  4    no face, or only doubtful faces (include these with --doubtful)
+  4    no face, only doubtful faces (include these with --doubtful), or no
+       face that --person names without doubt
   5    some photos of a batch failed; see the report
   6    kogao --edit was closed without saving
   7    input is a result of Kogao (accept with --results)

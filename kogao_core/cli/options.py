@@ -170,6 +170,13 @@ chooses = words.together(
     *map(_option, sorted(SETTINGS.values(), key=lambda one: _ORDER.index(_section(one)))),
     chooses_faces,
     words.option(
+        "--person",
+        "people",
+        metavar="'NAME=N,...'",
+        excludes=("--face",),
+        help="Change only the faces with these names in the photo's metadata, each by the Amount N",
+    ),
+    words.option(
         "--doubtful",
         is_flag=True,
         section=FACES,

@@ -15,6 +15,7 @@ from kogao_core.reading import controls
 from kogao_core.reading.controls import Match
 from kogao_core.reading.flow import NotRead
 from kogao_core.recipe import presets
+from kogao_core.retouch import RetouchJob
 
 
 def run(args: SimpleNamespace) -> None:
@@ -73,7 +74,7 @@ def _matches(
 ) -> list[Match]:
     copy = reading.read_photo(after, max_megapixels)
     known = reading.find_faces(photo, landmarks)
-    faces = reading.chosen(photo, known, "all", doubtful=False).faces
+    faces = reading.chosen(photo, known, RetouchJob()).faces
     try:
         return controls.match(photo.pixels, copy.pixels, faces)
     except NotRead as problem:

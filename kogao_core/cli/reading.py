@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections import Counter
 from collections.abc import Sequence
 from concurrent.futures import Future
@@ -10,15 +11,16 @@ from types import SimpleNamespace
 from typing import Any, Literal
 
 from kogao_core.base import assets
-from kogao_core.base.geometry import Box
 from kogao_core.base.json_reader import BadFile
 from kogao_core.base.language import Text
+from kogao_core.base.wording import shown
 from kogao_core.cli import common, ending
 from kogao_core.faces import landmarks
-from kogao_core.faces.doubt import AllDoubted, Chosen, choose
+from kogao_core.faces.doubt import AllDoubted, Chosen
 from kogao_core.faces.face import Face, LandmarkSource, select
 from kogao_core.faces.landmarks import ModelRefused, networks_are_here
 from kogao_core.faces.landmarks import source as landmark_source
+from kogao_core.faces.names import NobodyNamed, people_of
 from kogao_core.photo import (
     READABLE,
     CannotDisclose,
@@ -149,11 +151,14 @@ def find_faces(
     return faces
 
 
-def chosen(photo: Photo, faces: Sequence[Face], which: str, doubtful: bool) -> Chosen:
-    """Return the faces selected by ``--face`` and ``--doubtful``. Raises Stop."""
+def chosen(photo: Photo, faces: Sequence[Face], job: RetouchJob) -> Chosen:
+    """Return the faces selected by ``--face``, ``--person`` and ``--doubtful``. Raises Stop."""
     with ending.stopping(ValueError, ending.USAGE):
         try:
-            return choose(faces, which, Box.of(photo.pixels), doubtful=doubtful)
+            return job.chosen(photo, faces)
+        except NobodyNamed as doubts:
+            sentence = Text("{path} was not changed: {doubts}", path=photo.path, doubts=doubts)
+            raise ending.Stop(sentence, ending.NO_FACE) from doubts
         except AllDoubted as doubts:
             sentence = Text(
                 "{path} was not changed: {doubts}; use --doubtful to include doubtful faces",
@@ -179,8 +184,18 @@ def disclosure_of(args: SimpleNamespace) -> Disclosure:
 
 def job_of(args: SimpleNamespace, recipe: Recipe, **more: Any) -> RetouchJob:
     """Return the job of the options of `warp` and `batch`, with more fields of `Export`."""
-    faces = args.which, args.doubtful, args.landmarks, args.max_megapixels
-    return RetouchJob(recipe, *faces, disclosure_of(args), export_of(args, **more))
+    people = people_of(args.people or "")
+    if args.people is not None and not people:
+        raise ending.Stop(
+            Text("{text} isn't a list such as 'Ann=3,Kate=0'", text=shown(args.people))
+        )
+    with ending.stopping(ValueError, ending.USAGE):
+        for _, percent in people:
+            dataclasses.replace(recipe, percent=percent)
+    return RetouchJob(
+        recipe, args.which, args.doubtful, people, args.landmarks, args.max_megapixels,
+        disclosure_of(args), export_of(args, **more),
+    )  # fmt: skip
 
 
 def export_of(args: SimpleNamespace, **more: Any) -> Export:

@@ -16,7 +16,7 @@ from kogao_core.recipe.recipe import SETTINGS
 # Parameters that a project contains.
 _FROM_PROJECT: Final = (
     *SETTINGS,
-    *("which", "doubtful", "recipe_file", "landmarks"),
+    *("which", "people", "doubtful", "recipe_file", "landmarks"),
     *("lines", "width_px", "points"),
 )
 _JPEG: Final = b"\xff\xd8"  # start of image

@@ -136,7 +136,8 @@ def _checked(
     else:
         protection = _protection(photo, options.lines, options.width_px)
         found = reading.find_faces(photo, job.landmarks, options.points, source)
-        chosen = reading.chosen(photo, found, job.which, job.doubtful)
+        chosen = reading.chosen(photo, found, job)
+        found = chosen.every
         edits = Applied(chosen.faces, job.recipe, protection, chosen.note, others=chosen.others)
     originals = None if options.temporary else Originals.of_user(evicts=options.anyway)
     write = over_itself(originals) if options.in_place else to_file(output, force=options.force)

@@ -117,6 +117,7 @@ class Chosen:
     others: list[Face]
     # Skipped faces with reasons, and landmarks to check; empty if there are none.
     note: str
+    every: list[Face]  # all faces, in the order of the photo
 
 
 def choose(faces: Sequence[Face], which: str, image: Box, *, doubtful: bool = False) -> Chosen:
@@ -135,7 +136,7 @@ def choose(faces: Sequence[Face], which: str, image: Box, *, doubtful: bool = Fa
     if not taken:
         raise AllDoubted(Text.joined("; ", notes))
     others = [face for face in faces if all(face is not one for one in taken)]
-    return Chosen(taken, others, Text.joined("; ", notes))
+    return Chosen(taken, others, Text.joined("; ", notes), list(faces))
 
 
 def _least_scores(faces: Sequence[Face]) -> Array:

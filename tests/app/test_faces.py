@@ -1,8 +1,12 @@
 """Each face with settings of its own, and settings carried from face to face and photo to photo."""
 
+import io
+
 import numpy as np
 import pytest
 from kogao_app.view_state import Handle
+from named import HEAD, mwg
+from PIL import Image
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtTest import QTest
@@ -219,3 +223,15 @@ def test_a_photo_without_faces_has_the_row_of_the_photo(start, source, photo):
     driver.open(photo)
     rows = driver.panel("faces").list
     assert [rows.item(row).text() for row in range(rows.count())] == ["All faces"]
+
+
+def test_names_from_the_photos_metadata_stand_beside_the_faces(start, source, tmp_path, encoded):
+    file, picture = tmp_path / "named.jpg", Image.open(io.BytesIO(encoded)).convert("RGB")
+    x, y, width, height = source.faces[0].box
+    middle = (x + width / 2) / picture.width, (y + 0.2 * height) / picture.height
+    place = middle, (1.1 * width / picture.width, 1.6 * height / picture.height)
+    picture.save(file, xmp=HEAD.format(mwg([("Zoë Ann", place)], picture.size)).encode())
+    driver = start(file)
+    item = driver.panel("faces").item(0)
+    assert item.text().startswith("Zoë Ann\nFace 1\n")
+    assert item.data(Qt.ItemDataRole.AccessibleTextRole).startswith("Zoë Ann, Face 1")

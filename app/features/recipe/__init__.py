@@ -35,6 +35,8 @@ class RecipeEditing(Feature):
         self.panel: RecipePanel = RecipePanel(self.set_field, self.document.commit, self.say)
         self.panel.owner.button.clicked.connect(self.follow_photo)
         self.document.aborted.connect(self.panel.abort)
+        for eye in self.panel.eyes.values():
+            self.document.opened.connect(eye.forget)
         points.took.connect(self._take)
         points.center_taken.connect(self._take_center)
         points.escaped.connect(lambda: self.choose(None))

@@ -17,7 +17,15 @@ from ...document import DEFAULT, State
 from ...i18n import tr, translated
 from ...theme import GRID_PX
 from ...view_state import RenderedFrame
-from ...widgets.controls import ChoiceBox, Fold, WarningLabel, column_of, muted_label, row_of
+from ...widgets.controls import (
+    ChoiceBox,
+    Eye,
+    Fold,
+    WarningLabel,
+    column_of,
+    muted_label,
+    row_of,
+)
 from ...widgets.sliders import ValueSlider
 from . import fields
 from .fields import CenterChoice, LensChoice, OwnerLine, ScopeChoice
@@ -76,6 +84,7 @@ class RecipePanel(QWidget):
         shape, sides = QWidget(), QWidget()
         column_of(shape, *map(self._slider, _FIRST), spacing=0)
         column_of(sides, *map(self._slider, _REST), spacing=0)
+        self.eyes = {field: self._eye(field) for field in SHAPE}
         self.shape = Fold(tr("Face shape"), shape, "shape")
         self.sides = Fold(tr("Forehead and sides"), sides, "sides")
         self.fold = Fold(tr("Fit, qualit&y…"), self._details(), "fit")
@@ -168,6 +177,8 @@ class RecipePanel(QWidget):
         changed = [n for n, v in values.items() if self._is_new or v != getattr(before, n)]
         for field in changed:
             self._show_field(field, values[field])
+        for field, eye in self.eyes.items():
+            eye.show_value(values[field], chosen, is_off=not values[field])
         self._lens_counts = self.lens.show_state(state, chosen)
         self._show_lens()
         if self._is_new or not _NEEDED.isdisjoint(changed):
@@ -273,6 +284,11 @@ class RecipePanel(QWidget):
         slider.reset.connect(lambda: self._choose(field, getattr(self._first, field)))
         self.sliders[field] = self.controls[field] = slider
         return slider
+
+    def _eye(self, field: str) -> Eye:
+        eye = self.sliders[field].add_eye()
+        eye.switched.connect(lambda value: self._choose(field, value))
+        return eye
 
     def _choice(self, field: str) -> QWidget:
         box, label = ChoiceBox(), QLabel(fields.label(field))
