@@ -9,7 +9,7 @@ import os
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import KW_ONLY, asdict, dataclass
+from dataclasses import KW_ONLY, asdict, dataclass, replace
 from functools import cache
 from pathlib import Path
 from typing import Any, BinaryIO, Final, Literal
@@ -57,6 +57,8 @@ class Task:
     done: str = ""  # `Outcome.key` of an earlier run for the same source and options, or ""
     results: str = ""  # data folder with Kogao's own results to skip; "" processes them again
     points: str = ""  # file of landmarks to use instead of face detection, or ""
+    renamed: bool = False  # whether another photo took the name that the output would have
+    by_hand: bool = True  # whether faces set by hand make the result, if the project says so
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,6 +156,7 @@ def _found(task: Task, photo: Photo) -> Applied:
 def _replayed(task: Task, photo: Photo) -> Applied:
     try:
         project = load(task.project)
+        project = project if task.by_hand else replace(project, mode="automatic")
         known = Edits(Path(task.edits)).name_in(project, photo)
         if known != project.original.sha256 and not is_resized(project, photo):
             raise BadFile(Text("it was made from another picture; open it to take over settings"))
@@ -169,7 +172,8 @@ def _key(task: Task) -> str:
     job = task.job
     choices = job.recipe.to_dict(), job.which, job.doubtful, job.landmarks, bool(task.project)
     told = asdict(job.disclosure), asdict(job.export)
-    points = [""] * bool(task.points)  # as in reports of 1.0.0
+    del told[1]["first"]  # as in reports of 1.0.0, as is the next line
+    points = [""] * bool(task.points) + ["automatic"] * (not task.by_hand)
     chosen = json.dumps([*choices, *told, *points], sort_keys=True)
     total = hashlib.sha256(chosen.encode())
     files = task.source, task.project, task.points, task.output
@@ -244,6 +248,11 @@ def keys_of(report: Path | None) -> dict[str, str]:
     """Return the key of each finished output of a report."""
     done = (entry for entry in _entries(report) if entry["status"] in ("done", "skipped"))
     return {entry["output"]: entry["key"] for entry in done}
+
+
+def outputs_of(report: Path | None) -> dict[str, str]:
+    """Return the newest output of each source of a report."""
+    return {entry["source"]: entry["output"] for entry in _entries(report)}
 
 
 def measures_of(report: Path, tasks: Sequence[Task]) -> list[Mapping[str, Any]]:

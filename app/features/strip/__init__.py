@@ -11,7 +11,7 @@ from PySide6.QtCore import QFileSystemWatcher, QTimer
 from PySide6.QtGui import QImage
 
 from kogao_core.faces.doubt import doubtful
-from kogao_core.photo import READABLE
+from kogao_core.photo.formats import READABLE, suffix_of
 from kogao_core.projects.results import Results
 
 from ...i18n import reason, tr
@@ -304,5 +304,5 @@ def photos_in(places: Sequence[Path]) -> list[Path]:
             inside = sorted(place.iterdir()) if place.is_dir() else [place]
         except OSError:  # skip unreadable folders
             continue
-        found += [path for path in inside if path.suffix.lower() in READABLE and path.is_file()]
+        found += [path for path in inside if suffix_of(path) in READABLE and path.is_file()]
     return list(dict.fromkeys(found))
