@@ -65,6 +65,7 @@ class Strip(Feature):
         files.unreadable.connect(self._note_unreadable)
         projects.kept.connect(self.look_again)
         files.saved.connect(lambda request: self.look_again(request.photo.path))
+        files.saved.connect(lambda request: self.look_again(request.file))
         faces.found.connect(self._note_doubts)
         self._add_actions()
         self._enable(False)
