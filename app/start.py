@@ -36,7 +36,7 @@ from .storage import Storage
 from .view_state import CompareName, ToolName
 
 _DESKTOP_ID: Final = "org.kogao.Kogao"
-_JAW: Final = 15
+_JAW: Final = 0.72  # share of the outline
 _LAYOUT_PASSES: Final = 4
 FAILED: Final = 1
 USAGE: Final = 2
@@ -201,7 +201,8 @@ class Screenshot(QObject):
             self._editor.document.restore(state)
         if state.faces:
             # The loupe needs a cursor: use the jaw, where the displacement is largest.
-            x, y = state.faces[0].outline[_JAW].tolist()
+            outline = state.faces[0].outline
+            x, y = outline[int(_JAW * len(outline))].tolist()
             self._editor.view.set(cursor=(x, y))
 
     def _take(self) -> None:

@@ -68,6 +68,11 @@ class Storage:
         return self.data / "presets"
 
     @property
+    def exports(self) -> Path:
+        """The folder of reports of exports."""
+        return self.data / "exports"
+
+    @property
     def log(self) -> Path:
         """The log file for tracebacks."""
         return self.data / "kogao.log"

@@ -218,32 +218,42 @@ class Window(QMainWindow):
         if is_foreign and (letter := _US.get(event.nativeScanCode())):
             latin = QKeyEvent(event.type(), ord(letter), event.modifiers())
             QCoreApplication.sendEvent(self.focusWidget() or self, latin)
-        elif not self._hold(event, True):
+        elif not self._hold(event):
             super().keyPressEvent(event)
 
     def keyReleaseEvent(self, event: QKeyEvent) -> None:
-        """End the original view or panning."""
-        if not self._hold(event, False):
-            super().keyReleaseEvent(event)
+        """End the original view and panning: with AltGr, the key is another one by now."""
+        if not event.isAutoRepeat():
+            self._let_go()
+        super().keyReleaseEvent(event)
+
+    def event(self, event: QEvent) -> bool:
+        """Release held keys when a dialog opens."""
+        if event.type() == QEvent.Type.WindowBlocked:
+            self._let_go()
+        return super().event(event)
 
     def changeEvent(self, event: QEvent) -> None:
         """Release held keys when another window becomes active."""
         if event.type() == QEvent.Type.ActivationChange:
             self.activated.emit(self.isActiveWindow())
             if not self.isActiveWindow():
-                self.original_wanted.emit(False)
-                self.canvas.set_space_down(False)
+                self._let_go()
         super().changeEvent(event)
 
-    def _hold(self, event: QKeyEvent, down: bool) -> bool:
+    def _let_go(self) -> None:
+        self.original_wanted.emit(False)
+        self.canvas.set_space_down(False)
+
+    def _hold(self, event: QKeyEvent) -> bool:
         if event.isAutoRepeat():
             return False
         # On German and French keyboards the backslash needs AltGr.
         if event.key() in (Qt.Key.Key_Backslash, Qt.Key.Key_F4):
-            self.original_wanted.emit(down)
+            self.original_wanted.emit(True)
             return True
         if event.key() == Qt.Key.Key_Space:
-            self.canvas.set_space_down(down)
+            self.canvas.set_space_down(True)
             return True
         return False
 

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
+import hashlib
 import os
 import threading
 import time
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Final
 
@@ -35,18 +37,26 @@ from .strip.facts import Mark
 _JOBS: Final = max(1, min(4, (os.cpu_count() or 2) - 1))
 
 
+_NAMED: Final = 8  # photos that a question names
+
+
 @dataclass(frozen=True, slots=True)
 class Order:
     """An export of several photos."""
 
     photos: tuple[Path, ...]
-    folder: Path  # for results and the report
+    folder: Path  # for results
+    report: Path
     job: RetouchJob  # the recipe is for photos without edits
 
-    @property
-    def report(self) -> Path:
-        """File of the report."""
-        return self.folder / REPORT
+
+@dataclass(frozen=True, slots=True)
+class ExportPlan:
+    """The tasks of an export, and what is asked before."""
+
+    tasks: list[batch.Task]
+    outdated: int  # edits that may look different
+    partial: list[batch.Task]  # tasks with a face marked only in part
 
 
 @dataclass
@@ -89,32 +99,43 @@ class BatchProgress:
         return " · ".join(parts)
 
 
+def report_of(folder: Path, storage: Storage) -> Path:
+    """Return the report of exports into a folder: in Kogao's folder, or as version 1.0 wrote it."""
+    before = folder / REPORT
+    name = hashlib.sha256(os.fsencode(os.path.realpath(folder))).hexdigest()
+    return before if before.exists() else storage.exports / f"{name[:32]}.jsonl"
+
+
+def planned(order: Order, storage: Storage) -> ExportPlan:
+    """Return the tasks of an export. Raises NothingToDo."""
+    tasks = batch.plan(
+        order.photos,
+        order.folder,
+        order.job,
+        report=order.report,
+        edits=storage.edits,
+        results=storage.results,
+    )
+    if not order.report.exists():  # never replace files that Kogao has not exported
+        batch.check_free(tasks)
+    return ExportPlan(tasks, batch.outdated(tasks), batch.partial(tasks))
+
+
 def carry_out(
+    tasks: Sequence[batch.Task],
     order: Order,
     storage: Storage,
     stop: Callable[[], bool],
-    planned: Callable[[int, int], None],
     went: Callable[[Outcome], None],
 ) -> None:
     """Export the photos in worker processes until all are done or `stop` returns True.
 
     Raises NothingToDo.
     """
-    report = order.report
-    tasks = batch.plan(
-        order.photos,
-        order.folder,
-        order.job,
-        report=report,
-        edits=storage.edits,
-        results=storage.results,
-    )
-    if not report.exists():  # never replace files that Kogao has not exported
-        batch.check_free(tasks)
-    planned(len(tasks), batch.outdated(tasks))
     try:
+        order.report.parent.mkdir(parents=True, exist_ok=True)
         outcomes = batch.run(tasks, Workers.processes(_JOBS), stop)
-        batch.record(outcomes, report, storage.results, went)
+        batch.record(outcomes, order.report, storage.results, went)
     except OSError as error:
         text = tr(
             "{folder} can't be written to ({reason}); choose another folder",
@@ -127,8 +148,6 @@ def carry_out(
 class Batch(Feature):
     """Exports several photos, one order at a time."""
 
-    # (photos: int, edits that may look different: int): the work is planned; from a worker.
-    _planned = Signal(int, int)
     # (outcome: Outcome): a photo is finished; from a worker.
     _finished = Signal(object)
 
@@ -150,7 +169,7 @@ class Batch(Feature):
         # A separate pool: the thread is busy for the whole export.
         self._own_pool = QThreadPool(self)
         self._running = self.lane(self._end, self._refuse, self._own_pool)
-        self._planned.connect(self._begin)
+        self._planning = self.lane(self._review, self._refuse, self._own_pool)
         self._finished.connect(self._take)
 
     def stop(self) -> None:
@@ -192,9 +211,39 @@ class Batch(Feature):
         self._failures = []
         self._stopping.clear()
         self._begin(len(order.photos))
-        storage, stopping = self.storage, self._stopping.is_set
-        planned, finished = self._planned.emit, self._finished.emit
-        self._running.submit(lambda: carry_out(order, storage, stopping, planned, finished))
+        storage = self.storage
+        self._planning.submit(lambda: (order, planned(order, storage)))
+
+    def _review(self, made: tuple[Order, ExportPlan]) -> None:
+        """Show the plan before if names differ, or if faces are marked only in part."""
+        order, plan = made
+        renamed = [task for task in plan.tasks if task.renamed]
+        if not (renamed or plan.partial):
+            self._go(order, plan, plan.tasks)
+            return
+        box, roles = question(self.window, tr("Export like this?")), QMessageBox
+        pairs = [f"{Path(it.source).name} → {Path(it.output).name}" for it in plan.tasks]
+        lines = [tr("Photos of one name get different names:")] if renamed else []
+        lines += [pairs[plan.tasks.index(task)] for task in renamed[:_NAMED]]
+        if plan.partial:
+            names = ", ".join(Path(task.source).name for task in plan.partial[:_NAMED])
+            lines.append(tr("Faces marked only in part: {names}", names=names))
+        box.setInformativeText("\n".join(lines))
+        box.setDetailedText("\n".join(pairs))
+        automatic = [dataclasses.replace(it, by_hand=it not in plan.partial) for it in plan.tasks]
+        answers = {tr("&Automatic points"): automatic, tr("Points so &far"): plan.tasks}
+        for title, tasks in (answers if plan.partial else {tr("E&xport"): plan.tasks}).items():
+            press = box.addButton(title, roles.ButtonRole.AcceptRole)
+            press.clicked.connect(partial(self._go, order, plan, tasks))
+        cancel = box.addButton(roles.StandardButton.Cancel)
+        cancel.clicked.connect(self._go_on)
+        box.setEscapeButton(cancel)
+        box.open()
+
+    def _go(self, order: Order, plan: ExportPlan, tasks: list[batch.Task], _: bool = False) -> None:
+        self._begin(len(tasks), plan.outdated)
+        storage, stopping, finished = self.storage, self._stopping.is_set, self._finished.emit
+        self._running.submit(lambda: carry_out(tasks, order, storage, stopping, finished))
 
     def _begin(self, total: int, outdated: int = 0) -> None:
         self._progress = BatchProgress(total)
@@ -226,7 +275,8 @@ class Batch(Feature):
         else:
             text = sentence(tr("Export finished: {line}", line=line))
         folder = BarAction(tr("Open folder"), lambda: open_path(self._folder))
-        report = BarAction(tr("Open report"), lambda: open_path(self._folder / REPORT))
+        place = Path() if self._order is None else self._order.report
+        report = BarAction(tr("Open report"), lambda: open_path(place))
         failed = bool(self._failures)
         steps = (folder, report) if failed else (folder,)
         self.say(" ".join([text, *self._failures[:1]]), *steps, wrong=failed)

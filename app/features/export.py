@@ -14,6 +14,7 @@ from typing import Any, Final
 from PySide6.QtCore import QSettings, Signal
 from PySide6.QtWidgets import QDialogButtonBox, QWidget
 
+from kogao_core import batch
 from kogao_core.base.language import Text
 from kogao_core.photo.export import AS_IT_IS, Export
 from kogao_core.photo.formats import WRITTEN
@@ -23,12 +24,13 @@ from kogao_core.recipe.recipe import Recipe
 from kogao_core.retouch import RetouchJob
 
 from ..i18n import sentence, tr, translated
+from ..storage import Storage
 from ..theme import GRID_PX
 from ..widgets.controls import ChoiceBox, column_of, muted_label, named, row_of
 from ..widgets.dialogs import Dialog, ask_name, button, confirm
 from ..widgets.form import Form, FormField, Kind
 from . import presets as recipes
-from .batch import Batch, Order
+from .batch import Batch, Order, report_of
 from .disclosure import SaveOptions
 from .feature import Context, Feature
 from .files import Files
@@ -108,6 +110,7 @@ class ExportDialog(Dialog):
     def __init__(
         self,
         settings: QSettings,
+        storage: Storage,
         photos: Mapping[str, Sequence[Path]],
         selected: int,
         recipes: Mapping[str, Recipe],
@@ -115,7 +118,8 @@ class ExportDialog(Dialog):
         parent: QWidget,
     ) -> None:
         super().__init__(tr("Export"), parent, _SIZE_PX)
-        self._settings, self._photos, self._percent = settings, list(photos.values()), percent
+        self._settings, self._storage = settings, storage
+        self._photos, self._percent = list(photos.values()), percent
         self._recipes = list(recipes.values())
         self.photos, self.presets = ChoiceBox(), ChoiceBox()
         self.photos.addItems(list(photos))
@@ -169,7 +173,7 @@ class ExportDialog(Dialog):
 
     def _compare(self) -> None:
         """Mark a preset that the settings no longer match; the first number needs {n}."""
-        self.form.controls["start"].setEnabled("{n}" in self.form.values()["name"])
+        self.form.controls["first"].setEnabled("{n}" in self.form.values()["name"])
         row, name = self.presets.currentIndex(), self.presets.currentData()
         with suppress(ValueError):
             found = presets(self._settings)
@@ -222,12 +226,14 @@ class ExportDialog(Dialog):
             name = _LAST
             self._write(name, export)
         self._settings.setValue(f"{_GROUP}/chosen", name)
-        file = folder / export.place(Path(photos[0].name), 1, self._percent)
+        report = report_of(folder, self._storage)
+        (number,) = export.numbers(photos[:1], batch.outputs_of(report))
+        file = folder / export.place(Path(photos[0].name), number, self._percent)
         if self.photos.currentIndex():
             recipe, doubtful = self._recipes[values["recipe"]], values["doubtful"]
             self.accept()
             job = RetouchJob(recipe, doubtful=doubtful, export=export)
-            self.many.emit(Order(tuple(photos), folder, job))
+            self.many.emit(Order(tuple(photos), folder, report, job))
         elif file.exists():
             text = tr("{name} is there already. Replace it?", name=file.name)
             confirm(self, text, tr("&Replace"), lambda: self._send(export, file))
@@ -267,7 +273,9 @@ class Exporting(Feature):
             photos[tr("All photos of the strip ({n})", n=len(every))] = every
         current = tr("Current settings: {what}", what=translated(now.amount))
         offered = {current: now} | recipes.built_in() | listed(self.storage.presets)
-        dialog = ExportDialog(self.settings, photos, selected, offered, now.percent, self.window)
+        dialog = ExportDialog(
+            *(self.settings, self.storage, photos, selected, offered, now.percent, self.window)
+        )
         dialog.one.connect(lambda export, file: self._files.save(file, export=export))
         dialog.many.connect(self._batch.start)
         # The file name belongs to the photo that is open now.

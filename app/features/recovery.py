@@ -12,6 +12,7 @@ from typing import Final
 from PySide6.QtCore import QLockFile, QThreadPool, QTimer
 
 from kogao_core.base.json_reader import BadFile
+from kogao_core.base.wording import printable
 from kogao_core.photo import Photo
 from kogao_core.projects.project import Original, Project, load, save
 
@@ -155,7 +156,12 @@ class Recovery(Feature):
             self._offer(self._waiting.pop(0))
 
     def _offer(self, left: Leftover) -> None:
-        text = tr("Kogao ended before the changes to {name} were saved.", name=left.name)
+        folder = printable(str(Path(left.project.original.path).parent))
+        text = tr(
+            "Kogao ended before the changes to {name} in {folder} were saved.",
+            name=left.name,
+            folder=folder,
+        )
         # "Dismiss" comes last, so that the button to discard is far from it.
         steps = (
             BarAction(tr("Discard…"), lambda: self._ask_discard(left)),

@@ -3,8 +3,8 @@
 Imports every package except `cli` and `lab`.
 """
 
-from kogao_core.batch.planning import NothingToDo, check_free, outdated, plan
-from kogao_core.batch.tasks import Outcome, Task, measures_of, record, work
+from kogao_core.batch.planning import NothingToDo, check_free, outdated, partial, plan
+from kogao_core.batch.tasks import Outcome, Task, measures_of, outputs_of, record, work
 from kogao_core.batch.workers import Workers, run
 from kogao_core.projects.results import REPORT
 
@@ -17,6 +17,8 @@ __all__ = [
     "check_free",
     "measures_of",
     "outdated",
+    "outputs_of",
+    "partial",
     "plan",
     "record",
     "run",

@@ -12,13 +12,13 @@ from pathlib import Path
 from kogao_core.base.atomic import is_temporary
 from kogao_core.base.json_reader import BadFile
 from kogao_core.base.language import Text
-from kogao_core.batch.tasks import Task, keys_of
-from kogao_core.photo.formats import READABLE
+from kogao_core.batch.tasks import Task, keys_of, outputs_of
+from kogao_core.photo.formats import READABLE, suffix_of
 from kogao_core.projects.edits import Edits
 from kogao_core.projects.interchange import file_for
 from kogao_core.projects.project import load
 from kogao_core.projects.results import Results
-from kogao_core.projects.sidecar import sheet_of
+from kogao_core.projects.sidecar import has_partial, sheet_of
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.retouch import RetouchJob
 
@@ -45,12 +45,13 @@ def plan(
     names that are one on a drive without case get a second name. Raises NothingToDo, BadFile.
     """
     wanted = list[tuple[Path, Path, Path, Path | None]]()
-    for path in inputs:
-        for photo, place in _photos(path, folder):
-            project = edits.newest(photo) if edits else None
-            percent = _percent(project, job.recipe)
-            output = folder / job.export.place(place, len(wanted) + 1, percent, suffix)
-            wanted.append((photo, place, output, project))
+    photos = [one for path in inputs for one in _photos(path, folder)]
+    numbers = job.export.numbers([photo for photo, _ in photos], outputs_of(report))
+    for (photo, place), number in zip(photos, numbers, strict=True):
+        project = edits.newest(photo) if edits else None
+        percent = _percent(project, job.recipe)
+        output = folder / job.export.place(place, number, percent, suffix)
+        wanted.append((photo, place, output, project))
     found = _named(wanted)
     if not found:
         raise NothingToDo(Text("no photos there; name files or folders that hold some"))
@@ -66,8 +67,9 @@ def plan(
             done=keys.get(str(output), ""),
             results=str(results.folder) if results else "",
             points="" if points is None else str(file_for(photo, points)),
+            renamed=output != plain,
         )
-        for (photo, *_, project), output in zip(wanted, found, strict=True)
+        for (photo, _, plain, project), output in zip(wanted, found, strict=True)
     ]
 
 
@@ -114,6 +116,16 @@ def outdated(tasks: Sequence[Task]) -> int:
         with suppress(BadFile):  # the task reports the error later
             count += bool(task.project) and load(task.project).looks_different
     return count
+
+
+def partial(tasks: Sequence[Task]) -> list[Task]:
+    """Return the tasks whose edits have a face that is marked only in part."""
+    found = []
+    for task in tasks:
+        with suppress(BadFile):  # the task reports the error later
+            if task.project and has_partial(load(task.project)):
+                found.append(task)
+    return found
 
 
 def check_free(tasks: Sequence[Task]) -> None:
@@ -174,7 +186,7 @@ def _photos(path: Path, folder: Path) -> Iterator[tuple[Path, Path]]:
     if path.is_dir():
         for below in sorted(path.rglob("*")):
             mine = below.is_relative_to(folder) and not path.is_relative_to(folder)
-            named = below.suffix.lower() in READABLE and not is_temporary(below)
+            named = suffix_of(below) in READABLE and not is_temporary(below)
             if named and not below.is_dir() and not mine:
                 yield below, below.relative_to(path)
     elif os.path.lexists(path):

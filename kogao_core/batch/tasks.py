@@ -9,7 +9,7 @@ import os
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import KW_ONLY, asdict, dataclass
+from dataclasses import KW_ONLY, asdict, dataclass, replace
 from functools import cache
 from pathlib import Path
 from typing import Any, BinaryIO, Final, Literal
@@ -57,6 +57,8 @@ class Task:
     done: str = ""  # `Outcome.key` of an earlier run, or ""
     results: str = ""  # data folder with Kogao's own results to skip; "" processes them again
     points: str = ""  # file of landmarks to use instead of face detection, or ""
+    renamed: bool = False  # whether another photo took the name that the output would have
+    by_hand: bool = True  # whether faces set by hand make the result, if the project says so
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,6 +160,7 @@ def _found(task: Task, photo: Photo) -> Applied:
 def _replayed(task: Task, photo: Photo) -> Applied:
     try:
         project = load(task.project)
+        project = project if task.by_hand else replace(project, mode="automatic")
         known = Edits(Path(task.edits)).name_in(project, photo)
         if known != project.original.sha256 and not is_resized(project, photo):
             raise BadFile(Text("it was made from another picture; open it to take over settings"))
@@ -173,7 +176,8 @@ def _key(task: Task) -> str:
     job = task.job
     choices = job.recipe.to_dict(), job.which, job.doubtful, job.landmarks, bool(task.project)
     told = asdict(job.disclosure), asdict(job.export)
-    more = [*[""] * bool(task.points), *job.people]  # nothing more: as in reports of 1.0.0
+    del told[1]["first"]  # as in reports of 1.0.0, as is the next line
+    more = [*[""] * bool(task.points), *["automatic"] * (not task.by_hand), *job.people]
     chosen = json.dumps([*choices, *told, *more], sort_keys=True)
     total = hashlib.sha256(chosen.encode())
     made = task.output if Path(task.output).exists() else ""
@@ -251,6 +255,11 @@ def keys_of(report: Path | None) -> dict[str, str]:
     """Return the key of each output of a report, also of those without a face."""
     done = (entry for entry in _entries(report) if entry["key"])
     return {entry["output"]: entry["key"] for entry in done}
+
+
+def outputs_of(report: Path | None) -> dict[str, str]:
+    """Return the newest output of each source of a report."""
+    return {entry["source"]: entry["output"] for entry in _entries(report)}
 
 
 def measures_of(report: Path, tasks: Sequence[Task]) -> list[Mapping[str, Any]]:

@@ -32,6 +32,7 @@ from kogao_core.photo import (
 from kogao_core.photo.disclosure.disclosing import Disclosure
 from kogao_core.photo.disclosure.label import check_label
 from kogao_core.photo.export import Export
+from kogao_core.photo.formats import suffix_of
 from kogao_core.photo.profiles import for_search
 from kogao_core.projects import interchange
 from kogao_core.projects.results import Results
@@ -65,7 +66,7 @@ def input_paths(inputs: Sequence[Path], sample: bool, *, named: bool = False) ->
         if not path.is_dir():
             paths.append(path)
             continue
-        within = [p for p in sorted(path.rglob("*")) if p.suffix.lower() in READABLE]
+        within = [p for p in sorted(path.rglob("*")) if suffix_of(p) in READABLE]
         if not within:
             raise ending.Stop("no photo found in {path}", path=path)
         paths += within

@@ -6,7 +6,9 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import re
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -30,6 +32,7 @@ from kogao_core.recipe.export import ExportSettings
 _SHARPEN_PX: Final = 0.6
 _NO_BLOCK: Final = Text("without its metadata, every block of the JPEG was compressed again")
 _FIELD: Final = re.compile(r"\{(\w*)\}")
+_PARTS: Final = re.compile(r"(\{\w*\})")
 _FIELDS: Final = ("name", "n", "amount")
 _SEPARATORS: Final = re.compile(r'[<>:"/\\|?*\x00-\x1f]')
 
@@ -53,8 +56,9 @@ class Export(ExportSettings):
     @property
     def coding(self) -> int | None:
         """Quality for `write`. None: preserve as much of the source's encoding as possible."""
-        named = {name: getattr(AS_IT_IS, name) for name in ("ending", "name", "start")}
-        return None if dataclasses.replace(self, **named) == AS_IT_IS else self.quality
+        names = {one: getattr(AS_IT_IS, one) for one in ("ending", "name", "first")}
+        same_coding = dataclasses.replace(self, **names)
+        return None if same_coding == AS_IT_IS else self.quality
 
     def reduces(self, photo: Photo) -> bool:
         """Return True if the export is smaller than the photo."""
@@ -63,18 +67,34 @@ class Export(ExportSettings):
     def place(self, photo: Path, number: int, percent: float, ending: str = ".jpg") -> Path:
         """Return the output path. `photo` is the path in the output folder with the source's name.
 
-        `number` is counted from 1 in each export.
         `ending` is the fallback extension for photos in a read-only format.
         """
+        photo = photo.with_name(photo.name.rstrip())
         if not self.ending and self.name == "{name}":
             unwritten = photo.suffix.lower() in READ_ONLY
             # Append the extension: a raw photo and its JPEG are often in the same folder.
             return photo.with_name(photo.name + ending) if unwritten else photo
-        number += self.start - 1
         fields = {"name": photo.stem, "n": f"{number:03}", "amount": f"{percent:g}"}
         own = photo.suffix if photo.suffix.lower() in FORMATS else ending
         name = _FIELD.sub(lambda field: fields[field[1]], self.name)
         return photo.with_name(name + (self.ending or own))
+
+    def numbers(self, photos: Sequence[Path], earlier: Mapping[str, str]) -> list[int]:
+        """Return a number for each photo.
+
+        `earlier`: outputs of earlier exports by source; their photos keep their numbers.
+        """
+        if self.first:
+            return [self.first + index for index in range(len(photos))]
+        parts = {"{n}": r"(\d+)", "{name}": ".*", "{amount}": ".*"}
+        pattern = "".join(parts.get(one) or re.escape(one) for one in _PARTS.split(self.name))
+        found = {
+            source: int(match[1])
+            for source, output in earlier.items()
+            if "{n}" in self.name and (match := re.fullmatch(pattern, Path(output).stem))
+        }
+        free = itertools.count(max(found.values(), default=0) + 1)
+        return [found.get(str(photo)) or next(free) for photo in photos]
 
     def applied(self, photo: Photo, pixels: Image) -> tuple[Photo, Image]:
         """Apply sharpening, metadata removal and colour conversion. Return photo and pixels.

@@ -15,7 +15,7 @@ from kogao_core.base.language import Text
 from kogao_core.base.wording import system_reason
 from kogao_core.photo import formats
 from kogao_core.photo.errors import CannotWrite, RefusedOutput, UnreadablePhoto
-from kogao_core.photo.formats import FORMATS
+from kogao_core.photo.formats import FORMATS, suffix_of
 from kogao_core.photo.formats.colour import CONVERTED
 from kogao_core.photo.metadata import kinds
 from kogao_core.photo.metadata.tiff import LOSSLESS, compression_name
@@ -41,7 +41,7 @@ def check_in_place(photo: Photo) -> None:
             path=path,
             format=form.title,
         )
-    if FORMATS.get(path.suffix.lower()) != photo.format:
+    if FORMATS.get(suffix_of(path)) != photo.format:
         raise RefusedOutput(
             "{path} is a {format} photo by its content; name it {stem}{suffix}",
             path=path,

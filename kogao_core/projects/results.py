@@ -20,7 +20,7 @@ from kogao_core.base.installed import data_folder
 from kogao_core.base.json_reader import BadFile, parse
 from kogao_core.base.language import Text, translated
 from kogao_core.base.wording import printable
-from kogao_core.photo.formats import READABLE
+from kogao_core.photo.formats import READABLE, suffix_of
 from kogao_core.photo.metadata import rating
 from kogao_core.photo.picture import sha256_of
 
@@ -179,7 +179,7 @@ def _photo_of(row: Row, path: Path) -> Path | None:
     for folder in (path.parent, path.parent.parent):
         with suppress(OSError):
             near += folder.iterdir()
-    hashes = {one: hashes_of(one) for one in near if one.suffix.lower() in READABLE}
+    hashes = {one: hashes_of(one) for one in near if suffix_of(one) in READABLE}
     places = [one for one in hashes if hashes[one][0] == row[0]]
     beside = [one for one in hashes if (one.parent, hashes[one][1]) == (path.parent, row[1])]
     return _first_photo([*places, *beside], path)
@@ -193,4 +193,4 @@ def _namesake(path: Path, stem: str) -> Path | None:
     """Return the photo beside a result that has the result's name without the mark."""
     same = path.with_name(stem + path.suffix)
     others = sorted(path.parent.glob(f"{glob.escape(stem)}.*"))
-    return _first_photo((one for one in (same, *others) if one.suffix.lower() in READABLE), path)
+    return _first_photo((one for one in (same, *others) if suffix_of(one) in READABLE), path)

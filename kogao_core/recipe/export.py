@@ -89,9 +89,13 @@ class ExportSettings:
     name: str = _option(
         "{name}", title=Text("&Name"), tip=Text("May contain {name}, {n} and {amount}")
     )
-    # {n} of the first photo.
-    start: int = _option(
-        1, title=Text("First n&umber"), tip=Text("Number of the first photo, for {n}"), most=99_999
+    # Number of the first photo, for {n}; 0 continues the last export into the folder.
+    first: int = _option(
+        0,
+        title=Text("First n&umber"),
+        tip=Text("For {n}; photos exported before keep their number"),
+        most=999_999,
+        lowest=Text("continue"),
     )
     # Preserve EXIF, XMP, IPTC and other metadata.
     metadata: bool = _option(

@@ -8,7 +8,7 @@ import pytest
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QImage
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QToolBar, QToolButton
+from PySide6.QtWidgets import QApplication, QDialog, QToolBar, QToolButton
 from test_overlays import hide_marks, pixels_of
 
 pytestmark = pytest.mark.usefixtures("one_window")
@@ -32,6 +32,24 @@ def original_of(driver):
     pixels = pixels_of(driver)
     QTest.keyRelease(driver.window, KEYS.Key_Backslash)
     return pixels
+
+
+def test_any_release_and_a_dialog_end_the_original(bare):
+    """With AltGr, the key is another one once it comes up."""
+    view, window = bare.editor.view, bare.window
+    QTest.keyPress(window, KEYS.Key_Backslash)
+    assert view.original
+    QTest.keyRelease(window, KEYS.Key_ssharp)
+    assert not view.original
+    for key, is_held in (
+        (KEYS.Key_Backslash, lambda: view.original),
+        (KEYS.Key_Space, lambda: bare.canvas._space),
+    ):
+        QTest.keyPress(window, key)
+        assert is_held()
+        window.actions_by_name["preferences"].trigger()
+        assert not is_held()
+        bare.dialog(QDialog).close()
 
 
 def knob(driver) -> QPoint:

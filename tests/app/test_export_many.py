@@ -1,5 +1,6 @@
 """Export of several photos: a corrupt photo, stopping, continuing, closing."""
 
+import dataclasses
 import json
 import shutil
 import threading
@@ -8,16 +9,20 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from kogao_app.features.batch import report_of
 from kogao_app.features.export import ExportDialog
 from kogao_app.widgets import dialogs
+from PIL import Image
 from PySide6.QtCore import Qt, QUrl
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QDialogButtonBox
+from PySide6.QtWidgets import QDialogButtonBox, QMessageBox
 from responsiveness import Responsiveness
 from timeouts import LONGEST_S
 
 from kogao_core import batch, photo
 from kogao_core.batch import workers
+from kogao_core.projects.edits import sidecar_of
+from kogao_core.projects.project import load, save
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.retouch import RetouchJob
 
@@ -44,12 +49,12 @@ def strip(start, folder):
     return driver
 
 
-def export(driver, out, recipe="", *, photos=-1):
+def export(driver, out, recipe="", *, photos=-1, ending=""):
     """Export all photos, or another choice of the dialog, into a folder."""
     driver.window.actions_by_name["export"].trigger()
     dialog = driver.dialog(ExportDialog)
     dialog.photos.setCurrentIndex(photos % dialog.photos.count())
-    dialog.form.show_values({"folder": str(out)})
+    dialog.form.show_values({"folder": str(out), "ending": ending})
     box = dialog.form.controls["recipe"]
     if recipe:
         box.setCurrentIndex(box.findText(recipe))
@@ -61,8 +66,9 @@ def finish(driver):
     driver.qtbot.waitUntil(lambda: not driver.editor.batch.busy)
 
 
-def lines(folder):
-    text = (folder / "kogao-batch.jsonl").read_text(encoding="utf-8")
+def lines(driver, folder):
+    assert not (folder / "kogao-batch.jsonl").exists(), "the report is not among the pictures"
+    text = report_of(folder, driver.editor.strip.storage).read_text(encoding="utf-8")
     return [json.loads(line) for line in text.splitlines()]
 
 
@@ -75,7 +81,7 @@ def test_good_photos_are_exported_and_the_bad_one_is_named(strip, folder, tmp_pa
     finish(strip)
     assert strip.say().startswith("Export finished: 2 done · 1 failed. ")
     assert "broken.jpg" in strip.say()
-    report = {Path(line["source"]).name: line["status"] for line in lines(out)}
+    report = {Path(line["source"]).name: line["status"] for line in lines(strip, out)}
     assert report == {"a.jpg": "done", "b.jpg": "done", "broken.jpg": "failed"}
     # The same bytes as from the command line.
     (task,) = batch.plan([folder / "b.jpg"], tmp_path / "alone", RetouchJob(Recipe(percent=4.0)))
@@ -179,7 +185,7 @@ def test_a_stopped_export_continues_and_closing_asks(start, many, tmp_path, few_
     few_at_a_time.release(8)
     driver.qtbot.waitUntil(lambda: not driver.window.isVisible())
     assert not running.busy
-    statuses = [line["status"] for line in lines(out)]
+    statuses = [line["status"] for line in lines(driver, out)]
     assert statuses.count("skipped") == done
     written = sorted(out.glob("*.jpg"))
     assert done < len(written) < 20
@@ -197,3 +203,47 @@ def test_the_window_answers_during_an_export(strip, tmp_path, monkeypatch):
     assert "2 done · 1 failed" in strip.say()
     assert window.answered == {"planning", "running"}
     assert window.stalled == set()
+
+
+def test_a_pair_is_exported_after_the_plan_was_shown(strip, folder, tmp_path):
+    (folder / "broken.jpg").unlink()
+    Image.open(folder / "a.jpg").save(folder / "a.png")
+    shutil.copy(folder / "b.jpg", folder / "c.JPG ")
+    strip.editor.strip.show_places([folder])
+    strip.settle()
+    out = tmp_path / "out"
+    export(strip, out, ending=".jpg")
+    box = strip.dialog(QMessageBox)
+    assert "a.png → a.png.jpg" in box.informativeText() + box.detailedText()
+    assert not list(out.iterdir())
+    strip.answer("Export")
+    finish(strip)
+    assert {one.name for one in out.iterdir()} == {"a.jpg", "a.png.jpg", "b.jpg", "c.jpg"}
+    export(strip, out, ending=".jpg")
+    strip.answer("Cancel")
+    strip.settle()
+
+
+def test_faces_marked_in_part_are_asked_about_before_an_export(strip, folder, tmp_path):
+    strip.open(folder / "a.jpg")
+    strip.edit(6.0)
+    made = load(sidecar_of(folder / "a.jpg"))
+    export(strip, tmp_path / "found")
+    finish(strip)
+    strip.open(folder / "b.jpg")
+    (face,) = made.automatic.faces
+    half = dataclasses.replace(
+        face, outline=face.outline[:9], source="manual", confidence=None, forehead=None
+    )
+    sheet = dataclasses.replace(made.automatic, faces=(half,))
+    save(dataclasses.replace(made, mode="manual", manual=sheet), sidecar_of(folder / "a.jpg"))
+    for answer in ("Automatic", "so far"):
+        export(strip, tmp_path / answer)
+        assert "in part: a.jpg" in strip.dialog(QMessageBox).informativeText()
+        strip.answer(answer)
+        finish(strip)
+    found, automatic, so_far = (
+        (tmp_path / one / "a.jpg").read_bytes() for one in ("found", "Automatic", "so far")
+    )
+    assert automatic == found
+    assert so_far != found

@@ -3,7 +3,7 @@
 import cv2
 import numpy as np
 import pytest
-from kogao_app.features.batch import Order, carry_out
+from kogao_app.features.batch import Order, carry_out, planned, report_of
 from kogao_app.features.export import ExportDialog
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
@@ -42,8 +42,9 @@ def test_a_batch_of_a_folder_leaves_results_alone_and_says_so(opened, photo, tmp
     storage = opened.editor.strip.storage
     copied(opened, tmp_path / "copy.png")
     folder, went = tmp_path / "out", []
-    order = Order((photo, tmp_path / "copy.png"), folder, RetouchJob())
-    carry_out(order, storage, lambda: False, lambda *_: None, went.append)
+    report = report_of(folder, storage)
+    order = Order((photo, tmp_path / "copy.png"), folder, report, RetouchJob())
+    carry_out(planned(order, storage).tasks, order, storage, lambda: False, went.append)
     done, result = sorted(went, key=lambda one: one.status)  # they come as they are ready
     assert (done.status, result.status) == ("done", "result")
     assert "own result of portrait.png" in result.reason

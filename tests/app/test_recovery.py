@@ -172,7 +172,9 @@ def killed(victim, photo, storage):
 def test_what_a_killed_program_left_is_restored(killed, start, photo, source):
     left = load(killed)
     driver = looked(start())
-    assert driver.say() == "Kogao ended before the changes to portrait.png were saved."
+    assert driver.say() == (
+        f"Kogao ended before the changes to portrait.png in {photo.parent} were saved."
+    )
     driver.take_step("Restore")
     driver.settle()
     assert driver.editor.document.path == photo
@@ -250,16 +252,16 @@ def test_all_that_several_crashes_left_is_offered_in_turn(left, empty):
     empty.settle()
     assert empty.state.recipe.percent == 5.0
     assert not first.exists()
-    assert "gone.png were saved" in empty.say()
+    assert "gone.png in " in empty.say()
     empty.take_step("Restore")
     empty.answer("Discard")
     empty.settle()
     assert "gone.png" in empty.say()
     assert empty.state.recipe.percent == 5.0, "the present photo stays"
     empty.take_step("Dismiss")
-    assert "last.png were saved" in empty.say()
+    assert "last.png in " in empty.say()
     empty.take_step("Dismiss")
-    assert "gone.png were saved" in empty.say(), "it stands until it is answered"
+    assert "gone.png in " in empty.say(), "it stands until it is answered"
     empty.take_step("Dismiss")
     assert empty.say() == ""
     assert gone.exists()
@@ -271,9 +273,9 @@ def test_the_next_is_offered_after_one_is_discarded_or_dismissed(left, empty):
     looked(empty)
     empty.take_step("Discard")
     empty.answer("Discard")
-    assert "gone.png were saved" in empty.say()
+    assert "gone.png in " in empty.say()
     empty.take_step("Dismiss")
-    assert "last.png were saved" in empty.say()
+    assert "last.png in " in empty.say()
     assert [file.exists() for file in left] == [False, True, True]
 
 
@@ -322,7 +324,7 @@ def test_strange_files_hide_no_other_and_are_left_alone(left, empty, storage):
     strange = storage.recovery / "strange.json"
     strange.write_text(json.dumps({"format": "something else"}))
     looked(empty)
-    assert "first.png were saved" in empty.say()
+    assert "first.png in " in empty.say()
     for _ in left:
         empty.take_step("Dismiss")
     assert empty.say() == ""

@@ -1,5 +1,6 @@
 """``kogao --screenshot`` and its exit codes."""
 
+import dataclasses
 import re
 import sys
 import threading
@@ -8,6 +9,7 @@ import cv2
 import pytest
 from kogao_app.__main__ import main
 from kogao_app.editor import Editor
+from scenes import oval_face
 from systems import TOO_LONG
 from timeouts import LONGEST_S
 
@@ -45,6 +47,12 @@ def test_a_photo_that_is_named_is_read_and_searched_ahead_of_the_window_and_only
     assert run(source, photo, "--screenshot", shot) == 0
     assert shot.is_file()
     assert len(searched) == 1
+
+
+def test_a_face_of_few_points_is_pictured(source, photo, shot):
+    face = oval_face()
+    source.faces = [dataclasses.replace(face, outline=face.outline[::7])]
+    assert run(source, photo, "--screenshot", shot, "--show", "loupe") == 0
 
 
 def test_a_picture_shows_what_is_asked_for_and_leaves_nothing_beside_the_photo(source, photo):

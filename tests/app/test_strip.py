@@ -81,6 +81,14 @@ def test_the_strip_is_sorted_and_filtered_by_stars_and_what_was_done(strip, tmp_
     assert shown(strip) == sorted(everything), "another folder shows all it has"
 
 
+def test_a_copy_saved_over_a_photo_of_the_strip_gets_a_new_thumbnail(strip):
+    film = strip.editor.strip.film
+    (item,) = (one for row in range(film.count()) if "_kogao" in (one := film.item(row)).text())
+    before = item.icon().cacheKey()
+    strip.save(film.path(film.row(item)))
+    assert item.icon().cacheKey() != before
+
+
 def test_a_stopped_strip_looks_for_no_thumbnail(strip, monkeypatch):
     """Its list may be deleted before a queued call arrives."""
     feature = strip.editor.strip

@@ -185,15 +185,10 @@ def test_a_quality_is_that_of_the_file(camera, tmp_path, quality):
 
 def test_what_keeps_no_byte_of_the_source_says_so_by_its_coding():
     assert AS_IT_IS.coding is None
-    assert Export(name="{n}", ending=".png", start=12).coding is None
+    assert Export(name="{n}", ending=".png", first=12).coding is None
 
 
-def test_numbers_begin_at_the_first_number():
-    places = [Export(name="{n}", start=12).place(Path("in.png"), k, 4.0).name for k in (1, 2)]
-    assert places == ["012.png", "013.png"]
-
-
-@pytest.mark.parametrize("name", sorted(EXPORT_SETTINGS.keys() - {"name", "ending", "start"}))
+@pytest.mark.parametrize("name", sorted(EXPORT_SETTINGS.keys() - {"name", "ending", "first"}))
 def test_every_other_option_takes_a_new_coding_and_is_refused_in_place(name, tmp_path, capsys):
     """Without a line of its own here, so that a new option is held to it, too."""
     default, setting = getattr(AS_IT_IS, name), EXPORT_SETTINGS[name]
@@ -257,3 +252,15 @@ def test_a_name_is_made_of_the_photos_a_number_and_the_amount(export, source, na
 def test_what_makes_no_sense_is_refused(wrong):
     with pytest.raises(ValueError, match=r"."):
         Export(**wrong)
+
+
+def test_numbers_start_anywhere_and_go_on_where_an_export_ended():
+    photos = [Path(f"{one}.jpg") for one in "abcd"]
+    export = Export(name="{name}_web_{n}", first=12)
+    assert export.numbers(photos[:2], {}) == [12, 13]
+    earlier = {"b.jpg": "out/b_web_012.jpg", "c.jpg": "out/c_web_013.jpg", "x.jpg": "out/x.jpg"}
+    goes_on = Export(name="{name}_web_{n}")
+    assert goes_on.numbers(photos, earlier) == [14, 12, 13, 15]
+    assert Export(name="{n}").numbers(photos[:2], earlier) == [1, 2]
+    assert Export(name="new_{n}").coding is None, "numbers change no pixels"
+    assert Export(first=7).coding is None

@@ -10,7 +10,7 @@ from typing import Final
 from PySide6.QtCore import QFileSystemWatcher, QTimer
 
 from kogao_core.faces.doubt import verdicts
-from kogao_core.photo import READABLE
+from kogao_core.photo.formats import READABLE, suffix_of
 from kogao_core.projects.results import Results
 
 from ...i18n import reason, tr
@@ -65,6 +65,7 @@ class Strip(Feature):
         files.unreadable.connect(self._note_unreadable)
         projects.kept.connect(self.look_again)
         files.saved.connect(lambda request: self.look_again(request.photo.path))
+        files.saved.connect(lambda request: self.look_again(request.file))
         faces.found.connect(self._note_doubts)
         self._add_actions()
         self._enable(False)
@@ -321,5 +322,5 @@ def photos_in(places: Sequence[Path]) -> list[Path]:
             inside = sorted(place.iterdir()) if place.is_dir() else [place]
         except OSError:  # skip unreadable folders
             continue
-        found += [path for path in inside if path.suffix.lower() in READABLE and path.is_file()]
+        found += [path for path in inside if suffix_of(path) in READABLE and path.is_file()]
     return list(dict.fromkeys(found))

@@ -26,6 +26,13 @@ WRITTEN: Final = tuple(form for form in ALL if form.encode is not None)
 BY_NAME: Final = {form.name: form for form in ALL}
 # By the endings of names.
 FORMATS: Final[dict[str, str]] = {suffix: form.name for form in WRITTEN for suffix in form.suffixes}
+
+
+def suffix_of(path: str | os.PathLike[str]) -> str:
+    """Return the suffix of a file name in lower case; spaces at the end of the name are no part."""
+    return Path(path).suffix.strip().lower()
+
+
 READABLE: Final[dict[str, str]] = {suffix: form.name for form in ALL for suffix in form.suffixes}
 READ_ONLY: Final[dict[str, str]] = {
     suffix: name for suffix, name in READABLE.items() if suffix not in FORMATS

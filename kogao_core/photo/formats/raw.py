@@ -31,7 +31,7 @@ def _is_raw(file: IO[bytes], path: Path) -> bool:
     """Detect a raw photo by file name: most raw files are also valid TIFF files."""
     head = file.read(4)
     file.seek(0)
-    return path.suffix.lower() in _SUFFIXES and not head.startswith(_PICTURES)
+    return path.suffix.strip().lower() in _SUFFIXES and not head.startswith(_PICTURES)
 
 
 def _decode(source: Source) -> Photo:
