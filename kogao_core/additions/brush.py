@@ -144,11 +144,6 @@ class Brushwork:
         ----------
         transform : Affine
             From old to new px; a similarity: rotation, scale, mirroring and shift.
-
-        Returns
-        -------
-        Brushwork
-            Points and radii in px of the new image.
         """
         return Brushwork(tuple(stroke.mapped(transform) for stroke in self.strokes))
 
@@ -175,11 +170,6 @@ class Brushwork:
             displacement is removed.
         falloff : float
             0.4 to 1: the strength fades to 0 over this share of the radius.
-
-        Returns
-        -------
-        Brushwork
-            With the old strokes and the new one.
         """
         points = np.asarray(points_px, np.float64)
         stroke = BrushStroke(kind, points, radius_px, strength, falloff)

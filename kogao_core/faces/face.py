@@ -162,7 +162,7 @@ class Face:
         return np.vstack([self.outline, self.eyes, self.mouth])
 
     def with_outline_point(self, index: int, position: npt.ArrayLike) -> Face:
-        """Return the face with one outline landmark moved; the lattice anchor stays.
+        """Return the face with one outline landmark moved, with confidence 1; the anchor stays.
 
         Parameters
         ----------
@@ -170,11 +170,6 @@ class Face:
             Index of the landmark, 0 to 20; negative indices count from the end.
         position : array of shape (2,)
             New position (x, y), px.
-
-        Returns
-        -------
-        Face
-            The confidence of the moved landmark is 1.
         """
         return self._placed("outline", index, position, 0)
 
@@ -187,11 +182,6 @@ class Face:
             Index of the outline landmark.
         position : array of shape (2,), optional
             Target (x, y), px; None for the automatic target.
-
-        Returns
-        -------
-        Face
-            `targets` is None if no target is set by hand.
         """
         targets = np.full_like(self.outline, np.nan) if self.targets is None else self.targets
         row = (np.nan, np.nan) if position is None else position
@@ -199,7 +189,7 @@ class Face:
         return self._edited(targets=None if np.isnan(targets).all() else targets)
 
     def with_eye_point(self, index: int, position: npt.ArrayLike) -> Face:
-        """Return the face with one eye corner moved.
+        """Return the face with one eye corner moved, with confidence 1.
 
         Parameters
         ----------
@@ -207,16 +197,11 @@ class Face:
             0 to 3, from the viewer's left.
         position : array of shape (2,)
             New position (x, y), px.
-
-        Returns
-        -------
-        Face
-            The confidence of the moved corner is 1.
         """
         return self._placed("eyes", index, position, len(self.outline))
 
     def with_mouth_point(self, index: int, position: npt.ArrayLike) -> Face:
-        """Return the face with one mouth corner moved.
+        """Return the face with one mouth corner moved, with confidence 1.
 
         Parameters
         ----------
@@ -224,11 +209,6 @@ class Face:
             0 or 1, from the viewer's left.
         position : array of shape (2,)
             New position (x, y), px.
-
-        Returns
-        -------
-        Face
-            The confidence of the moved corner is 1.
         """
         return self._placed("mouth", index, position, len(self.outline) + 4)
 
@@ -250,11 +230,6 @@ class Face:
         ----------
         transform : Affine
             A similarity: rotation, scale, reflection and translation.
-
-        Returns
-        -------
-        Face
-            In px of the transformed image.
         """
         origin = transform(self.anchor.origin_px)
         return dataclasses.replace(

@@ -179,11 +179,6 @@ class Protection:
         ----------
         transform : Affine
             From old to new px; a similarity: rotation, scale, mirroring and shift.
-
-        Returns
-        -------
-        Protection
-            Points and radii in px of the new image.
         """
         return Protection(tuple(stroke.mapped(transform) for stroke in self.strokes))
 
@@ -196,11 +191,6 @@ class Protection:
             Points of the stroke (x, y), px.
         radius_px : float
             Half the width of the stroke, px; 0 is a line without width.
-
-        Returns
-        -------
-        Protection
-            With the old strokes and the new one.
         """
         stroke = Stroke(np.asarray(points_px, np.float64), radius_px)
         return dataclasses.replace(self, strokes=(*self.strokes, stroke))
@@ -232,11 +222,6 @@ class Protection:
             Points of the eraser's path (x, y), px.
         radius_px : float
             Half the width of the eraser, px.
-
-        Returns
-        -------
-        Protection
-            The remaining strokes.
         """
         eraser = Stroke(np.asarray(points_px, np.float64), radius_px)
         parts = (part for stroke in self.strokes for part in _without(stroke, eraser))

@@ -118,17 +118,12 @@ class Project:
         return self.program != __version__ and numbers < LOOK
 
     def at_size(self, width: int, height: int) -> Project:
-        """Return the project for the same photo at another resolution.
+        """Return the project, with all coordinates scaled, for the photo at another resolution.
 
         Parameters
         ----------
         width, height : int
             Size of the upright photo, px.
-
-        Returns
-        -------
-        Project
-            With all coordinates scaled; the same object for the same size.
 
         Raises
         ------

@@ -343,27 +343,20 @@ class Recipe:
         ----------
         own : Recipe, optional
             The face's recipe; only `FACE_FIELDS` are used.
-
-        Returns
-        -------
-        Recipe
         """
         if own is None:
             return self
         return dataclasses.replace(self, **{name: getattr(own, name) for name in FACE_FIELDS})
 
     def at_scale(self, scale: float) -> Recipe:
-        """Return the recipe for the same photo resized by `scale`; only the threshold changes.
+        """Return the recipe for the same photo resized by `scale`.
+
+        Only the threshold changes; it stays at least the lossless 1/64 px.
 
         Parameters
         ----------
         scale : float
             Above 0.
-
-        Returns
-        -------
-        Recipe
-            The threshold stays at least the lossless 1/64 px.
         """
         if self.threshold_px <= LOSSLESS_PX:
             return self
@@ -381,10 +374,6 @@ class Recipe:
         ----------
         values : mapping
             Plain JSON values by field, with the version of the writer.
-
-        Returns
-        -------
-        Recipe
 
         Raises
         ------

@@ -98,10 +98,10 @@ def test_a_preset_of_another_version_hides_no_other_and_stays_in_the_file(opened
 
 def test_a_preset_says_that_it_was_changed_and_the_first_number_needs_a_place(dialog):
     dialog.presets.setCurrentText("2,048 px, sRGB")
-    assert not dialog.form.controls["start"].isEnabled(), "no number in the name"
+    assert not dialog.form.controls["first"].isEnabled(), "no number in the name"
     dialog.form.show_values({"quality": 85, "name": "{name}-{n}"})
     assert dialog.presets.currentText() == "2,048 px, sRGB (changed)"
-    assert dialog.form.controls["start"].isEnabled()
+    assert dialog.form.controls["first"].isEnabled()
     dialog.form.show_values({"quality": 88, "name": "{name}"})
     assert dialog.presets.currentText() == "2,048 px, sRGB"
 

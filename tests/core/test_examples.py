@@ -55,7 +55,8 @@ def lacks(documented):
     wanted = ["Examples"]
     if signature.parameters:
         wanted.append("Parameters")
-    if not inspect.isclass(documented) and signature.return_annotation != "None":
+    own = documented.__qualname__.partition(".")[0]  # the first line says what it returns
+    if not inspect.isclass(documented) and signature.return_annotation not in ("None", own):
         wanted.append("Returns")
     return [name for name in wanted if f"\n{name}\n{'-' * len(name)}\n" not in text]
 
