@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 
@@ -13,6 +14,9 @@ from screen_reader import ScreenReader, desktop
 from kogao_core.photo import read
 
 pytestmark = pytest.mark.slow
+
+# A number with its sign, then or before a unit.
+VALUE = re.compile(r"(?P<before>[^\d+-]*)(?P<number>[+-]?\d+(?:\.\d+)?)(?P<after>.*)")
 
 
 @pytest.fixture
@@ -70,8 +74,14 @@ def test_from_a_photo_to_a_saved_copy_with_a_screen_reader(reader, two_portraits
 
     amount = reader.tab_to("slider Amount")
     assert reader.value(amount) == 6.0
+    for slider in (one for one in reader.all() if reader.role(one) == "slider"):
+        told = reader.description(slider).split("\n")[0]
+        found = VALUE.fullmatch(told)
+        assert float(found["number"]) == pytest.approx(reader.value(slider), abs=0.006), told
+        assert (found["before"] + found["after"]).strip(), "each value has its unit"
     reader.keys("Right")
     reader.until(lambda: reader.value(amount) == 6.1, "6.1")
+    assert reader.description(amount) == "6.1 %", "a step tells the value alone"
     reader.keys("Return")
     reader.focus_on("text Amount, in figures")
     reader.types("6.5")
