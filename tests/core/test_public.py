@@ -104,7 +104,7 @@ WRONG = {
     ),
     "path": (lambda: render("a.jpg", [FACE], PAPER), "numpy array, got str"),
     "Photo": (
-        lambda: render(kogao.read(kogao.sample()), [FACE], PAPER),
+        lambda: kogao.write(kogao.read(kogao.sample()), kogao.read(kogao.sample()), "x.png"),
         "pass photo.pixels of a Photo",
     ),
     "float64": (
