@@ -29,6 +29,7 @@ from ..theme import GRID_PX
 # Columns of a row in heights of a line; a longer name or value gets two lines.
 _NAME_LINES = 6.0
 _VALUE_LINES = 4.2
+_EYE_PX = 5 * GRID_PX
 
 
 class _PassesWheels(QObject):
@@ -133,6 +134,7 @@ class Eye(QToolButton):
         self._value: object = off
         self._owner: object = None
         self.setProperty("snug", "true")
+        self.setFixedSize(_EYE_PX, _EYE_PX)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.clicked.connect(self._switch)
         self.show_value(off, None, is_off=True)
@@ -143,7 +145,7 @@ class Eye(QToolButton):
         if not is_off:
             self._kept.pop(owner, None)
         self.setEnabled(not is_off or owner in self._kept)
-        self.setText("○" if is_off else "◉")
+        self.setText("" if not self.isEnabled() else "○" if is_off else "◉")
         on, off = (
             tr("Switch on: {what}", what=self._what),
             tr("Switch off: {what}", what=self._what),

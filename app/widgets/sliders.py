@@ -320,7 +320,10 @@ class ValueSlider(QWidget):
     def add_eye(self) -> Eye:
         """Add a button that switches the value to 0 and back."""
         eye = Eye(bare(self.title.text()), 0.0)
-        self._row.insertWidget(self._row.count() - 1, eye)
+        if self.title.minimumWidth():  # in columns, the eye stands in that of the names
+            taken_px = eye.sizeHint().width() + self._row.spacing()
+            self.title.setFixedWidth(self.title.minimumWidth() - taken_px)
+        self._row.insertWidget(1, eye)
         return eye
 
     def show_value(self, value: float) -> None:
