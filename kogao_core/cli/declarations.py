@@ -77,7 +77,7 @@ def _corners(value: str) -> list[list[float]]:
 def _picture(value: str) -> Path | None:
     """Return the path of a mask; None without a file of that name."""
     path = Path(value)
-    return path if path.suffix or path.is_file() else None
+    return path if path.suffix[1:].isalpha() or path.is_file() else None
 
 
 @program.command(

@@ -17,7 +17,9 @@ import files
 import metadata_cases
 import numpy as np
 import pytest
+from named import HEAD, mwg
 from PIL import Image
+from PIL.PngImagePlugin import PngInfo
 from scenes import oval_face, textured_photo
 
 import kogao_core as kogao
@@ -143,6 +145,65 @@ def test_warp_protects_a_line_and_says_what_turns(cli, fails, works, tmp_path):
     np.testing.assert_array_equal(kept[110:690, columns], sample[110:690, columns])
     for wrong in ("10,20 30", "1,2,3 4,5,6", "a,b c,d", "", "nan,1 2,3"):
         fails(2, "10,20 10,400", "warp", "--sample", "-o", tmp_path / "x.png", "--protect", wrong)
+
+
+def test_warp_protects_the_white_pixels_of_masks_beside_lines(
+    works, warns, fails, small_png, tmp_path
+):
+    before, out = np.asarray(Image.open(small_png)), tmp_path / "out.png"
+    grey = np.zeros(before.shape[:2], np.uint8)
+    grey[150:190, 180:230] = 255
+    Image.fromarray(grey).save(tmp_path / "mask.png")
+    command = "warp", small_png, "-o", out, "--force", "--quiet"
+    works(*command)
+    free = np.asarray(Image.open(out))
+    assert (free != before)[grey > 0].any()
+    line = "--protect", "60,10 60,290"
+    warns(*command, *line, "--protect", tmp_path / "mask.png", "--save-project")
+    after = np.asarray(Image.open(out))
+    assert (after != before).any()
+    np.testing.assert_array_equal(after[grey > 0], before[grey > 0])
+    np.testing.assert_array_equal(after[20:280, 60], before[20:280, 60])
+    project = small_png.with_name(f"{small_png.name}.kogao.json")
+    warns(*command, "--project", project)
+    np.testing.assert_array_equal(np.asarray(Image.open(out)), after)
+    project.unlink()
+    Image.new("L", (30, 20)).save(tmp_path / "small.png")
+    fails(2, "30 x 20 px, the photo 300 x 300", *command, "--protect", tmp_path / "small.png")
+    fails(3, "doesn't exist", *command, "--protect", tmp_path / "none.png")
+
+
+def test_warp_and_batch_change_only_people_of_given_names(works, fails, cli, portrait, tmp_path):
+    with Image.open(portrait) as image:
+        face = image.convert("RGB").resize((300, 300))
+    both, known = Image.new("RGB", (600, 300)), tmp_path / "in" / "both.png"
+    both.paste(face, (0, 0))
+    both.paste(face.transpose(Image.Transpose.FLIP_LEFT_RIGHT), (300, 0))
+    known.parent.mkdir()
+    both.save(known)
+    found = json.loads(works("detect", known, "--json"))["faces"]
+    named = [
+        (name, (((x + w / 2) / 600, (y + 0.2 * h) / 300), (1.1 * w / 600, 1.6 * h / 300)))
+        for name, (x, y, w, h) in zip(("Ann", "Kate"), (one["box"] for one in found), strict=True)
+    ]
+    note = PngInfo()
+    note.add_itxt("XML:com.adobe.xmp", HEAD.format(mwg(named, (600, 300))))
+    both.save(known, pnginfo=note)
+    before, out = np.asarray(both), tmp_path / "out.png"
+    code, _, _ = cli("warp", known, "-o", out, "--person", "kate=6", "--quiet")
+    assert code == 0
+    moved = (np.asarray(Image.open(out)) != before).any(axis=(0, 2))
+    assert moved[300:].any()
+    assert moved[:200].mean() < 0.1
+    for wrong in ("Ann", "Ann=3,ann=4", "Ann=99"):
+        fails(2, "", "warp", known, "-o", tmp_path / "x.png", "--person", wrong)
+    refused = "warp", known, "-o", tmp_path / "x.png", "--person"
+    fails(4, "person 1 of the named people: the photo has no face of this name", *refused, "Eve=3")
+    batch = tmp_path / "batch"
+    code, _, said = cli("batch", known.parent, "-o", batch, "--person", "Eve=3", "--jobs", 1)
+    assert (code, list(batch.glob("*.png"))) == (5, [])
+    assert "the photo has no face of this name" in said
+    assert "Eve" not in said + (batch / "kogao-batch.jsonl").read_text()
 
 
 def test_an_upright_face_has_no_negative_tilt(works, portrait, tmp_path):

@@ -196,7 +196,7 @@ Gimp = Names(
     PlugIn=PlugIn, main=main, get_pdb=lambda: Names(lookup_procedure=looked_up),
     file_load_layer=load, displays_flush=lambda: None,
     progress_init=lambda text: None,
-    ImageBaseType=Names(GRAY="grey"),
+    ImageBaseType=Names(GRAY="grey"), Selection=Names(is_empty=lambda image: True),
     RunMode=Names(NONINTERACTIVE="n", INTERACTIVE="i"), MergeType=Names(CLIP_TO_IMAGE="clip"),
     PDBStatusType=Names(SUCCESS="done", CANCEL="cancelled", EXECUTION_ERROR="failed"),
 )

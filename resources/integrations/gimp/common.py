@@ -20,6 +20,7 @@ from kogao_outside import (
 
 SMALLER_NAME = "kogao-smaller"
 COMMANDS = {"kogao-edit": (EDIT_TITLE, EDITOR), SMALLER_NAME: (SMALLER_TITLE, SMALLER)}
+MASK_OPTIONS = {"kogao-edit": "--mask", SMALLER_NAME: "--protect"}
 MENU = "<Image>/Filters/Distorts/"
 IMAGE_TYPES = "RGB*, GRAY*"
 DOCUMENTATION = "Make faces smaller", "The result is a new layer."
@@ -34,7 +35,7 @@ class Failed(Exception):
     """Kogao failed; the text is the message."""
 
 
-def send(name, file, save, add_layer, amount=None):
+def send(name, file, save, add_layer, amount=None, save_selection=None):
     """Send a picture to Kogao and add the result as a layer.
 
     Parameters
@@ -47,6 +48,8 @@ def send(name, file, save, add_layer, amount=None):
         Write the picture to a path; add a layer from a path, with a name.
     amount : float, optional
         Amount, %.
+    save_selection : callable, optional
+        Write the selection to a path as a mask; return False without a selection.
 
     Raises
     ------
@@ -59,6 +62,10 @@ def send(name, file, save, add_layer, amount=None):
         path = str(Path(folder, f"{Path(file or 'picture').stem}.tif"))
         save(path)
         command = [*COMMANDS[name][1], *([] if amount is None else ["--amount", f"{amount:g}"])]
+        mask = str(Path(folder, "selection", "mask.tif"))
+        Path(mask).parent.mkdir()
+        if save_selection is not None and save_selection(mask):
+            command += [MASK_OPTIONS[name], mask]
         variables = {key: value for key, value in os.environ.items() if key not in HOST_VARIABLES}
         try:
             ended = subprocess.run(

@@ -54,9 +54,10 @@ class Kogao(Gimp.PlugIn):
         """Send the visible picture to Kogao and add the result as the top layer."""
         file, name = image.get_file(), procedure.get_name()
         exchange = partial(save, image), partial(add_layer, image)
+        select = partial(save_selection, image)
         try:
             amount = ask_amount(procedure, mode, config) if name == common.SMALLER_NAME else None
-            common.send(name, file and file.get_basename(), *exchange, amount)
+            common.send(name, file and file.get_basename(), *exchange, amount, select)
         except common.Cancelled:
             return procedure.new_return_values(Gimp.PDBStatusType.CANCEL, None)
         except common.Failed as failure:
@@ -95,6 +96,32 @@ def save(image, path):
     flat.merge_visible_layers(Gimp.MergeType.CLIP_TO_IMAGE).resize_to_image_size()
     if flat.get_base_type() == Gimp.ImageBaseType.GRAY:
         flat.convert_rgb()  # Kogao reads no grey with alpha in 16 or 32 bits
+    export_tiff(flat, path)
+
+
+def save_selection(image, path):
+    """Write the selection, white on black; return False without one."""
+    if Gimp.Selection.is_empty(image):
+        return False
+    flat = image.duplicate()
+    if flat.get_base_type() == Gimp.ImageBaseType.GRAY:
+        flat.convert_rgb()
+    size = flat.get_width(), flat.get_height()
+    kind, mode = Gimp.ImageType.RGB_IMAGE, Gimp.LayerMode.NORMAL
+    layer = Gimp.Layer.new(flat, "selection", *size, kind, 100, mode)
+    flat.insert_layer(layer, None, 0)
+    Gimp.context_push()
+    Gimp.context_set_default_colors()  # black, white
+    layer.fill(Gimp.FillType.FOREGROUND)
+    layer.edit_fill(Gimp.FillType.BACKGROUND)  # where selected
+    Gimp.context_pop()
+    flat.flatten()
+    export_tiff(flat, path)
+    return True
+
+
+def export_tiff(flat, path):
+    """Write a copy of an image as TIFF, and delete the copy."""
     export = Gimp.get_pdb().lookup_procedure("file-tiff-export")
     config = export.create_config()
     config.set_property("run-mode", Gimp.RunMode.NONINTERACTIVE)
