@@ -150,7 +150,7 @@ class Editor(QObject):
         self.marks = Marks(context, self.recipe, self.files, self.points, self.overlays)
         self.history = History(context, self.saver)
         self.commands = Commands(context)
-        self.kept = KeptFeature(context)
+        self.kept = KeptFeature(context, self.strip)
         self.documentation = Documentation(context)
         self.speech = Speech(context, self.points, self.recipe, self.faces, self.history)
 

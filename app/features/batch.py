@@ -24,7 +24,7 @@ from kogao_core.retouch import RetouchJob
 
 from ..i18n import sentence, tr, translated
 from ..storage import Storage
-from ..widgets.dialogs import open_path, question
+from ..widgets.dialogs import ask_choice, open_path, question
 from ..widgets.messages import BarAction
 from .disclosure import SaveOptions
 from .feature import Context, Feature
@@ -221,26 +221,22 @@ class Batch(Feature):
         if not (renamed or plan.partial):
             self._go(order, plan, plan.tasks)
             return
-        box, roles = question(self.window, tr("Export like this?")), QMessageBox
         pairs = [f"{Path(it.source).name} → {Path(it.output).name}" for it in plan.tasks]
         lines = [tr("Photos of one name get different names:")] if renamed else []
         lines += [pairs[plan.tasks.index(task)] for task in renamed[:_NAMED]]
+        answers = {tr("E&xport"): plan.tasks}
         if plan.partial:
             names = ", ".join(Path(task.source).name for task in plan.partial[:_NAMED])
             lines.append(tr("Faces marked only in part: {names}", names=names))
-        box.setInformativeText("\n".join(lines))
+            found = [dataclasses.replace(it, by_hand=it not in plan.partial) for it in plan.tasks]
+            answers = {tr("&Automatic points"): found, tr("Points so &far"): plan.tasks}
+        acts = {title: partial(self._go, order, plan, it) for title, it in answers.items()}
+        box = ask_choice(self.window, tr("Export like this?"), "\n".join(lines), acts)
         box.setDetailedText("\n".join(pairs))
-        automatic = [dataclasses.replace(it, by_hand=it not in plan.partial) for it in plan.tasks]
-        answers = {tr("&Automatic points"): automatic, tr("Points so &far"): plan.tasks}
-        for title, tasks in (answers if plan.partial else {tr("E&xport"): plan.tasks}).items():
-            press = box.addButton(title, roles.ButtonRole.AcceptRole)
-            press.clicked.connect(partial(self._go, order, plan, tasks))
-        cancel = box.addButton(roles.StandardButton.Cancel)
-        cancel.clicked.connect(self._go_on)
-        box.setEscapeButton(cancel)
+        box.rejected.connect(self._go_on)
         box.open()
 
-    def _go(self, order: Order, plan: ExportPlan, tasks: list[batch.Task], _: bool = False) -> None:
+    def _go(self, order: Order, plan: ExportPlan, tasks: list[batch.Task]) -> None:
         self._begin(len(tasks), plan.outdated)
         storage, stopping, finished = self.storage, self._stopping.is_set, self._finished.emit
         self._running.submit(lambda: carry_out(tasks, order, storage, stopping, finished))

@@ -159,10 +159,11 @@ class BothModes(Feature):
         self.window.stage.put_last(beside if state.mode == "automatic" else self.window.canvas)
         self.here.setText(title_of(state.mode))
         self.here.adjustSize()
-        beside.plate.setText(title_of(state.other_mode))
+        setting = state.mode == "manual" and not self._clock.applied
+        hidden = tr("Automatic: hidden until Apply")
+        beside.plate.setText(hidden if setting else title_of(state.other_mode))
         beside.plate.adjustSize()
         self.guide.setText(next_step(state, self._clock.applied))
-        setting = state.mode == "manual" and not self._clock.applied
         beside.shown.set(pointed=frozenset() if setting else None, original=setting)
         self._show_distances()
         self._show_times()

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from datetime import UTC, datetime
 from functools import partial
+from pathlib import Path
 from typing import Final
 
 from PySide6.QtWidgets import QLabel, QTableWidget, QWidget
@@ -17,6 +18,7 @@ from ..widgets.controls import column_of, row_of
 from ..widgets.dialogs import Dialog, button, confirm, table
 from . import recent
 from .feature import Context, Feature
+from .strip import Strip
 
 _SIZE_PX: Final = (820, 420)
 
@@ -69,10 +71,11 @@ class KeptDialog(Dialog):
 class KeptFeature(Feature):
     """Lists and deletes in a worker."""
 
-    def __init__(self, context: Context) -> None:
+    def __init__(self, context: Context, strip: Strip) -> None:
         super().__init__(context)
+        self._strip = strip
         self._listing = self.lane(self._show, self._fail)
-        self._deleting = self.lane(lambda _: self.ask(), self._fail)
+        self._deleting = self.lane(self._deleted, self._fail)
         self.bind("kept", self.ask)
 
     def ask(self) -> None:
@@ -84,7 +87,12 @@ class KeptFeature(Feature):
         data, paths = self.storage.data, [one.photo for one in photos]
         for path in paths:
             recent.remove(self.settings, path)
-        self._deleting.submit(lambda: [forget(path, data) for path in paths])
+        self._deleting.submit(lambda: [(path, forget(path, data))[0] for path in paths])
+
+    def _deleted(self, paths: Sequence[Path]) -> None:
+        for path in paths:
+            self._strip.look_again(path)
+        self.ask()
 
     def _show(self, photos: Sequence[KeptPhoto]) -> None:
         KeptDialog(self, photos, self.window).open()

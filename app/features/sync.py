@@ -166,7 +166,7 @@ class Sync(Feature):
 
     def stop(self) -> None:
         """Skip the remaining photos."""
-        self._waiting, self._acts, self._undrawn = [], [], {}
+        self._waiting, self._acts, self._act, self._undrawn = [], [], None, {}
         super().stop()
 
     # -- the preview -------------------------------------------------------------------------------
@@ -280,7 +280,7 @@ class Sync(Feature):
             left = self._store.unfinished()
         if left is None:
             return
-        n, total, act = left.done, left.total, left.act
+        act, wanted, n, total = left
         text = tr(
             "Settings for several photos: {n} of {total} were changed before Kogao ended.",
             n=n,
@@ -289,8 +289,8 @@ class Sync(Feature):
         self.say(
             text,
             BarAction(tr("Leave it"), lambda: self._store.leave(act)),
-            BarAction(tr("Undo"), lambda: self._turn(act, not left.wanted)),
-            BarAction(tr("Finish"), lambda: self._turn(act, left.wanted)),
+            BarAction(tr("Undo"), lambda: self._turn(act, not wanted)),
+            BarAction(tr("Finish"), lambda: self._turn(act, bool(wanted))),
             wrong=False,
             applies=lambda: True,
         )
@@ -360,7 +360,7 @@ class Sync(Feature):
             )
             had = tr("{n} had edits", n=self._edited)
             self.did.emit(tr("{text} ({had}); undo is one step", text=text, had=had))
-        else:
+        elif self._total:
             self.did.emit(tr_count(count, "Undone in {n} photo", "Undone in {n} photos"))
         if self._newer:
             names = ", ".join(self._newer)

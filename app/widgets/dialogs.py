@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Literal
@@ -207,6 +207,19 @@ class PathLine(QWidget):
     def _ask(self) -> None:
         at = Path(self.path) if os.path.exists(self.path) else None
         ask_path(self, self._title, lambda one: self.line.setText(str(one)), "folder", at=at)
+
+
+def ask_choice(
+    parent: QWidget, text: str, about: str, answers: Mapping[str, Callable[[], object]]
+) -> QMessageBox:
+    """Return a question with a button for each answer and Cancel, to open."""
+    box, kinds = question(parent, text), QMessageBox.ButtonRole
+    box.setInformativeText(about)
+    for title, answer in answers.items():
+        button = box.addButton(title, kinds.AcceptRole)
+        button.clicked.connect(lambda _=False, answer=answer: answer())
+    box.setEscapeButton(box.addButton(QMessageBox.StandardButton.Cancel))
+    return box
 
 
 def room(window: QWidget) -> QSize:

@@ -95,7 +95,9 @@ def _named(wanted: Sequence[tuple[Path, Path, Path, Path | None]]) -> dict[Path,
                 )
             )
         numbers = (output.with_stem(f"{output.stem}-{n}") for n in itertools.count(2))
-        names = itertools.chain((output, output.with_name(place.name + output.suffix)), numbers)
+        names = itertools.chain(
+            (output, output.with_name(place.name.rstrip() + output.suffix)), numbers
+        )
         name = next(
             one for one in names
             if _folded(one) not in taken and keeps.get(_folded(one), photo) == photo

@@ -31,16 +31,6 @@ class ActPhoto:
 
 
 @dataclass(frozen=True, slots=True)
-class Unfinished:
-    """An act that a program left in the middle."""
-
-    act: int
-    wanted: bool
-    done: int  # photos changed
-    total: int
-
-
-@dataclass(frozen=True, slots=True)
 class Acts:
     """The acts in the index of a data folder. Each belongs to an undo step of an open photo."""
 
@@ -107,17 +97,16 @@ class Acts:
         sql = "UPDATE acts SET applied = applied % ?, wanted = applied % ? WHERE act = ?"
         self._index.change(TABLE, sql, _BEGUN, _BEGUN, act)
 
-    def unfinished(self) -> Unfinished | None:
-        """Return the newest act that a program left in the middle."""
+    def unfinished(self) -> tuple[int, bool, int, int] | None:
+        """Return the newest act that a program left in the middle.
+
+        Result: number of the act, whether it was to be applied, changed photos, all photos.
+        """
         sql = (
             "SELECT act, wanted, SUM(applied = wanted), COUNT(*) FROM acts GROUP BY act "
             "HAVING SUM(applied != wanted) ORDER BY act DESC LIMIT 1"
         )
-        found = [
-            Unfinished(act, bool(wanted), done, total)
-            for act, wanted, done, total in self._rows(sql)
-        ]
-        return found[0] if found else None
+        return next(iter(self._rows(sql)), None)
 
     def forget(self, photo: Path) -> int:
         """Delete what the acts have about a photo; return the number of rows."""

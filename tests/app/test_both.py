@@ -42,7 +42,7 @@ def test_the_other_mode_lies_beside_this_one_and_only_here(comparing):
     assert beside.shown.frame.done.faces == []
     marked_by_hand(comparing)
     assert comparing.editor.both.here.text() == "Manual"
-    assert beside.plate.text() == "Automatic"
+    assert beside.plate.text() == "Automatic: hidden until Apply"
     assert beside.shown.state.faces == comparing.state.sheet("automatic").faces
     found = beside.shown.frame.rendering.pixels
     comparing.key(KEYS.Key_F2)

@@ -25,7 +25,7 @@ from ...i18n import tr
 from ...theme import GRID_PX
 from ...view_state import Handle
 from ...widgets.controls import Fold, action_button, column_of, heading, muted_label, row_of
-from ...widgets.dialogs import question
+from ...widgets.dialogs import ask_choice
 from ..feature import Context, Feature
 from ..points import Points
 
@@ -159,17 +159,14 @@ class Manual(Feature):
                 self.apply()
             then()
             return
-        box, roles = question(self.window, tr("A face is marked only in part.")), QMessageBox
-        box.setInformativeText(tr("Which points make the result?"))
-        automatic = box.addButton(tr("&Automatic points"), roles.ButtonRole.AcceptRole)
-        so_far = box.addButton(tr("Points so &far"), roles.ButtonRole.AcceptRole)
-        box.setDefaultButton(box.addButton(roles.StandardButton.Cancel))
-        for button, choose in (
-            (automatic, lambda: self.switch("automatic")),
-            (so_far, self.apply),
-        ):
-            button.clicked.connect(choose)
-            button.clicked.connect(lambda: then())
+        text, about = tr("A face is marked only in part."), tr("Which points make the result?")
+        answers: dict[str, Callable[[], object]] = {
+            tr("&Automatic points"): lambda: self.switch("automatic"),
+            tr("Points so &far"): self.apply,
+        }
+        box = ask_choice(self.window, text, about, answers)
+        box.setDefaultButton(QMessageBox.StandardButton.Cancel)
+        box.accepted.connect(then)
         self.document.opened.connect(box.reject)  # the question is about the open photo
         box.open()
 
