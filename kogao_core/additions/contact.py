@@ -8,6 +8,7 @@ shrunk counts like a head that doesn't move.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Final
 
 import cv2
@@ -76,12 +77,20 @@ def head_corners(face: Face) -> Array:
 
 def beyond(points: Array, hull: Array) -> Array:
     """Return about how far points are outside a hull, px; 0 or less within."""
+    outward, offsets_px = _sides(hull.tobytes())
+    return np.asarray((points @ outward.T - offsets_px).max(axis=1))
+
+
+@lru_cache(1024)
+def _sides(corners: bytes) -> tuple[Array, Array]:
+    """Return the normals of the sides of a hull, (K, 2), and their distances from 0, 0, px."""
+    hull = np.frombuffer(corners).reshape(-1, 2)
     along = np.roll(hull, -1, axis=0) - hull
     outward = np.column_stack([along[:, 1], -along[:, 0]])
     outward /= np.maximum(np.hypot(along[:, 0], along[:, 1]), 1e-12)[:, None]
     if (outward * (hull - hull.mean(axis=0))).sum() < 0.0:
         outward = -outward
-    return np.asarray((points @ outward.T - (hull * outward).sum(axis=1)).max(axis=1))
+    return outward, (hull * outward).sum(axis=1)
 
 
 def _hull(points: Array) -> Array:

@@ -213,7 +213,10 @@ class HeadField:
         low, high = edges_px(self.photo) + np.array([[-0.5], [0.5]])
         inside = np.where(points < low, 2.0 * low - points, points)
         inside = np.where(inside > high, 2.0 * high - inside, inside)
-        moved = self.motion.at(inside) * self.free(inside)[:, None]
+        moved = self.motion.at(inside)
+        if not moved.any():  # another head, far away
+            return np.zeros_like(points)
+        moved = moved * self.free(inside)[:, None]
         room = np.maximum(0.0, np.minimum(inside - low, high - inside))
         moved = limited(moved, EDGE_SLOPE * self.motion.strength * room)
         return np.where((points < low) | (points > high), -moved, moved)
@@ -260,6 +263,10 @@ class HeadField:
         """Return where points of shape (N, 2) are shown, px: ``x + d(x) = point``."""
         return inverted(self._head_at, points, _STEPS)
 
+    @cached_property
+    def _hulls(self) -> tuple[Array, Array]:
+        return head_corners(self.face), face_corners(self.face)
+
     def free(self, points: Array) -> Array:
         """Return 0 near what must not move, 1 far from it, at points of shape (N, 2).
 
@@ -267,8 +274,9 @@ class HeadField:
         these.
         """
         unit = self.face.anchor.spacing_px
-        outside = beyond(points, head_corners(self.face)) / unit
-        face = smoothstep(beyond(points, face_corners(self.face)) / (_TOUCHED * unit))
+        outer, inner = self._hulls
+        outside = beyond(points, outer) / unit
+        face = smoothstep(beyond(points, inner) / (_TOUCHED * unit))
         beside = smoothstep((away_px(points, self.neighbours_px) / unit - _APART) / _ALL)
         front = max((one.ahead for one in self.others if one.still), default=0.0)
         free = 1.0 - (1.0 - beside) * _mixed(smoothstep(outside / _TOUCHED), 1.0, front)
