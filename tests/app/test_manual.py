@@ -309,10 +309,10 @@ def test_looking_takes_time_and_is_no_change(manual):
     clock = manual.editor.manual.clock
     assert clock.running
     assert clock.looking_s is None
-    assert not manual.window.isWindowModified()
+    assert not manual.editor.document.dirty
     click(manual, (90, 90))
     assert clock.looking_s is not None
-    assert manual.window.isWindowModified()
+    assert manual.editor.document.dirty
     manual.key(KEYS.Key_Return, CONTROL)
     manual.key(KEYS.Key_F2)
     manual.key(KEYS.Key_F3)
