@@ -162,8 +162,8 @@ class BrushPanel(QWidget):
         self.done.clicked.connect(done.trigger)
         below = row_of(self.count, None, self.clear)
         top = row_of(heading(title), None, self.done)
-        rows = top, segmented(title, list(tools)), size_px, *controls, below
-        column_of(self, *rows, spacing=GRID_PX)
+        tool = segmented(title, list(tools))
+        column_of(self, top, tool, size_px, *controls, below, spacing=GRID_PX)
 
     def size_brushes(self, brushes: Protect) -> None:
         """Set the brush size with the slider."""

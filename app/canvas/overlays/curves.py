@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
 from typing import Final
 
@@ -114,7 +115,7 @@ class ShapeCurves(Overlay):
         """Return False: the curves name themselves."""
         return False
 
-    def wanted(self, visible: frozenset[str]) -> bool:
+    def wanted(self, visible: AbstractSet[str]) -> bool:
         """Return True also for a curve that is dragged, while all marks step back."""
         return super().wanted(visible) or self.shown.shaping is not None
 
