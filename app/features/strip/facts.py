@@ -15,7 +15,7 @@ from PySide6.QtGui import QImage, QImageReader
 from kogao_core.base.display import Rgb8, eight_bits, png, reduced, rgb8
 from kogao_core.base.geometry import Box
 from kogao_core.base.json_reader import BadFile
-from kogao_core.faces.doubt import doubtful, verdicts
+from kogao_core.faces.doubt import verdicts
 from kogao_core.photo import READABLE, UnreadablePhoto, profiles, read
 from kogao_core.photo.metadata.rating import UNRATED, Rated, rating_of
 from kogao_core.photo.picture import sha256_of
@@ -54,26 +54,13 @@ def facts_of(path: Path, results: Results, edits: Edits) -> Facts:
 
 
 def _mark_of(path: Path, results: Results, edits: Edits) -> Mark:
-    """Return the mark: result, edited, saved or doubtful; empty without edits."""
+    """Return the mark: result, edited or saved; empty without edits."""
     if results.origin(path) is not None:
         return "result"
     file, saved = edits.newest(path), results.edits_of(path)
     if file is None:
         return "saved" if saved else ""
-    if sha256_of(file) in saved:
-        return "saved"
-    return "doubtful" if _has_doubts(file) else "edited"
-
-
-def _has_doubts(file: Path) -> bool:
-    """Return whether a project switches off faces with doubtful landmarks."""
-    try:
-        project = load(file)
-    except BadFile:  # opening the photo shows the reason
-        return False
-    size, sheet = project.original, project.automatic
-    doubted = doubtful(sheet.faces, Box(0, 0, size.width, size.height))
-    return project.mode == "automatic" and bool(sheet.off & doubted)
+    return "saved" if sha256_of(file) in saved else "edited"
 
 
 @dataclass(frozen=True, eq=False)
