@@ -143,7 +143,7 @@ def test_a_handle_is_taken_from_twelve_pixels_away_but_not_from_far(opened):
 
 def test_centre_buttons_lattice_and_choices_reach_the_recipe_and_the_history(opened, pixels):
     panel = opened.panel("recipe")
-    opened.press_key(panel.choices["scope"], KEYS.Key_Down)
+    opened.press_key(panel.scope.group.button(1), KEYS.Key_Right)
     QTest.mouseClick(panel.centre.group.button(4), Qt.MouseButton.LeftButton)
     opened.press_key(panel.lattice.slider, KEYS.Key_End)
     QTest.mouseClick(panel.fold.button, Qt.MouseButton.LeftButton)
@@ -174,7 +174,7 @@ def test_a_template_is_moved_turned_and_sized_as_a_whole(opened):
     assert face == 1
     before = opened.state.faces[face]
     # Only the frame, so that no single point of the face below is in the way.
-    for key in (KEYS.Key_L, KEYS.Key_T, KEYS.Key_C):
+    for key in (KEYS.Key_L, KEYS.Key_T, KEYS.Key_C, KEYS.Key_D):
         opened.key(key)
     middle = opened.canvas.to_screen(corners(before).mean(axis=0)).toPoint()
     opened.drag(middle, QPoint(30, -20))

@@ -242,3 +242,24 @@ def test_a_figure_holds_canvas_legend_caption_and_figures(opened, tmp_path):
     np.testing.assert_array_equal(picture(opened), bare, "and not on the canvas")
     words = opened.editor.figure.caption()
     assert words.startswith("portrait.png · Warp distance 4.0 % of D · Centre 2")
+
+
+def test_the_reduced_domain_is_filled_softly_and_says_what_is_computed(opened, monkeypatch):
+    hide_marks(opened)
+    bare, said = picture(opened), []
+    write = glyphs.label
+
+    def label(painter, at, text, **more):
+        said.append(text)
+        write(painter, at, text, **more)
+
+    monkeypatch.setattr(glyphs, "label", label)
+    opened.key(KEYS.Key_D)
+    shape = opened.canvas.height(), opened.canvas.width(), 3
+    change = np.abs(picture(opened).astype(float) - bare).reshape(shape)
+    x, y = opened.canvas.to_screen(opened.state.faces[0].mouth_center).toPoint().toTuple()
+    under = change[y - 8 : y + 9, x - 8 : x + 9]
+    assert 0.0 < under.mean() <= 0.16 * 255, "the photo stays visible"
+    counts = opened.editor.view.full.figures.pixel_counts
+    share = 100 * counts["threshold"] / counts["image"]
+    assert f"Only these {share:.1f} % are computed" in said

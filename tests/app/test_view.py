@@ -83,7 +83,7 @@ def test_a_threshold_that_is_not_used_is_told(opened):
 
 
 def test_at_100_percent_the_screen_shows_the_results_own_pixels(opened):
-    for key in (Qt.Key.Key_L, Qt.Key.Key_T, Qt.Key.Key_C, Qt.Key.Key_1):
+    for key in (Qt.Key.Key_L, Qt.Key.Key_T, Qt.Key.Key_C, Qt.Key.Key_D, Qt.Key.Key_1):
         opened.key(key)
     assert opened.canvas.zoom == pytest.approx(1.0)
     left, top = opened.align().toTuple()
@@ -247,7 +247,7 @@ def test_inspect_shows_the_values_of_the_field_under_the_cursor(opened):
     lines = plate.text().splitlines()
     assert lines[1] == f"displacement {np.hypot(dx, dy):.2f} px ({dx:+.2f}, {dy:+.2f})"
     assert lines[2:4] == [f"det J {det:.3f}", f"face 1: cell ({cell[0]}, {cell[1]})"]
-    assert lines[4:] == ["domain: Threshold", "threshold T 0.01562 px"]
+    assert lines[4:] == ["domain: Reduced warp domain", "threshold T 0.01562 px"]
     opened.editor.view.set(cursor=(1.0, 1.0))
     assert "domain: Whole photo" in plate.text()
     opened.editor.view.set(cursor=None)

@@ -182,13 +182,14 @@ class Centre(Overlay):
         recipe = self.shown.state.recipe.of_face(face.recipe)
         chosen = int(recipe.center) - 1
         # Only the face alone moves towards a centre.
-        mark = glyphs.cross if recipe.scope == "face" else glyphs.hollow
+        used = recipe.scope == "face"
+        mark = glyphs.cross if used else glyphs.hollow
         mark(painter, places[chosen], glyphs.CENTRE, size)
         if QLineF(places[0], places[3]).length() > 5 * _TICK_PX:
             # Labels are higher than the spacing: odd numbers go right, even numbers left.
             for number, at in enumerate(places, 1):
                 beside = QPointF(12.0 if number % 2 else -28.0, 0.0)
-                glyphs.label(painter, at + beside, str(number), bold=number == chosen + 1)
+                glyphs.label(painter, at + beside, str(number), bold=used and number == chosen + 1)
 
 
 class Protected(Overlay):

@@ -271,8 +271,8 @@ class Strip(Feature):
         path, state = self.document.path, self.document.state
         if path is not None:
             judged = verdicts(state.faces, self.document.image)
-            doubts = [v.look_at or (v.reason and row in state.off) for row, v in enumerate(judged)]
-            self.look_again(path, "doubtful" if any(doubts) else "")
+            asks = [v.why and (v.reason is None or n in state.off) for n, v in enumerate(judged)]
+            self.look_again(path, "doubtful" if any(asks) else "")
 
     def draw_again(self) -> None:
         """Redraw all thumbnails, after a change of size or of the screen's colours."""

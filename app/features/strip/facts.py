@@ -15,7 +15,7 @@ from PySide6.QtGui import QImage, QImageReader
 from kogao_core.base.display import Rgb8, eight_bits, png, reduced, rgb8
 from kogao_core.base.geometry import Box
 from kogao_core.base.json_reader import BadFile
-from kogao_core.faces.doubt import doubtful, verdicts
+from kogao_core.faces.doubt import verdicts
 from kogao_core.photo import READABLE, UnreadablePhoto, profiles, read
 from kogao_core.photo.metadata.rating import UNRATED, Rated, rating_of
 from kogao_core.photo.picture import sha256_of
@@ -54,27 +54,13 @@ def facts_of(path: Path, results: Results, edits: Edits) -> Facts:
 
 
 def _mark_of(path: Path, results: Results, edits: Edits) -> Mark:
-    """Return the mark: result, edited, saved or doubtful; empty without edits."""
+    """Return the mark: result, edited or saved; empty without edits."""
     if results.origin(path) is not None:
         return "result"
     file, saved = edits.newest(path), results.edits_of(path)
     if file is None:
         return "saved" if saved else ""
-    if sha256_of(file) in saved:
-        return "saved"
-    return "doubtful" if _has_doubts(file) else "edited"
-
-
-def _has_doubts(file: Path) -> bool:
-    """Return whether a project has faces to check: switched off, or marked only in part."""
-    try:
-        project = load(file)
-    except BadFile:  # opening the photo shows the reason
-        return False
-    size, sheet = project.original, project.automatic
-    doubted = doubtful(sheet.faces, Box(0, 0, size.width, size.height))
-    is_off = project.mode == "automatic" and bool(sheet.off & doubted)
-    return is_off or sidecar.has_partial(project)
+    return "saved" if sha256_of(file) in saved else "edited"
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,7 +108,7 @@ def _warning(project: Project, shares: Sequence[float]) -> str:
     """Return the reasons to check a result, one per line."""
     size, sheet = project.original, sidecar.sheet_of(project)
     judged = verdicts(sheet.faces, Box(0, 0, size.width, size.height))
-    asks = ((n, one) for n, one in enumerate(judged) if one.look_at or n in sheet.off)
+    asks = ((n, one) for n, one in enumerate(judged) if one.reason is None or n in sheet.off)
     why = [translated(verdict.told(n + 1)) for n, verdict in asks]
     if min(shares, default=1.0) < _LIMITED:
         why.append(tr("limited to {n:.0f} % to avoid folding", n=100 * min(shares)))

@@ -457,7 +457,8 @@ class _Marked(QStyledItemDelegate):
         low = option.rect.top() + option.decorationSize.height() + GRID_PX
         if facts.mark:
             badge = QRect(0, 0, _BADGE_PX, _BADGE_PX)
-            badge.moveBottomRight(QPoint(area.right(), low))
+            right = area.center().x() + option.decorationSize.width() // 2
+            badge.moveBottomRight(QPoint(right + GRID_PX, low))
             _draw_badge(painter, badge, facts.mark)
         painter.setPen(option.palette.color(QPalette.ColorRole.ToolTipText))
         stars = facts.rated.stars
