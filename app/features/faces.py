@@ -80,6 +80,7 @@ class Faces(Feature):
         self.finding_s: float | None = None
         self.finding_was_cold = False
         self._names: tuple[str, ...] = ()  # of the faces, from the photo's metadata
+        self._named: tuple[Face, ...] = ()  # faces for which the names were read
         self._finding = self.lane(self._take, self._not_found)
         self._search = FaceSearch(source)
         self._came.connect(self._show_found)
@@ -254,9 +255,9 @@ class Faces(Feature):
             self._show()
 
     def _show(self) -> None:
-        document = self.document
-        if document.photo is not None and not document.in_gesture:
-            self._names = names_of(document.photo, document.state.faces).names
+        document, faces = self.document, self.document.state.faces
+        if document.photo is not None and not document.in_gesture and faces is not self._named:
+            self._names, self._named = names_of(document.photo, faces).names, faces
         self.panel.show_state(document.state, self.view.face, self.view.also, self._names)
 
 

@@ -41,7 +41,6 @@ NO_FACE: Final = Text("no face was found where the photo has this name")
 SEVERAL: Final = Text("faces and names don't correspond one to one there")
 OUTDATED: Final = Text("the photo may have been cropped or turned since the names were written")
 
-
 People = tuple[tuple[str, float], ...]
 """Names with Amounts, %."""
 
