@@ -14,6 +14,7 @@ from PySide6.QtCore import QTimer
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QMenu
 
+from kogao_core.base import json_reader
 from kogao_core.base.geometry import Box
 from kogao_core.base.index import locked
 from kogao_core.base.wording import printable
@@ -23,7 +24,7 @@ from kogao_core.photo.picture import sha256_of
 from kogao_core.projects import sidecar
 from kogao_core.projects.acts import ActPhoto, Acts
 from kogao_core.projects.edits import Edits, SavedEdits
-from kogao_core.projects.project import Project, load, to_bytes
+from kogao_core.projects.project import Project, from_node, load, to_bytes
 from kogao_core.recipe.recipe import SETTINGS, SHAPE, VERSION, Recipe
 
 from ..ahead import FaceSearch
@@ -337,8 +338,8 @@ class Sync(Feature):
             # The photo was opened before its file was written.
             if photo.wanted:
                 settings = Settings.of(photo.settings)
-                self.document.step(settings.of_state(self.document.state), tr("Sync settings"))
-            elif undo.undoText() == tr("Sync settings"):
+                self.document.step(settings.of_state(self.document.state), _step())
+            elif undo.undoText() == _step():
                 undo.undo()
         self._strip.look_again(path)
         self._next()
@@ -390,6 +391,11 @@ def loaded(
     return project_of(state, sidecar.original(photo)), None
 
 
+def _step() -> str:
+    """Return the text of the undo step in each photo."""
+    return tr("Sync settings")
+
+
 def synced(
     photo: ActPhoto,
     acts: Acts,
@@ -407,19 +413,28 @@ def synced(
     outcome: Outcome = "new" if kept is None else "edited"
     now = "" if kept is None else sha256_of(kept.file)
     is_as_written = bool(now) and now == photo.wrote
-    if photo.is_begun and is_as_written is (photo.applied is photo.wanted):
-        acts.note(photo, now, photo.wanted)
+    steps = kept and history.find(keeping.edits, kept, project)
+    # A copy of the picture may have steps that lead to the same state.
+    is_own = steps and (not photo.applied or steps.texts[: steps.index][-1:] == (_step(),))
+    is_half = kept is not None and photo.is_begun and is_as_written and not is_own
+    if kept is not None and is_half:  # killed before its undo steps were written
+        project = from_node(json_reader.parse(photo.before, len(photo.before)))
+        steps = history.find(keeping.edits, kept, project)
+    elif photo.is_begun and is_as_written is (photo.applied is photo.wanted):
+        acts.note(photo, now)
         return photo, outcome
     state, size_px = state_of(project), (project.original.width, project.original.height)
-    steps = kept and history.find(keeping.edits, kept, project)
     steps = steps or UndoSteps((state,), (), 0)
     is_newer = photo.wrote and not (is_as_written or photo.is_begun)
-    if is_newer or not (photo.wanted or steps.index):
+    is_before = is_half and photo.applied and not photo.wanted
+    if is_newer or not (photo.wanted or is_before or steps.index):
         acts.drop(photo)
         return photo, "newer"
     after = settings.of_project(project)
     recipes = (after.automatic.recipe, after.manual and after.manual.recipe)
-    if not photo.wanted:
+    if is_before:
+        after = project
+    elif not photo.wanted:
         steps = replace(steps, index=steps.index - 1)
         after = project_of(steps.states[steps.index], project.original)
     elif recipes == (project.automatic.recipe, project.manual and project.manual.recipe):
@@ -428,11 +443,11 @@ def synced(
             return photo, outcome
     else:
         states = (*steps.states[: steps.index + 1], state_of(after))
-        texts = (*steps.texts[: steps.index], tr("Sync settings"))
+        texts = (*steps.texts[: steps.index], _step())
         steps = UndoSteps(states, texts, steps.index + 1)
     after = replace(after, original=replace(after.original, path=printable(path.name)))
     wrote = hashlib.sha256(to_bytes(after)).hexdigest()
-    acts.note(photo, wrote, photo.wanted, begun=True)
+    acts.note(photo, wrote, to_bytes(project))
     keeping.edits.keep(after, path, history.packed(steps, size_px), beside=keeping.beside)
-    acts.note(photo, wrote, photo.wanted)
+    acts.note(photo, wrote)
     return photo, outcome

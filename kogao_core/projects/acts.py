@@ -28,6 +28,7 @@ class ActPhoto:
     is_begun: bool  # whether the program ended while it wrote the edits
     wanted: bool  # whether the settings are to be applied, or undone
     settings: Mapping[str, Any]  # fields of a recipe by name
+    before: bytes  # if begun: the project before the edits were written
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,7 +52,7 @@ class Acts:
         """Add an act that belongs to undo step `step` of `source`; return the number of the act."""
         act, fields = time.time_ns(), json.dumps(settings)
         start = act, _key(source), step, text, fields
-        rows = [(*start, _key(photo), "", 0, 1) for photo in photos]
+        rows = [(*start, _key(photo), "", 0, 1, b"") for photo in photos]
 
         def change(db: Connection) -> None:
             db.execute("DELETE FROM acts WHERE source = ? AND step >= ?", (_key(source), step))
@@ -71,20 +72,20 @@ class Acts:
         """Return the photos of an act that are to be changed so that it is applied, or undone."""
         self._index.change(TABLE, "UPDATE acts SET wanted = ? WHERE act = ?", wanted, act)
         sql = (
-            "SELECT photo, wrote, applied, settings FROM acts "
+            "SELECT photo, wrote, applied, settings, before FROM acts "
             "WHERE act = ? AND applied != wanted ORDER BY rowid"
         )
         return [
             ActPhoto(act, Path(os.fsdecode(photo)), wrote, bool(applied % _BEGUN),
-                     applied >= _BEGUN, wanted, json.loads(settings))
-            for photo, wrote, applied, settings in self._rows(sql, act)
+                     applied >= _BEGUN, wanted, json.loads(settings), before)
+            for photo, wrote, applied, settings, before in self._rows(sql, act)
         ]  # fmt: skip
 
-    def note(self, photo: ActPhoto, wrote: str, applied: bool, *, begun: bool = False) -> None:
-        """Record what was written, or is about to be."""
-        sql = "UPDATE acts SET wrote = ?, applied = ? WHERE act = ? AND photo = ?"
-        state = applied + _BEGUN * begun
-        self._index.change(TABLE, sql, wrote, state, photo.act, _key(photo.path))
+    def note(self, photo: ActPhoto, wrote: str, before: bytes = b"") -> None:
+        """Record what was written; with `before`, what is about to be."""
+        sql = "UPDATE acts SET wrote = ?, applied = ?, before = ? WHERE act = ? AND photo = ?"
+        state = photo.wanted + _BEGUN * bool(before)
+        self._index.change(TABLE, sql, wrote, state, before, photo.act, _key(photo.path))
 
     def drop(self, photo: ActPhoto) -> None:
         """Take a photo out of its act."""
@@ -125,6 +126,7 @@ TABLE: Final = IndexTable(
     "acts",
     (
         *("act", "source", "step", "text", "settings", "photo", "wrote", "applied", "wanted"),
+        "before",
         "PRIMARY KEY (act, photo)",
     ),
     ("source", "photo"),

@@ -2,6 +2,7 @@
 
 import dataclasses
 import threading
+from unittest.mock import Mock
 
 import pytest
 from kogao_app.features import files, sync
@@ -204,9 +205,9 @@ def test_a_photo_edited_since_a_sync_keeps_its_edits_and_is_named(synced_two):
     ("answer", "percents"),
     [("Finish", [8.0, 8.0]), ("Undo", [3.0, None]), ("Leave", [8.0, None])],
 )
-@pytest.mark.parametrize("is_noted", [True, False])
+@pytest.mark.parametrize("missing", ["", "note", "steps"])
 def test_a_sync_that_was_killed_is_finished_undone_or_left(
-    synced_two, monkeypatch, answer, percents, is_noted
+    synced_two, monkeypatch, answer, percents, missing
 ):
     strip, acts = synced_two, synced_two.editor.sync._store
     strip.editor.history.undo()
@@ -216,16 +217,16 @@ def test_a_sync_that_was_killed_is_finished_undone_or_left(
         strip.editor.document.path.with_name(name) for name in ("b.png", "c.png")
     ])  # fmt: skip
     first, real = acts.turn(act, True)[0], Acts.note
-    if not is_noted:  # killed between the edits and the record
-        monkeypatch.setattr(
-            Acts, "note", lambda *args, begun=False: begun and real(*args, begun=begun)
-        )
+    if missing:  # killed between the edits and the record
+        monkeypatch.setattr(Acts, "note", lambda *args: len(args) > 3 and real(*args))
+    if missing == "steps":  # killed between the edits and their undo steps
+        monkeypatch.setattr(edits.lzma, "compress", Mock(side_effect=OSError))
     projects, faces = strip.editor.projects, strip.editor.faces
     sync.synced(first, acts, projects.keeping(first.path), faces.search(), Recipe())
     monkeypatch.undo()
     strip.editor.sync.look()
     assert strip.say().startswith("Settings for several photos: ")
-    assert ("1 of 2" in strip.say()) is is_noted
+    assert ("1 of 2" in strip.say()) is not bool(missing)
     strip.take_step(answer)
     strip.settle()
     assert strip.percents() == percents
