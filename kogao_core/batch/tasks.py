@@ -247,7 +247,8 @@ def _check_there(report: Path, lines: BinaryIO) -> None:
 
 def keys_of(report: Path | None) -> dict[str, str]:
     """Return the key of each output of a report, also of those without a face."""
-    done = (entry for entry in _entries(report) if entry["key"])
+    told = ("done", "skipped", "no face")
+    done = (entry for entry in _entries(report) if entry["status"] in told)
     return {entry["output"]: entry["key"] for entry in done}
 
 
