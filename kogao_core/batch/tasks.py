@@ -24,7 +24,8 @@ from kogao_core.batch.measures import COLUMNS, measured
 from kogao_core.faces.doubt import AllDoubted
 from kogao_core.faces.landmarks import networks_are_here, source
 from kogao_core.field.protection import NOTHING
-from kogao_core.photo import Photo, bits_of, read
+from kogao_core.photo import FORMATS, Photo, bits_of, read
+from kogao_core.photo.jpeg.coefficients import read_first
 from kogao_core.photo.picture import sha256_of
 from kogao_core.photo.profiles import for_search
 from kogao_core.projects import interchange
@@ -137,6 +138,8 @@ def _render(task: Task, photo: Photo) -> tuple[tuple[dict[str, Any], ...], str, 
         return to_file(output, force=True)(photo, pixels, coding)
 
     done = _replayed(task, photo) if task.project else _found(task, photo)
+    if photo.jpeg and job.export.coding is None and FORMATS.get(output.suffix.lower()) == "JPEG":
+        read_first(photo.path)
     rendering = draw(photo, done, _background(), job.export, threads=1)
     made = retouch(photo, done, rendering, Output(written, job.disclosure, job.export))
     notes = [done.note, *made.notes, rendering.note, made.written]
@@ -253,7 +256,8 @@ def _check_there(report: Path, lines: BinaryIO) -> None:
 
 def keys_of(report: Path | None) -> dict[str, str]:
     """Return the key of each output of a report, also of those without a face."""
-    done = (entry for entry in _entries(report) if entry["key"])
+    told = ("done", "skipped", "no face")
+    done = (entry for entry in _entries(report) if entry["status"] in told)
     return {entry["output"]: entry["key"] for entry in done}
 
 

@@ -331,3 +331,19 @@ def test_a_jpeg_is_compressed_again_without_jpeglib(tmp_path, monkeypatch):
     note = photo.write(source, edited(source), tmp_path / "out.jpg")
     assert "compressed again: jpeglib isn't installed" in str(note)
     assert photo.read(tmp_path / "out.jpg").pixels.shape == source.pixels.shape
+
+
+@needs_linux("reads ahead on Linux only")
+def test_blocks_of_a_photo_that_failed_are_dropped_with_the_next_photo(tmp_path, monkeypatch):
+    pictures = [textured_photo(90, 60, seed=seed) for seed in (1, 2)]
+    paths = [jpeg_file(tmp_path / f"{k}.jpg", one) for k, one in enumerate(pictures)]
+    # Pytest's own handler of faults keeps stderr from being captured.
+    monkeypatch.setattr(coefficients, "if_unsaid", lambda work: work())
+    for path in paths:
+        coefficients.read_first(path)
+    assert len(coefficients._ahead) == 1
+    first, second = (path.read_bytes() for path in paths)
+    monkeypatch.setattr(coefficients, "_read", lambda *_: None)
+    assert coefficients.read(first, tmp_path / "copy") is None
+    assert coefficients.read(second, tmp_path / "copy") is not None
+    assert not coefficients._ahead

@@ -167,3 +167,24 @@ def test_a_block_that_was_freed_costs_no_page_faults_the_second_time():
     if done.returncode:
         pytest.skip(done.stderr)
     assert int(done.stdout) < 100  # of 10,240 pages
+
+
+GIVING_BACK = """
+    import sys
+    from pathlib import Path
+    from kogao_core.base.threads import give_back_freed_memory
+    pages = lambda: int(Path("/proc/self/statm").read_text().split()[1])
+    blocks = [b"1" * 100_000 for _ in range(1000)]
+    held = blocks[-1:]  # at the end of the heap
+    del blocks
+    before = pages()
+    give_back_freed_memory()
+    print(before - pages())
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only glibc keeps it")
+def test_freed_blocks_below_one_in_use_are_given_back():
+    command = [sys.executable, "-c", textwrap.dedent(GIVING_BACK)]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert int(done.stdout) > 20_000  # of 24,000 pages

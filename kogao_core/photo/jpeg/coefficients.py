@@ -108,13 +108,26 @@ def read_ahead(path: Path, pool: Executor, photo: Future[Any]) -> None:
     """
 
     def work() -> tuple[bytes, Coefficients | None]:
-        if sys.platform == "linux" and photo.exception() is None:
-            with suppress(OSError, CannotKeepBlocks), os.fdopen(os.memfd_create("jpeg")) as file:
-                data, copy = path.read_bytes(), Path(f"/proc/self/fd/{file.fileno()}")
-                return data, if_unsaid(lambda: _read(data, copy))
-        return b"", None
+        return _early(path) if photo.exception() is None else (b"", None)
 
     _ahead.append(pool.submit(work))
+
+
+def read_first(path: Path) -> None:
+    """Read the coefficients of a file that was read as a photo, for a later `read`.
+
+    While it reads, the library needs memory that a canvas can then have.
+    """
+    _ahead[:] = [Future()]  # not those of a photo that failed
+    _ahead[0].set_result(_early(path))
+
+
+def _early(path: Path) -> tuple[bytes, Coefficients | None]:
+    if sys.platform == "linux":
+        with suppress(OSError, CannotKeepBlocks), os.fdopen(os.memfd_create("jpeg")) as file:
+            data, copy = path.read_bytes(), Path(f"/proc/self/fd/{file.fileno()}")
+            return data, if_unsaid(lambda: _read(data, copy))
+    return b"", None
 
 
 def narrow(folder: Path) -> Path:
