@@ -268,7 +268,7 @@ class RecipePanel(QWidget):
         per_warp = f"{spacing / moved:.1f}" if moved > 0.0 else _NONE
         self.lattice.note.setText(
             tr(
-                "lattice {px:.0f} px\n{r:.2f} × landmark spacing, {w} × warp distance",  # noqa: RUF001
+                "lattice {px:.0f} px · {r:.2f} × landmark spacing\n{w} × warp distance",  # noqa: RUF001
                 px=spacing,
                 r=spacing / face.anchor.spacing_px,
                 w=per_warp,
