@@ -188,8 +188,8 @@ class Viewport(pg.GraphicsView):
         """Zoom and pan with two fingers, so that the photo stays below the fingers."""
         ends = pinch.lastCenterPoint(), pinch.centerPoint()
         before, now = (self.viewport().mapFromGlobal(end) for end in ends)
-        # Qt's own factor is too large (6.11): twice as far apart count as 3.6 times. The hot spot is
-        # one of the fingers.
+        # Qt's own factor is too large (6.11): twice as far apart count as 3.6 times. The hot spot
+        # is one of the fingers.
         apart_px = QLineF(pinch.hotSpot(), pinch.centerPoint()).length()
         if pinch.state() == Qt.GestureState.GestureStarted:
             self._apart = apart_px
