@@ -103,7 +103,7 @@ MENUS: Final = (
             "Apply the open photo's settings",
             photo=True,
         ),
-        Item("auto-sync", "Auto sy&nc", "Ctrl+Alt+A", "Apply each change to selected photos"),
+        Item("auto-sync", "Auto &sync", "Ctrl+Alt+A", "Apply each change to selected photos"),
         "presets",
         None,
         Item("kept", "&What Kogao keeps…", "Ctrl+Alt+K", "List and delete stored data"),

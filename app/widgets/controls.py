@@ -133,6 +133,8 @@ class Eye(QToolButton):
         self._kept: dict[object, object] = {}
         self._value: object = off
         self._owner: object = None
+        self._shown: object = None
+        self._is_off = True
         self.setProperty("snug", "true")
         self.setFixedSize(_EYE_PX, _EYE_PX)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
@@ -141,6 +143,10 @@ class Eye(QToolButton):
 
     def show_value(self, value: object, owner: object, *, is_off: bool) -> None:
         """Show the value of a setting. Each owner, such as a face, has its own kept value."""
+        shown = value, owner, owner in self._kept
+        if shown == self._shown:
+            return
+        self._shown, self._is_off = shown, is_off
         self._value, self._owner = value, owner
         if not is_off:
             self._kept.pop(owner, None)
@@ -156,6 +162,7 @@ class Eye(QToolButton):
     def forget(self) -> None:
         """Drop the kept values: another photo is open."""
         self._kept.clear()
+        self.show_value(self._value, self._owner, is_off=self._is_off)
 
     def _switch(self) -> None:
         if self._owner in self._kept:

@@ -320,9 +320,6 @@ class ValueSlider(QWidget):
     def add_eye(self) -> Eye:
         """Add a button that switches the value to 0 and back."""
         eye = Eye(bare(self.title.text()), 0.0)
-        if self.title.minimumWidth():  # in columns, the eye stands in that of the names
-            taken_px = eye.sizeHint().width() + self._row.spacing()
-            self.title.setFixedWidth(self.title.minimumWidth() - taken_px)
         self._row.insertWidget(1, eye)
         return eye
 

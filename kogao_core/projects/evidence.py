@@ -25,7 +25,6 @@ from kogao_core import __version__
 from kogao_core.base.atomic import atomic_write
 from kogao_core.base.geometry import Array, Box, Image
 from kogao_core.base.json_reader import BadFile
-from kogao_core.base.machine import machine, networks
 from kogao_core.base.wording import system_reason
 from kogao_core.faces.targets import FacePairs
 from kogao_core.field.field import Field
@@ -117,6 +116,8 @@ def gathered(
     photo_sha256: str = "",
 ) -> Evidence:
     """Evaluate a field at every pixel, and return the values with points, recipe and hashes."""
+    from kogao_core.base.machine import machine, networks
+
     xs, ys = np.arange(float(image.width)), np.arange(float(image.height))
     made = {
         "version": VERSION,

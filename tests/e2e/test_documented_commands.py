@@ -9,6 +9,7 @@ import time
 from pathlib import Path
 
 import pytest
+from named import HEAD, mwg
 from PIL import Image
 from timeouts import LONGEST_S
 
@@ -16,7 +17,7 @@ ROOT = Path(__file__).resolve().parents[2]
 BLOCK = re.compile(r"^```(sh|python)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 PAGES = (
     "README.md", "docs/install.md", "docs/command-line.md", "docs/python.md",
-    "docs/experiments.md", "README.ja.md", "docs/ja/command-line.md",
+    "docs/experiments.md", "README.ja.md", "docs/ja/command-line.md", "docs/editor.md",
 )  # fmt: skip
 # .ci/first-contact and .ci/bundle run these in bare systems; a Flatpak nobody could build yet.
 INSTALLS = re.compile(
@@ -49,6 +50,9 @@ def reader(tmp_path, monkeypatch, portrait):
         shutil.copy(portrait, here / place)
     with Image.open(portrait) as picture:
         picture.resize((2 * picture.width, 2 * picture.height)).save(here / "big.jpg")
+        regions = mwg([("Ann", ((0.5, 0.5), (0.5, 0.5)))], picture.size)
+        (here / "wedding").mkdir()
+        picture.save(here / "wedding" / "c.jpg", xmp=HEAD.format(regions).encode())
     for name in list(os.environ):
         if name.startswith("XDG_"):
             monkeypatch.delenv(name)

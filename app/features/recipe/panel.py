@@ -84,6 +84,7 @@ class RecipePanel(QWidget):
         shape, sides = QWidget(), QWidget()
         column_of(shape, *map(self._slider, _FIRST), spacing=0)
         column_of(sides, *map(self._slider, _REST), spacing=0)
+        self._chosen: int | None = None  # the face whose recipe is shown
         self.eyes = {field: self._eye(field) for field in SHAPE}
         self.shape = Fold(tr("Face shape"), shape, "shape")
         self.sides = Fold(tr("Forehead and sides"), sides, "sides")
@@ -177,8 +178,9 @@ class RecipePanel(QWidget):
         changed = [n for n, v in values.items() if self._is_new or v != getattr(before, n)]
         for field in changed:
             self._show_field(field, values[field])
-        for field, eye in self.eyes.items():
-            eye.show_value(values[field], chosen, is_off=not values[field])
+        for field in self.eyes if chosen != self._chosen else self.eyes.keys() & changed:
+            self.eyes[field].show_value(values[field], chosen, is_off=not values[field])
+        self._chosen = chosen
         self._lens_counts = self.lens.show_state(state, chosen)
         self._show_lens()
         if self._is_new or not _NEEDED.isdisjoint(changed):
