@@ -156,7 +156,6 @@ def test_straight_lines_show_their_turn_until_they_are_protected(empty, door):
     new = looks_like(drawn, TURNED) & (drawn != bare).any(axis=-1)
     columns = np.flatnonzero(new.any(axis=0))
     assert abs(np.median(columns) - at(empty, x, 0)[1]) < 12
-    empty.key(KEYS.Key_B, Qt.KeyboardModifier.ShiftModifier)
     empty.key(KEYS.Key_N)
     top = empty.canvas.to_screen(np.array([x, 62.0])).toPoint()
     down = empty.canvas.to_screen(np.array([x, 658.0])).toPoint() - top
