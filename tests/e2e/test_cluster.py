@@ -70,15 +70,15 @@ def scheduler(cwd, port=0):
 
 
 @contextmanager
-def workers(address, cwd, count, preload=""):
-    """Start worker processes that run a text first; wait until the scheduler knows them."""
+def workers(address, cwd, count, preload="", before=0):
+    """Start worker processes that run a text first; wait until they join those before."""
     from distributed import Client
 
     options = "--nworkers", str(count), "--nthreads", "1", "--no-dashboard"
     started = ("--preload", preload) if preload else ()
     with process(*WORKER, address, *options, *started, cwd=cwd) as one:
         with Client(address, set_as_default=False) as client:
-            client.wait_for_workers(count, LONGEST_S)
+            client.wait_for_workers(before + count, LONGEST_S)
         yield one
 
 
@@ -168,7 +168,7 @@ def test_two_workers_resume_and_refuse_another_version(home):
             assert results(home) == EVERY
             code, err = ended(batch(home, address))
             assert (code, err) == (0, "6 of 6: 6 skipped; see out/kogao-batch.jsonl\n")
-            with workers(address, home, 1, OLDER):
+            with workers(address, home, 1, OLDER, before=2):
                 code, err = ended(batch(home, address, "--again"))
                 assert (code, f"it has Kogao 0.9, not {__version__}" in err) == (2, True)
         assert statuses(home) == ["done"] * 6 + ["skipped"] * 6
