@@ -4,10 +4,12 @@ import json
 import logging
 import os
 import shutil
+import socket
 import subprocess
 import sys
 import time
 from contextlib import contextmanager
+from unittest.mock import Mock
 
 import pytest
 from timeouts import LONGEST_S
@@ -157,6 +159,17 @@ def test_without_the_package_the_command_to_install_it_is_named(cli, home, monke
     logging.disable(logging.NOTSET)
     assert (code, installed.adding("cluster") in err) == (2, True)
     assert not (home / "out").exists()
+
+
+def test_without_the_option_a_batch_connects_to_nothing(cli, home, monkeypatch):
+    connect = Mock(side_effect=OSError("connected"))
+    monkeypatch.setattr(socket.socket, "connect", connect)
+    assert cli("batch", home / "in" / "0.jpg", "-o", home / "out", "--jobs", 1)[0] == 0
+    connect.assert_not_called()
+    code, _, err = cli(
+        "batch", home / "in", "-o", home / "out", "--cluster", "tcp://127.0.0.1", "--jobs", 1
+    )
+    assert (code, "--cluster and --jobs" in err) == (2, True)
 
 
 @pytest.mark.slow
