@@ -59,6 +59,38 @@ file without `--force`.
 `warp -` reads the photo from standard input. `-o -` writes to standard output in the format of the
 photo (JPEG for HEIC and raw) and prints the line on stderr.
 
+## Several computers
+
+`batch --cluster` runs a batch on the workers of a [Dask](https://distributed.dask.org) scheduler,
+with the plan, report and resuming of a batch on one computer. All need this version of Kogao with
+the extra `[cluster]`, and photos and results in a folder that all see at one path. Run the batch in
+that folder.
+
+```text
+dask scheduler --protocol tls                                   on one computer
+dask worker tls://host:8786 --nworkers 4 --nthreads 1           on each computer that works
+kogao-cli batch photos/ -o small/ --cluster tls://host:8786     in the shared folder
+```
+
+Each of them reads the certificates from `~/.config/dask/distributed.yaml`:
+
+```yaml
+distributed:
+  comm:
+    require-encryption: true
+    tls:
+      ca-file: ca.pem
+      scheduler: {cert: host.pem, key: host-key.pem}
+      worker: {cert: host.pem, key: host-key.pem}
+      client: {cert: host.pem, key: host-key.pem}
+```
+
+Give full paths of files there. Without TLS (`tcp://`), whoever reaches the scheduler can run any
+program on its workers: use it only within one computer. Dask runs the photos of a worker that died
+on others. A photo at which four workers died is tried once more in the end, then it fails. `dask
+worker` starts dead workers again. If the scheduler stops, start it and run the batch again.
+`--projects` isn't possible: earlier names of photos are known on one computer only.
+
 ## Completion
 
 Add one line to the configuration of your shell:

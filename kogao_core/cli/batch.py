@@ -16,6 +16,7 @@ from kogao_core.base import wording
 from kogao_core.base.json_reader import BadFile
 from kogao_core.base.language import Text, tr, translated
 from kogao_core.batch import Outcome, Workers
+from kogao_core.batch.cluster import connect
 from kogao_core.batch.measures import codebook_of, write
 from kogao_core.cli import common, ending, options, reading
 from kogao_core.projects.edits import Edits
@@ -55,14 +56,13 @@ def run(args: SimpleNamespace) -> int:
                          "warning: {n} edits of an older version may look different now")
         )  # fmt: skip
     progress = _Progress(len(tasks))
-    with ending.refusing(
+    with ending.stopping(batch.NothingToDo, ending.USAGE), ending.refusing(
         "the report {report} can't be written ({reason}); mend that, or choose another file "
         "with --report, then run the batch again to resume",
         report=report,
-    ):
-        batch.record(
-            batch.run(tasks, Workers.processes(args.jobs)), report, Results.of_user(), progress.add
-        )
+    ):  # fmt: skip
+        pool = connect(args.cluster, args.folder) if args.cluster else Workers.processes(args.jobs)
+        batch.record(batch.run(tasks, pool), report, Results.of_user(), progress.add)
     if args.measures is not None:
         with ending.writing(args.measures):
             write(batch.measures_of(report, tasks), args.measures)

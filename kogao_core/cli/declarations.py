@@ -191,6 +191,10 @@ def warp() -> None:
     "[processors]",
 )  # fmt: skip
 @words.option(
+    "--cluster", metavar="ADDRESS", excludes=("--jobs", "--projects"),
+    help="Run on the workers of a Dask scheduler, such as tls://host:8786 [this machine]",
+)  # fmt: skip
+@words.option(
     "--report", type=common.FILE, metavar="FILE", section=options.OUTPUT,
     help="Report, one JSON line per photo; photos listed as done are skipped "
     "[DIR/kogao-batch.jsonl]",

@@ -22,6 +22,7 @@ OK: Final = Text("ok")
 _CONFLICTING: Final = ("opencv-python", "opencv-contrib-python", "opencv-python-headless")
 # Missing extras are no fault: most photos need none.
 _EXTRAS: Final = {
+    "cluster": "distributed",
     "heic": "pi-heif",
     "raw": "rawpy",
 }
