@@ -313,7 +313,7 @@ class Interleaving:
         if sign_of(editor.document.committed) != books.work:
             raise Lost(f"{books.work} isn't in the document")
         if self._needs_recovery():
-            if not editor.window.isWindowModified():
+            if not editor.document.dirty:
                 newest = self._newest()
                 held = None if newest is None else (newest.name, sign_in(newest))
                 raise Lost(f"{books.work} counts as saved and is in no file; {held} is")

@@ -25,7 +25,7 @@ class History(Feature):
 
     def __init__(self, context: Context, saver: Saver) -> None:
         super().__init__(context)
-        self._saver, self._late = saver, QTimer(self, singleShot=True)
+        self._saver, self._late = saver, QTimer(self.window, singleShot=True)
         self._late.timeout.connect(lambda: self.window.setWindowModified(self.document.dirty))
         self._undo, self._redo = self.bind("undo", self.undo), self.bind("redo", self.redo)
         self._undo.setIconText(tr("Undo"))

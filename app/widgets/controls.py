@@ -29,7 +29,7 @@ from ..theme import GRID_PX
 # Columns of a row in heights of a line; a longer name or value gets two lines.
 _NAME_LINES = 6.0
 _VALUE_LINES = 4.2
-_EYE_PX = 5 * GRID_PX
+_EYE_PX = 4 * GRID_PX, 5 * GRID_PX  # width and height
 
 
 class _PassesWheels(QObject):
@@ -136,7 +136,7 @@ class Eye(QToolButton):
         self._shown: object = None
         self._is_off = True
         self.setProperty("snug", "true")
-        self.setFixedSize(_EYE_PX, _EYE_PX)
+        self.setFixedSize(*_EYE_PX)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.clicked.connect(self._switch)
         self.show_value(off, None, is_off=True)

@@ -320,7 +320,8 @@ class ValueSlider(QWidget):
     def add_eye(self) -> Eye:
         """Add a button that switches the value to 0 and back."""
         eye = Eye(bare(self.title.text()), 0.0)
-        self._row.insertWidget(1, eye)
+        self._row.removeWidget(self.title)
+        self._row.insertLayout(0, row_of(self.title, eye, spacing=0))
         return eye
 
     def show_value(self, value: float) -> None:

@@ -70,7 +70,7 @@ def test_a_drag_with_ctrl_is_ten_times_as_fine(retouch):
     jaw = sliders(retouch)["jaw_width"].slider
     found = []
     for modifier in (Qt.KeyboardModifier.NoModifier, CTRL, Qt.KeyboardModifier.ShiftModifier):
-        dragged(jaw, 40, modifier)
+        dragged(jaw, 30, modifier)
         found.append(retouch.state.recipe.jaw_width)
         QTest.mouseDClick(jaw, LEFT)
     assert found[0] > 5.0
