@@ -62,6 +62,8 @@ class Interleaving:
         self._left: dict[str, Sign] = {}
         # Work that one undo must bring back after a sync, by photo.
         self._synced: dict[str, Sign] = {}
+        # Work before and after syncs, by photo: undo in another photo leads from one to the other.
+        self._by_sync: dict[str, set[Sign]] = {}
         self._saved: set[Path] = set()
         self._disks: list[Disk] = []
         self._homes = self._copies = 0
@@ -205,6 +207,8 @@ class Interleaving:
         books = self._books
         if not books.name:
             return
+        if books.work not in self._by_sync.get(books.name, ()):
+            self._by_sync.pop(books.name, None)  # newer edits stay, whatever is undone elsewhere
         if books.discarded == books.work:
             self._left.pop(books.name, None)
         elif self._is_kept():
@@ -254,7 +258,9 @@ class Interleaving:
                     break
             self.counts["restored"] += 1
         else:
-            last = self._left.get(books.name)
+            last, turned = self._left.get(books.name), self._by_sync.get(books.name, set())
+            if last is not None and last in turned and books.work in turned:
+                last, synced = books.work, None
             if last is not None and not (
                 _as_if_sought(books.work, last) == last or (books.name, last) in books.owed
             ):
@@ -398,6 +404,9 @@ class Interleaving:
         self._push()
 
     def _undo(self) -> None:
+        # Undo of a sync changes other photos' files meanwhile; `test_sync` holds that.
+        if self._editor.document.undo.undoText().startswith("Apply to"):
+            return
         if self._gesture:
             self._gesture = False
         elif self._books.at:
@@ -405,6 +414,8 @@ class Interleaving:
         self._editor.history.undo()
 
     def _redo(self) -> None:
+        if self._editor.document.undo.redoText().startswith("Apply to"):
+            return
         if not self._gesture and self._books.at + 1 < len(self._books.states):
             self._books.at += 1
         self._editor.history.redo()
@@ -449,6 +460,7 @@ class Interleaving:
         files = {path: self._storage.edits.newest(path) for path in others}
         signs = {path: sign_in(file) for path, file in files.items() if file is not None}
         editor.sync.start()
+        self._push()
         self._until(lambda: not editor.sync.busy)
         for path in others:
             if self._restored and path == editor.document.path:
@@ -463,6 +475,7 @@ class Interleaving:
                     raise Lost(f"sync made {held[1]} of {before} of {path.name}")
                 if after != before[1]:
                     self._synced[path.name] = before[1]
+                    self._by_sync.setdefault(path.name, set()).update((before[1], held[1]))
             self._left[path.name] = held[1]
 
     def _reset(self) -> None:
@@ -483,7 +496,7 @@ class Interleaving:
         self._editor.window.close()
 
     def _press_bar(self) -> None:
-        unwanted = ("Open a photo", "Place a face", "It fits")
+        unwanted = ("Open a photo", "Place a face", "It fits", "Finish", "Undo")
         if not self._editor.window.bar.isVisible():
             return
         buttons = self._editor.window.bar.buttons

@@ -77,7 +77,7 @@ def prepare(folder: Path) -> None:
 
 
 def save_for_ever(folder: Path, seed: int) -> None:
-    """Save results, a sidecar and over the sources themselves until the process is killed."""
+    """Save results, a sidecar and in place until the process is killed."""
     rng = np.random.default_rng(seed)
     while True:
         suffix = SUFFIXES[rng.integers(len(SUFFIXES))]
@@ -88,8 +88,6 @@ def save_for_ever(folder: Path, seed: int) -> None:
         faces = (oval_face(center=(160.0, 120.0), size=0.3),) * int(rng.integers(1, 9))
         about = original(source)
         project.save(Project(about, "automatic", Sheet(faces)), sidecar_of(source.path))
-        if rng.random() < 0.3:
-            photo.write(source, pixels, source.path, force=True)
         change_in_place(folder / f"in-place{suffix}", rng)
 
 
