@@ -259,7 +259,7 @@ class Interleaving:
             self.counts["restored"] += 1
         else:
             last, turned = self._left.get(books.name), self._by_sync.get(books.name, set())
-            if last is not None and last in turned and books.work in turned:
+            if last is not None and last != books.work and {last, books.work} <= turned:
                 last, synced = books.work, None
             if last is not None and not (
                 _as_if_sought(books.work, last) == last or (books.name, last) in books.owed
