@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -57,6 +58,7 @@ _PATH: Final = Qt.ItemDataRole.UserRole
 _FACTS: Final = Qt.ItemDataRole.UserRole + 1
 _WARNING: Final = Qt.ItemDataRole.UserRole + 2
 _SEEN: Final = Qt.ItemDataRole.UserRole + 3
+_COUNTED: Final = Qt.ItemDataRole.UserRole + 4  # mark under which `FilmStrip.marks` counts a photo
 _LABEL_PX: Final = 10
 _NARROW_PX: Final = 760  # below, chips show their number without a word
 _BADGE_PX: Final = 16
@@ -109,6 +111,7 @@ class FilmStrip(QListWidget):
         self._passed: Path | None = None
         self._opened: Path | None = None
         self._items: dict[Path, QListWidgetItem] = {}
+        self.marks = Counter[Mark]()  # photos by mark
         self._shows: Test = lambda _: True
         self.hidden = 0  # number of photos hidden by the filter
         self.itemClicked.connect(self._tell)
@@ -147,6 +150,7 @@ class FilmStrip(QListWidget):
         """Show these photos; thumbnails load later."""
         self.clear()
         self._passed, self._items, self.hidden = None, {}, 0
+        self.marks = Counter[Mark]({"": len(paths)})
         picture = QPixmap(THUMBNAIL_PX, THUMBNAIL_PX)
         picture.fill(Qt.GlobalColor.transparent)
         blank = QIcon(picture)
@@ -192,6 +196,10 @@ class FilmStrip(QListWidget):
         self.counted.emit()
 
     def _describe(self, item: QListWidgetItem) -> None:
+        now = _facts(item).mark
+        self.marks[item.data(_COUNTED) or ""] -= 1
+        self.marks[now] += 1
+        item.setData(_COUNTED, now)
         words = [*_words(_facts(item)), *filter(None, [item.data(_WARNING)])]
         item.setToolTip("\n".join([item.data(_PATH), *words]))
         name = ", ".join([item.text(), *words]) if words else None
@@ -285,10 +293,6 @@ class FilmStrip(QListWidget):
     def _keep_in_sight(self) -> None:
         if self.currentItem() is not None:
             self.scrollToItem(self.currentItem())
-
-    def count_of(self, shows: Test) -> int:
-        """Return the number of photos that pass a test."""
-        return sum(shows(_facts(item)) for item in self._items.values())
 
     @property
     def opened(self) -> Path | None:
@@ -398,10 +402,11 @@ class StripPanel(QWidget):
         self.sync.setVisible(bool(self._selected) and not self._running)
         self.line.setHidden(self.sync.isVisibleTo(self))
         self.groups.setVisible(self.sync.isVisibleTo(self))
+        filters, marks = _filters(), _marks()
         for mark, chip in self.chips.items():
-            name, here = _filters()[mark], self.choice.currentText()
-            count = self.film.count_of(self._choices[name])
-            chip.setText(f"{count}" if self.width() < _NARROW_PX else f"{_marks()[mark]} {count}")
+            name, here = filters[mark], self.choice.currentText()
+            count = sum(self.film.marks[one] for one in _shown_with(mark))
+            chip.setText(f"{count}" if self.width() < _NARROW_PX else f"{marks[mark]} {count}")
             chip.setAccessibleName(f"{name}, {count}")
             chip.setChecked(here == name)
             chip.setVisible(bool(count) or here == name)
@@ -546,6 +551,11 @@ def _filters() -> dict[Mark, str]:
     }
 
 
+def _shown_with(mark: Mark) -> tuple[Mark, ...]:
+    """Return the marks of the photos that the filter for a mark shows."""
+    return ("edited", "doubtful") if mark == "edited" else (mark,)
+
+
 def labels() -> dict[str, str]:
     """Return the visible names of the labels."""
     words = (tr("red"), tr("yellow"), tr("green"), tr("blue"), tr("purple"))
@@ -564,7 +574,6 @@ def _choices() -> dict[str, Test]:
     def marked(*marks: Mark) -> Test:
         return lambda facts: facts.mark in marks
 
-    also: dict[Mark, tuple[Mark, ...]] = {"edited": ("doubtful",)}
     every = {_STAR * stars: at_least(stars) for stars in range(1, MOST_STARS)}
     return {
         tr("All photos"): lambda _: True,
@@ -575,5 +584,5 @@ def _choices() -> dict[str, Test]:
         tr("Rejected"): lambda facts: facts.rated.stars == REJECTED,
         **{tr("Label: {name}", name=labels()[one]): labelled(one) for one in LABELS},
         tr("Untouched"): marked(""),
-        **{name: marked(*{mark, *also.get(mark, ())}) for mark, name in _filters().items()},
+        **{name: marked(*_shown_with(mark)) for mark, name in _filters().items()},
     }
