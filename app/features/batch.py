@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import hashlib
 import os
 import threading
 import time
@@ -18,6 +17,7 @@ from PySide6.QtCore import QThreadPool, Signal
 from PySide6.QtWidgets import QMessageBox
 
 from kogao_core import batch
+from kogao_core.base.index import path_hash
 from kogao_core.base.wording import system_reason
 from kogao_core.batch import REPORT, Outcome, Workers
 from kogao_core.retouch import RetouchJob
@@ -102,8 +102,7 @@ class BatchProgress:
 def report_of(folder: Path, storage: Storage) -> Path:
     """Return the report of exports into a folder: in Kogao's folder, or as version 1.0 wrote it."""
     before = folder / REPORT
-    name = hashlib.sha256(os.fsencode(os.path.realpath(folder))).hexdigest()
-    return before if before.exists() else storage.exports / f"{name[:32]}.jsonl"
+    return before if before.exists() else storage.exports / f"{path_hash(folder)[:32]}.jsonl"
 
 
 def planned(order: Order, storage: Storage) -> ExportPlan:

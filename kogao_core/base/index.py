@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import hashlib
 import os
 import sqlite3
 from collections.abc import Callable, Iterable, Iterator
@@ -156,6 +157,16 @@ def locked(folder: Path, name: str, *, wait_s: float = 0.0) -> Iterator[None]:
                 raise BlockingIOError(errno.EAGAIN, os.strerror(errno.EAGAIN)) from error
             raise _as_os_error(error) from error
         yield
+
+
+def path_key(path: str | os.PathLike[str]) -> bytes:
+    """Return the key of a file in the tables: its real path."""
+    return os.fsencode(os.path.realpath(path))
+
+
+def path_hash(path: str | os.PathLike[str]) -> str:
+    """Return the SHA-256 of a file's real path."""
+    return hashlib.sha256(path_key(path)).hexdigest()
 
 
 def _code(error: sqlite3.Error) -> int:

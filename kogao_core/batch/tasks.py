@@ -17,7 +17,7 @@ from typing import Any, BinaryIO, Final, Literal
 from kogao_core.background.find import BackgroundFinder
 from kogao_core.base.atomic import appended
 from kogao_core.base.geometry import Image
-from kogao_core.base.index import locked
+from kogao_core.base.index import locked, path_hash
 from kogao_core.base.json_reader import BadFile
 from kogao_core.base.language import Text
 from kogao_core.batch.measures import COLUMNS, measured
@@ -226,7 +226,7 @@ def record(
         with report.open("rb") as file:
             if not _START.startswith(file.read(len(_START))):
                 raise FileExistsError(errno.EEXIST, Text("it is no report of a batch"), str(report))
-    name = hashlib.sha256(os.fsencode(os.path.realpath(report))).hexdigest()[:32]
+    name = path_hash(report)[:32]
     with ExitStack() as opened:
         try:
             opened.enter_context(locked(results.folder / "locks", name))

@@ -11,7 +11,7 @@ from pathlib import Path
 from sqlite3 import Connection
 from typing import Any, Final
 
-from kogao_core.base.index import Index, IndexTable
+from kogao_core.base.index import Index, IndexTable, path_key
 
 _MOST: Final = 50  # acts in the index
 _BEGUN: Final = 2  # added to `applied` while the edits of a photo are written
@@ -51,11 +51,11 @@ class Acts:
     ) -> int:
         """Add an act that belongs to undo step `step` of `source`; return the number of the act."""
         act, fields = time.time_ns(), json.dumps(settings)
-        start = act, _key(source), step, text, fields
-        rows = [(*start, _key(photo), "", 0, 1, b"") for photo in photos]
+        start = act, path_key(source), step, text, fields
+        rows = [(*start, path_key(photo), "", 0, 1, b"") for photo in photos]
 
         def change(db: Connection) -> None:
-            db.execute("DELETE FROM acts WHERE source = ? AND step >= ?", (_key(source), step))
+            db.execute("DELETE FROM acts WHERE source = ? AND step >= ?", (path_key(source), step))
             newest = "SELECT DISTINCT act FROM acts ORDER BY act DESC LIMIT ?"
             db.execute(f"DELETE FROM acts WHERE act NOT IN ({newest})", (_MOST,))
             db.executemany(TABLE.insert(), rows)
@@ -66,7 +66,7 @@ class Acts:
     def of(self, source: Path) -> dict[tuple[int, str], int]:
         """Return the acts of a photo by index and text of their undo steps."""
         sql = "SELECT DISTINCT step, text, act FROM acts WHERE source = ?"
-        return {(step, text): act for step, text, act in self._rows(sql, _key(source))}
+        return {(step, text): act for step, text, act in self._rows(sql, path_key(source))}
 
     def turn(self, act: int, wanted: bool) -> list[ActPhoto]:
         """Return the photos of an act that are to be changed so that it is applied, or undone."""
@@ -85,12 +85,12 @@ class Acts:
         """Record what was written; with `before`, what is about to be."""
         sql = "UPDATE acts SET wrote = ?, applied = ?, before = ? WHERE act = ? AND photo = ?"
         state = photo.wanted + _BEGUN * bool(before)
-        self._index.change(TABLE, sql, wrote, state, before, photo.act, _key(photo.path))
+        self._index.change(TABLE, sql, wrote, state, before, photo.act, path_key(photo.path))
 
     def drop(self, photo: ActPhoto) -> None:
         """Take a photo out of its act."""
         sql = "DELETE FROM acts WHERE act = ? AND photo = ?"
-        self._index.change(TABLE, sql, photo.act, _key(photo.path))
+        self._index.change(TABLE, sql, photo.act, path_key(photo.path))
 
     def leave(self, act: int) -> None:
         """End an act as it is; photos that were not changed leave it."""
@@ -112,14 +112,10 @@ class Acts:
     def forget(self, photo: Path) -> int:
         """Delete what the acts have about a photo; return the number of rows."""
         sql = "DELETE FROM acts WHERE source = ?1 OR photo = ?1"
-        return self._index.change(TABLE, sql, _key(photo))
+        return self._index.change(TABLE, sql, path_key(photo))
 
     def _rows(self, sql: str, *values: object) -> list[tuple[Any, ...]]:
         return self._index.rows(TABLE, sql, *values)
-
-
-def _key(path: Path) -> bytes:
-    return os.fsencode(os.path.realpath(path))
 
 
 TABLE: Final = IndexTable(

@@ -6,7 +6,6 @@ the edits of its picture from a path where that picture is no longer.
 
 from __future__ import annotations
 
-import hashlib
 import lzma
 import os
 import threading
@@ -20,7 +19,7 @@ from typing import Final
 
 from kogao_core.base import json_reader
 from kogao_core.base.atomic import atomic_write
-from kogao_core.base.index import Index, IndexTable, Row
+from kogao_core.base.index import Index, IndexTable, Row, path_hash, path_key
 from kogao_core.base.installed import data_folder
 from kogao_core.base.json_reader import BadFile
 from kogao_core.photo.errors import UnreadablePhoto
@@ -69,8 +68,7 @@ def own_place(photo: str | os.PathLike[str], folder: Path, picture: str = "") ->
 
     `picture` names an earlier picture at the same path.
     """
-    known = hashlib.sha256(os.fsencode(os.path.realpath(photo))).hexdigest()
-    return folder / f"{known[:32]}{picture and '-'}{picture[:32]}{SUFFIX}"
+    return folder / f"{path_hash(photo)[:32]}{picture and '-'}{picture[:32]}{SUFFIX}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,7 +92,7 @@ class Edits:
         """Remember which picture a file holds."""
         stamp = photo.stamp
         if stamp is not None:
-            row = (_key(photo.path), stamp.size, stamp.changed_ns, photo.picture, photo.sha256)
+            row = (path_key(photo.path), stamp.size, stamp.changed_ns, photo.picture, photo.sha256)
             with suppress(OSError):
                 self._index.run(
                     PICTURES, lambda db: db.execute(PICTURES.insert(), row), writes=True
@@ -124,7 +122,7 @@ class Edits:
             f"SELECT picture, sha256 FROM {PICTURES.name} "
             "WHERE path = ? AND size = ? AND changed_ns = ?"
         )
-        rows = self._index.rows(PICTURES, sql, _key(path), stamp.size, stamp.changed_ns)
+        rows = self._index.rows(PICTURES, sql, path_key(path), stamp.size, stamp.changed_ns)
         if not rows and reads:
             with suppress(UnreadablePhoto):
                 photo = read(path)
@@ -164,7 +162,7 @@ class Edits:
         return None if found is None else found.file
 
     def _find(self, path: Path, photo: Photo | None, reads: bool) -> Found:
-        key, beside = _key(path), sidecar_of(path)
+        key, beside = path_key(path), sidecar_of(path)
         names = (
             self._names_at(path, reads=reads)
             if photo is None
@@ -209,7 +207,7 @@ class Edits:
         """Return the edits in a file that isn't listed here: written elsewhere, or moved since."""
         moved = self._rows("picture = ? AND stamp = ?", made, _stamp(file))
         saved_ns = max((row.edits.saved_ns for row in moved), default=file.stat().st_mtime_ns)
-        return _Row(_key(photo), made, SavedEdits(file, photo, saved_ns, bool(moved)), True)
+        return _Row(path_key(photo), made, SavedEdits(file, photo, saved_ns, bool(moved)), True)
 
     def _restored(self, row: _Row, others: list[_Row]) -> SavedEdits | None:
         """Return the edits of a row, in the user's folder if their file is gone or replaced."""
@@ -245,7 +243,7 @@ class Edits:
             f"SELECT steps FROM {TABLE.name} WHERE steps NOT NULL AND {_among('picture', names)} "
             "ORDER BY file != ?, path != ?, saved_ns DESC"
         )
-        places = _key(edits.file), _key(edits.photo)
+        places = path_key(edits.file), path_key(edits.photo)
         with suppress(OSError, lzma.LZMAError):
             for (steps,) in self._index.rows(TABLE, sql, *names, *places):
                 yield lzma.decompress(steps)
@@ -276,13 +274,14 @@ class Edits:
             left = [
                 row.path
                 for row in self._rows(_among("picture", names), *names)
-                if not (row.is_moved or row.path == _key(path))
+                if not (row.is_moved or row.path == path_key(path))
                 and not self._is_there(row.edits.photo, names)
             ]
             packed = (None if data is None else lzma.compress(data, preset=1)
                       for data in (steps, to_bytes(project)))  # fmt: skip
             size = path.stat().st_size if path.is_file() else 0
-            values = _key(path), picture, _key(file), size, time.time_ns(), _stamp(file), 0, *packed
+            places = path_key(path), picture, path_key(file)
+            values = *places, size, time.time_ns(), _stamp(file), 0, *packed
 
             def change(db: Connection) -> None:
                 moved = f"UPDATE {TABLE.name} SET moved = 1 WHERE path = ?"
@@ -300,14 +299,14 @@ class Edits:
         aside, changed_ns = own_place(path, self.folder, made), file.stat().st_mtime_ns
         self.folder.mkdir(parents=True, exist_ok=True)
         atomic_write(file.read_bytes(), aside, private=True)
-        row = _key(path), made, _key(aside), 0, changed_ns, _stamp(aside), 0, None, None
+        row = path_key(path), made, path_key(aside), 0, changed_ns, _stamp(aside), 0, None, None
         names = self.names_of(made)
         copied = (
             f"INSERT OR REPLACE INTO {TABLE.name} "
             f"SELECT path, picture, ?, size, saved_ns, ?, moved, steps, project FROM {TABLE.name} "
             f"WHERE path = ? AND file = ? AND {_among('picture', names)}"
         )
-        values = _key(aside), _stamp(aside), _key(path), _key(file), *names
+        values = path_key(aside), _stamp(aside), path_key(path), path_key(file), *names
         if not self._index.change(TABLE, copied, *values):
             self._index.change(TABLE, TABLE.insert(), *row)
 
@@ -320,7 +319,7 @@ class Edits:
             file.unlink()
         for table in (TABLE, PICTURES):
             sql = f"DELETE FROM {table.name} WHERE path = ?"
-            self._index.change(table, sql, _key(path))
+            self._index.change(table, sql, path_key(path))
         return files
 
 
@@ -351,10 +350,6 @@ class _Row:
     def is_whole(self) -> bool:
         """Return whether the edits are in their file or in the index."""
         return self.is_there or bool(self.project)
-
-
-def _key(path: Path) -> bytes:
-    return os.fsencode(os.path.realpath(path))
 
 
 def _stamp(file: Path) -> str:
@@ -397,7 +392,7 @@ def _placed(data: Path) -> Iterator[Row]:
             steps = own_place(photo, folder).with_suffix(".steps")
             kept = lzma.compress(steps.read_bytes()) if steps.is_file() else None
             size = int(file.name.split("-")[0])
-            values = _key(photo), picture, _key(place), size, saved_ns, _stamp(place)
+            values = path_key(photo), picture, path_key(place), size, saved_ns, _stamp(place)
             yield *values, 0, kept, None
 
 

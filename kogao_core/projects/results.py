@@ -15,7 +15,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final
 
-from kogao_core.base.index import Index, IndexTable, Row
+from kogao_core.base.index import Index, IndexTable, Row, path_hash
 from kogao_core.base.installed import data_folder
 from kogao_core.base.json_reader import BadFile, parse
 from kogao_core.base.language import Text, translated
@@ -168,9 +168,8 @@ def objects_in(file: Path) -> list[dict[str, Any]]:
 
 def hashes_of(photo: Path) -> tuple[str, str]:
     """Return the SHA-256 of the real path and of the name of a photo."""
-    place = Path(os.path.realpath(photo))
-    path, name = (hashlib.sha256(os.fsencode(text)).hexdigest() for text in (place, place.name))
-    return path, name
+    name = os.fsencode(Path(os.path.realpath(photo)).name)
+    return path_hash(photo), hashlib.sha256(name).hexdigest()
 
 
 def _photo_of(row: Row, path: Path) -> Path | None:
