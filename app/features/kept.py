@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
 from typing import Final
 
 from PySide6.QtWidgets import QLabel, QTableWidget, QWidget
 
+from kogao_core.base.wording import local_time
 from kogao_core.projects.forgetting import KeptPhoto, forget, kept
 
 from ..i18n import reason, tr, tr_count, translated
@@ -35,7 +35,7 @@ class KeptDialog(Dialog):
                 str(one.photo),
                 ", ".join(map(translated, one.what)),
                 tr("{kb:,.1f} kB", kb=one.size / 1e3),
-                f"{datetime.fromtimestamp(one.newest_ns / 1e9, UTC).astimezone():%Y-%m-%d %H:%M}",
+                f"{local_time(one.newest_ns):%Y-%m-%d %H:%M}",
             )
             for one in photos
         ]
@@ -87,7 +87,7 @@ class KeptFeature(Feature):
         data, paths = self.storage.data, [one.photo for one in photos]
         for path in paths:
             recent.remove(self.settings, path)
-        self._deleting.submit(lambda: [(path, forget(path, data))[0] for path in paths])
+        self._deleting.submit(lambda: (forget(paths, data), paths)[1])
 
     def _deleted(self, paths: Sequence[Path]) -> None:
         for path in paths:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import reprlib
 import unicodedata
+from datetime import UTC, datetime
 from typing import Final
 
 from kogao_core.base.language import Text
@@ -54,6 +55,11 @@ def sentence(text: str) -> str:
     if len(text) > _LONGEST_SENTENCE:
         text = f"{text[: _LONGEST_SENTENCE - _END]} … {text[-_END:]}"
     return printable(text)
+
+
+def local_time(time_ns: int) -> datetime:
+    """Return a time of the file system in the local time zone."""
+    return datetime.fromtimestamp(time_ns / 1e9, UTC).astimezone()
 
 
 def printable(text: str) -> str:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from datetime import UTC, datetime
 from types import SimpleNamespace
 
 from kogao_core.base.installed import data_folder
 from kogao_core.base.language import Text, tr
+from kogao_core.base.wording import local_time
 from kogao_core.cli import common, ending
 from kogao_core.photo.originals import NoOriginal, Originals
 from kogao_core.projects import forgetting
@@ -20,7 +20,7 @@ def originals(args: SimpleNamespace) -> None:
     total = 0
     for number, one in enumerate(listed, start=1):
         about = one.file.stat()
-        when = datetime.fromtimestamp(about.st_mtime, UTC).astimezone()
+        when = local_time(about.st_mtime_ns)
         total += about.st_size
         ending.print_text(
             f"{number}  {when:%Y-%m-%d %H:%M:%S}  {about.st_size / 1e6:.1f} MB  {one.file}  "
@@ -55,7 +55,7 @@ def forget(args: SimpleNamespace) -> None:
     if not photos:
         found = forgetting.kept()
         for one in found:
-            when = datetime.fromtimestamp(one.newest_ns / 1e9, UTC).astimezone()
+            when = local_time(one.newest_ns)
             ending.print_text(
                 f"{when:%Y-%m-%d %H:%M}  {one.size / 1e3:10.1f} kB  {one.photo}  "
                 + Text.joined(", ", list(one.what))
@@ -63,9 +63,9 @@ def forget(args: SimpleNamespace) -> None:
         count = Text.counted(len(found), "{n} photo", "{n} photos")
         ending.print_text(tr("{count}, kept in {folder}", count=count, folder=data_folder()))
         photos = [one.photo for one in found] if args.everything else []
-    for photo in photos:
-        with ending.writing(photo):
-            gone = forgetting.forget(photo)
+    with ending.writing(data_folder()):
+        every = forgetting.forget(photos) if photos else []
+    for photo, gone in zip(photos, every, strict=True):
         ending.print_text(
             tr("{photo}: deleted {originals}, {edits}, {results}", photo=photo,
                originals=Text.counted(gone.originals, "{n} original", "{n} originals"),

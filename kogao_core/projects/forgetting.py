@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from kogao_core.base.index import Index, IndexTable
+from kogao_core.base.index import Index, IndexTable, path_key
 from kogao_core.base.installed import data_folder
 from kogao_core.base.json_reader import BadFile
 from kogao_core.base.language import Text
@@ -74,19 +74,34 @@ def _kept(data: Path) -> Iterator[tuple[Path, Text, int, int]]:
     files += [(file, file, _EDITS) for file in (data / FOLDER).glob(f"*{SUFFIX}")]
     for file, owner, what in files:
         with suppress(OSError):
-            at, key = file.stat(), os.fsencode(os.path.realpath(file))
-            photo = stored.get(file) or (owners.get(key) and Path(os.fsdecode(owners[key])))
+            at, owned = file.stat(), owners.get(path_key(file))
+            photo = stored.get(file) or (owned and Path(os.fsdecode(owned)))
             yield photo or owner, what, at.st_size, at.st_mtime_ns
     for file, about in _recovered(data / "recovery"):
         yield about, Text("unsaved changes"), file.stat().st_size, file.stat().st_mtime_ns
 
 
-def forget(photo: Path, data: Path | None = None) -> Forgotten:
-    """Delete the originals, edits and listed results of a photo; files beside the photo stay.
+def forget(photos: Iterable[Path], data: Path | None = None) -> list[Forgotten]:
+    """Delete the originals, edits and listed results of photos; files beside the photos stay.
 
-    `photo` may be a file of the data folder that `kept` lists. Raises OSError.
+    A photo may be a file of the data folder that `kept` lists. Raises OSError.
     """
-    data = data or data_folder()
+    data, names, needles = data or data_folder(), set[str](), set[str]()
+    gone = []
+    for photo in photos:
+        gone.append(_forget(photo, data))
+        known = {str(photo), os.path.realpath(photo)}
+        needles |= {*known, *(json.dumps(one)[1:-1] for one in known), hashes_of(photo)[0]}
+        names.add(photo.name)
+    for pattern in ("*.jsonl", "exports/*.jsonl", f"{FOLDER}/*.place"):
+        _redact(data, pattern, needles)
+    _redact(data, "kogao.log*", needles | names)
+    Index(data).compact()
+    return gone
+
+
+def _forget(photo: Path, data: Path) -> Forgotten:
+    """Delete what the index and files of their own have about a photo."""
     real = Path(os.path.realpath(photo))
     results = Results(data).forget(photo)
     count = Originals(data / originals.FOLDER).forget(photo)
@@ -96,12 +111,6 @@ def forget(photo: Path, data: Path | None = None) -> Forgotten:
     files += [real] if real.parent == Path(os.path.realpath(data / FOLDER)) else []
     for file in files:
         file.unlink(missing_ok=True)
-    names = {str(photo), str(real)}
-    needles = {*names, *(json.dumps(one)[1:-1] for one in names), hashes_of(photo)[0]}
-    for pattern in ("*.jsonl", "exports/*.jsonl", f"{FOLDER}/*.place"):
-        _redact(data, pattern, needles)
-    _redact(data, "kogao.log*", needles | {photo.name})
-    Index(data).compact()
     return Forgotten(count, len(files), results)
 
 

@@ -63,7 +63,7 @@ def test_after_deleting_all_about_a_photo_no_file_names_it_and_others_stay(data,
     assert all(set(one.what) == kinds for one in listed)
     assert all(one.size > path.stat().st_size and one.newest_ns for one in listed)
     assert traces(data, needles)
-    forgetting.forget(path, data)
+    forgetting.forget([path], data)
     assert traces(data, needles) == set()
     assert [one.photo for one in forgetting.kept(data)] == [other]
     assert len(traces(data, others)) >= 6
@@ -74,7 +74,7 @@ def test_files_whose_photo_is_not_known_are_listed_and_deleted_by_their_own_name
     filled(data, tmp_path, "a.png")
     (data / "index.db").unlink()
     for one in forgetting.kept(data):
-        forgetting.forget(one.photo, data)
+        forgetting.forget([one.photo], data)
     assert forgetting.kept(data) == []
     assert not list((data / FOLDER).glob("*.json"))
 

@@ -132,8 +132,8 @@ def test_everything_about_a_photo_is_forgotten_and_nothing_else(place, tmp_path)
         results.add(path, out)
     twin = second.rename(tmp_path / "moved.jpg")
     copy = Path(shutil.copy(first, tmp_path / "copy.jpg"))
-    gone = forget(first, data)
-    assert forget(copy, data).originals == 0, "a copy with an equal result is another photo"
+    (gone,) = forget([first], data)
+    assert forget([copy], data)[0].originals == 0, "a copy with an equal result is another photo"
     twin.rename(second)
     assert (gone.originals, gone.results) == (1, 1)
     with suppress(NoOriginal):
