@@ -65,9 +65,9 @@ _CALLS: Final = {
 # Exceptions and functions whose first argument is a text, if it is a literal.
 RAISED: Final = (
     *("AssetMissing", "BadFile", "BadValue", "BadXmp", "CannotDisclose", "CannotKeepBlocks"),
-    *("CannotWrite", "ChangedSince", "ModelRefused", "NoOriginal", "NotRead", "OutOfBounds"),
-    *("RefusedFolder", "RefusedOutput", "UnreadablePhoto", "PhotoNotBeside", "Stop", "bad_value"),
-    *("refusing", "print_message", "_end"),
+    *("CannotWrite", "ChangedSince", "ModelRefused", "NoOriginal", "NotRead", "NothingToDo"),
+    *("OutOfBounds", "PhotoNotBeside", "RefusedFolder", "RefusedOutput", "UnreadablePhoto"),
+    *("Stop", "bad_value", "refusing", "print_message", "_end"),
 )
 # Which arguments of these, and of the editor's actions, menus and form fields, are texts.
 _ACTION: Final = {

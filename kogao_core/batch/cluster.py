@@ -38,7 +38,7 @@ class _Cluster(Executor):
             (known := Future[Outcome]()).set_result(work(task))
             return known
         if self._client.status != "running":
-            raise NothingToDo(Text("the scheduler is gone; start it, then run the batch again"))
+            raise NothingToDo("the scheduler is gone; start it, then run the batch again")
         return self._executor.submit(_work, __version__, Path.cwd(), replace(task, results=""))
 
 
@@ -57,10 +57,10 @@ def connect(address: str, folder: Path) -> Workers:
             seen = client.run(_fault, __version__, Path.cwd(), Path(mark.name), on_error="return")
     except Exception as error:  # of sockets, TLS, addresses and folders, each of its own type
         reason = installed.adding("cluster") if isinstance(error, ImportError) else error
-        raise NothingToDo(Text("the cluster can't be used: {reason}", reason=reason)) from error
+        raise NothingToDo("the cluster can't be used: {reason}", reason=reason) from error
     for worker, fault in seen.items() or [(address, Text("no workers are there; start some"))]:
         if fault:
-            raise NothingToDo(Text("{worker}: {fault}", worker=worker, fault=fault))
+            raise NothingToDo("{worker}: {fault}", worker=worker, fault=fault)
     return Workers(lambda: _Cluster(client), len(seen))
 
 

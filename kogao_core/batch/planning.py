@@ -11,7 +11,7 @@ from pathlib import Path
 
 from kogao_core.base.atomic import is_temporary
 from kogao_core.base.json_reader import BadFile
-from kogao_core.base.language import Text
+from kogao_core.base.language import BadValue, Text
 from kogao_core.batch.tasks import Task, keys_of, outputs_of
 from kogao_core.photo.formats import READABLE, suffix_of
 from kogao_core.projects.edits import Edits
@@ -23,7 +23,7 @@ from kogao_core.recipe.recipe import Recipe
 from kogao_core.retouch import RetouchJob
 
 
-class NothingToDo(ValueError):
+class NothingToDo(BadValue):
     """The inputs can't be processed; the message says why."""
 
 
@@ -54,7 +54,7 @@ def plan(
         wanted.append((photo, place, output, project))
     found = _named(wanted)
     if not found:
-        raise NothingToDo(Text("no photos there; name files or folders that hold some"))
+        raise NothingToDo("no photos there; name files or folders that hold some")
     _check_places(found, folder)
     keys = keys_of(report)
     return [
@@ -86,13 +86,10 @@ def _named(wanted: Sequence[tuple[Path, Path, Path, Path | None]]) -> dict[Path,
         other = taken.get(_folded(output), photo)
         if output in found and _folded(other.with_suffix("")) != _folded(photo.with_suffix("")):
             raise NothingToDo(
-                Text(
-                    "{found} and {photo} would both become {output}; work on "
-                    "their folders one by one",
-                    found=other,
-                    photo=photo,
-                    output=output,
-                )
+                "{found} and {photo} would both become {output}; work on their folders one by one",
+                found=other,
+                photo=photo,
+                output=output,
             )
         numbers = (output.with_stem(f"{output.stem}-{n}") for n in itertools.count(2))
         names = itertools.chain(
@@ -136,11 +133,9 @@ def check_free(tasks: Sequence[Task]) -> None:
     if taken:
         count = Text.counted(len(taken), "a file exists", "{n} files exist")
         raise NothingToDo(
-            Text(
-                "{count} where results would go, such as {taken}; choose another folder",
-                count=count,
-                taken=taken[0],
-            )
+            "{count} where results would go, such as {taken}; choose another folder",
+            count=count,
+            taken=taken[0],
         )
 
 
@@ -152,19 +147,14 @@ def _check_places(found: Mapping[Path, Path], folder: Path) -> None:
         place = _real(output)
         if place in sources:
             raise NothingToDo(
-                Text(
-                    "{output} is a photo to work on and would be written over; "
-                    "choose another folder",
-                    output=output,
-                )
+                "{output} is a photo to work on and would be written over; choose another folder",
+                output=output,
             )
         if not place.is_relative_to(home):
             raise NothingToDo(
-                Text(
-                    "a link leads {output} out of {folder}; remove the link",
-                    output=output,
-                    folder=folder,
-                )
+                "a link leads {output} out of {folder}; remove the link",
+                output=output,
+                folder=folder,
             )
 
 
@@ -194,4 +184,4 @@ def _photos(path: Path, folder: Path) -> Iterator[tuple[Path, Path]]:
     elif os.path.lexists(path):
         yield path, Path(path.name)
     else:
-        raise NothingToDo(Text("{path} doesn't exist; check the name and the folder", path=path))
+        raise NothingToDo("{path} doesn't exist; check the name and the folder", path=path)
