@@ -215,17 +215,20 @@ def segmented(name: str, actions: Sequence[QAction]) -> QWidget:
     """Return the actions of an exclusive group side by side, without gaps."""
     whole = QWidget()
     whole.setAccessibleName(name)
-    row = QHBoxLayout(whole)
-    row.setContentsMargins(0, 0, 0, 0)
-    row.setSpacing(0)
-    for place, action in enumerate(actions):
-        button = _reached(action)
-        ends = {0: "first", len(actions) - 1: "last"}
-        button.setProperty("part", ends.get(place, "middle"))
+    buttons = [_reached(action) for action in actions]
+    for button in buttons:
         button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextOnly)
         button.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
-        row.addWidget(button)
+    column_of(whole, without_gaps(buttons))
     return whole
+
+
+def without_gaps(buttons: Sequence[QToolButton]) -> QHBoxLayout:
+    """Return a row of buttons that look like parts of one control."""
+    for place, button in enumerate(buttons):
+        ends = {0: "first", len(buttons) - 1: "last"}
+        button.setProperty("part", ends.get(place, "middle"))
+    return row_of(*buttons, spacing=0)
 
 
 def heading(text: str) -> QLabel:

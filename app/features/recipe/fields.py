@@ -12,7 +12,6 @@ from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import (
     QButtonGroup,
     QCheckBox,
-    QHBoxLayout,
     QLabel,
     QPushButton,
     QSizePolicy,
@@ -36,6 +35,7 @@ from ...widgets.controls import (
     heading,
     muted_label,
     row_of,
+    without_gaps,
 )
 from ...widgets.typed import SliderScale
 
@@ -231,21 +231,19 @@ class Segments(QWidget):
         self.value.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
         self.setAccessibleName(title(field))
         self.group = QButtonGroup(self)
-        cells = QHBoxLayout()
-        cells.setSpacing(0)
-        for number, text in enumerate(words, 1):
-            button = QToolButton()
+        buttons = [QToolButton() for _ in words]
+        cells = without_gaps(buttons)
+        for number, (button, text) in enumerate(zip(buttons, words, strict=True), 1):
             button.setText(text)
             button.setCheckable(True)
             button.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
-            button.setProperty("part", {1: "first", len(words): "last"}.get(number, "middle"))
             button.setProperty("snug", "true")
             if len(words) > _MANY:
                 button.setMinimumWidth(_LEAST_PX)
             button.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
             button.ensurePolished()
             self.group.addButton(button, number)
-            cells.addWidget(button, 1)
+            cells.setStretchFactor(button, 1)
         if self.fontMetrics().height() < _LARGE_PX:
             column_of(self, columns_of(self.name, cells, self.value))
         else:
