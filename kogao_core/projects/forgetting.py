@@ -88,15 +88,17 @@ def forget(photos: Iterable[Path], data: Path | None = None) -> list[Forgotten]:
     """
     data, names, needles = data or data_folder(), set[str](), set[str]()
     gone = []
-    for photo in photos:
-        gone.append(_forget(photo, data))
-        known = {str(photo), os.path.realpath(photo)}
-        needles |= {*known, *(json.dumps(one)[1:-1] for one in known), hashes_of(photo)[0]}
-        names.add(photo.name)
-    for pattern in ("*.jsonl", "exports/*.jsonl", f"{FOLDER}/*.place"):
-        _redact(data, pattern, needles)
-    _redact(data, "kogao.log*", needles | names)
-    Index(data).compact()
+    try:
+        for photo in photos:
+            known = {str(photo), os.path.realpath(photo)}
+            needles |= {*known, *(json.dumps(one)[1:-1] for one in known), hashes_of(photo)[0]}
+            names.add(photo.name)
+            gone.append(_forget(photo, data))
+    finally:  # also if a photo fails: the ones before leave no trace
+        for pattern in ("*.jsonl", "exports/*.jsonl", f"{FOLDER}/*.place"):
+            _redact(data, pattern, needles)
+        _redact(data, "kogao.log*", needles | names)
+        Index(data).compact()
     return gone
 
 
