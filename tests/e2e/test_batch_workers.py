@@ -57,6 +57,7 @@ if __name__ == "__main__":
         executor.submit(time.sleep, 60).result()
     except BrokenProcessPool:
         print("gone")
+    executor.shutdown()
 """
 # Hands out photos at some of which a worker dies; prints what becomes of each.
 DYING = """
