@@ -273,7 +273,7 @@ class PhotoCanvas(SpokenView):
         event.ignore()
 
     def _sense(self, event: QMouseEvent) -> None:
-        """Follow a change between the ends of a pen and other pointers, which press fully."""
+        """Follow a switch between pen tip, eraser and mouse; a mouse has full pressure."""
         if event.pointerType() not in (_PEN, _ERASER):
             self._pressure = 1.0
         turned = event.pointerType() == _ERASER

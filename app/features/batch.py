@@ -52,7 +52,7 @@ class Order:
 
 @dataclass(frozen=True, slots=True)
 class ExportPlan:
-    """The tasks of an export, and what is asked before."""
+    """The tasks of an export, and the facts that need a question before it starts."""
 
     tasks: list[batch.Task]
     outdated: int  # edits that may look different
@@ -106,7 +106,7 @@ def report_of(folder: Path, storage: Storage) -> Path:
 
 
 def planned(order: Order, storage: Storage) -> ExportPlan:
-    """Return the tasks of an export. Raises NothingToDo."""
+    """Return the tasks of an export and the questions about them. Raises NothingToDo."""
     tasks = batch.plan(
         order.photos,
         order.folder,

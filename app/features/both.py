@@ -212,7 +212,7 @@ class BothModes(Feature):
             self.panel.show_times(mode, *(times if there else (None, None)), cold)
 
     def _time_search(self) -> None:
-        """Search for the faces of saved edits again, for the setting time only."""
+        """Time a search for faces if the faces of the photo come from saved edits."""
         photo, faces = self.document.photo, self._faces
         if self._on and photo is not None and faces.finding_s is None and not faces.busy:
             search = faces.search()

@@ -69,7 +69,7 @@ class KeptDialog(Dialog):
 
 
 class KeptFeature(Feature):
-    """Lists and deletes in a worker."""
+    """Lists the data that Kogao keeps about photos, and deletes data in a worker."""
 
     def __init__(self, context: Context, strip: Strip) -> None:
         super().__init__(context)

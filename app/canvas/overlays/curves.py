@@ -112,7 +112,7 @@ class ShapeCurves(Overlay):
 
     @classmethod
     def is_there(cls, view: ViewState) -> bool:  # noqa: ARG003
-        """Return False: the curves name themselves."""
+        """Return False: the legend needs no entry, since each curve shows its name."""
         return False
 
     def wanted(self, visible: AbstractSet[str]) -> bool:

@@ -122,7 +122,7 @@ class DomainRegions(FrameOverlay):
         glyphs.domain_mark("threshold")(painter, box)
 
     def draw_frame(self, painter: QPainter, place: Place, frame: RenderedFrame) -> None:
-        """Fill the reduced domain, draw the edges of all, and tell the share in one sentence."""
+        """Fill the reduced domain, outline every domain, and write the reduced share beside it."""
         photo = place.box(self.shown.image)
         screen = photo.intersected(place.viewport)
         masks, to_screen = _masks(place, frame, screen, self.shown.state.recipe.threshold_px)
