@@ -91,6 +91,9 @@ class Interleaving:
                     self._pump_a_little()
                     self._follow()
                     self._check()
+            except Lost as lost:
+                lost.add_note(" · ".join(self.log[-60:]))
+                raise
             finally:
                 self._end()
 
@@ -130,11 +133,7 @@ class Interleaving:
         is_writing = self._editor.saver.busy
         if wanted and is_writing and wanted not in self._kept():
             return  # an older state may be put in place of this one at this very moment
-        if wanted and (is_writing or self._needs_recovery()):
-            self._books.owed.append((self._books.name, self._books.work))
-            self._left.pop(self._books.name, None)
-        elif self._books.name:
-            self._leave("the program was killed")
+        may_owe = is_writing or self._needs_recovery()
         home = self._home()
         storage = Storage.in_folder(home)
         storage.recovery.mkdir(parents=True)
@@ -142,6 +141,14 @@ class Interleaving:
         for path in self._storage.recovery.glob("*.json"):
             with contextlib.suppress(FileNotFoundError):  # being removed at this moment
                 shutil.copy2(path, storage.recovery)
+        kept = _signs(storage.recovery)
+        if wanted and may_owe and wanted in kept:
+            # An earlier crash may have left this very work, and its file is the only one.
+            if kept.count(wanted) > self._books.owed.count(wanted):
+                self._books.owed.append(wanted)
+            self._left.pop(self._books.name, None)
+        else:
+            self._leave("the program was killed")
         edits = self._storage.edits.folder
         if edits.exists():
             # What is being written aside goes at any moment.
@@ -310,7 +317,7 @@ class Interleaving:
         return bool(self._books.name) and not self._is_safe()
 
     def _kept(self) -> list[tuple[str, Sign] | None]:
-        return [sign_in(path) for path in self._storage.recovery.glob("*.json")]
+        return _signs(self._storage.recovery)
 
     def _check(self) -> None:
         books, editor = self._books, self._editor
@@ -544,6 +551,11 @@ class Interleaving:
         chosen = self._folder / self._books.name if kind == "original" else path
         dialog.filesSelected.emit([str(chosen)])
         dialog.reject()
+
+
+def _signs(folder: Path) -> list[tuple[str, Sign] | None]:
+    """Return the photo and the work of each recovery file."""
+    return [sign_in(path) for path in folder.glob("*.json")]
 
 
 def _as_if_sought(work: Sign, before: Sign) -> Sign:
