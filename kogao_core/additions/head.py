@@ -221,11 +221,13 @@ class HeadField:
         moved = limited(moved, EDGE_SLOPE * self.motion.strength * room)
         return np.where((points < low) | (points > high), -moved, moved)
 
-    def is_near(self, hull: Array) -> bool:
-        """Return whether some of a hull of shape (K, 2) is near what surrounds the face."""
+    def is_near(self, spans_px: Array) -> npt.NDArray[np.bool_]:
+        """Return which boxes, (N, 2, 2): least and largest (x, y), are near the face. (N,)."""
         far = (_APART + _ALL) * self.face.anchor.spacing_px
         low, high = np.clip(self._around_head_px, *edges_px(self.photo))
-        return bool((hull.max(axis=0) > low - far).all() and (hull.min(axis=0) < high + far).all())
+        return np.asarray(
+            ((spans_px[:, 1] > low - far) & (spans_px[:, 0] < high + far)).all(axis=1)
+        )
 
     @cached_property
     def features(self) -> tuple[Array, Array, Array]:
@@ -295,13 +297,17 @@ def give_way(
     pairs: Sequence[FacePairs], heads: Sequence[HeadField | None]
 ) -> tuple[FacePairs, ...]:
     """Return pairs that follow heads in front where these hide a landmark or touch it."""
-    found = []
+    found, spans_px = [], _spans_px([pair.target_px for pair in pairs])
     for k, (pair, head) in enumerate(zip(pairs, heads, strict=True)):
         if head is None or not any(one.ahead for one in head.others):
             found.append(pair)
             continue
-        points = pair.target_px
-        rest = (one for j, one in enumerate(heads) if j != k and one is not None)
+        points, span_px = pair.target_px, spans_px[k : k + 1]
+        rest = (
+            one
+            for j, one in enumerate(heads)
+            if j != k and one is not None and (one.lens.heads or one.is_near(span_px).any())
+        )
         moved = sum((one.at(points) for one in rest), np.zeros_like(points))
         moves = _mixed(moved, pair.displacement_px, head.free(points)[:, None])
         found.append(dataclasses.replace(pair, target_px=pair.source_px - moves))
@@ -323,16 +329,19 @@ def head_fields(
     people beside each face, who don't go along (`Held.neighbours`); `still` are their faces.
     """
     fields: list[HeadField | None] = []
-    everyone = [(face, face_corners(face)) for face in (*faces, *still)]
+    everyone = (*faces, *still)
+    rings = [face_corners(face) for face in everyone]
+    spans_px = _spans_px(rings)
     for k, (face, pair, recipe) in enumerate(zip(faces, pairs, recipes, strict=True)):
         motion = motion_of(face, pair, recipe)
         beside = neighbours_px[k] if neighbours_px else NOBODY
         head = HeadField(face, motion, photo, beside, lens, k)
         if motion.strength:
+            near = [(j, everyone[j]) for j in np.flatnonzero(head.is_near(spans_px)).tolist()]
             others = tuple(
-                OtherHead(ring, head_corners(other), ahead(other, face), j >= len(faces))
-                for j, (other, ring) in enumerate(everyone)
-                if j != k and head.is_near(ring)
+                OtherHead(rings[j], head_corners(other), ahead(other, face), j >= len(faces))
+                for j, other in near
+                if j != k
             )
             head = dataclasses.replace(head, others=others)
         fields.append(head if motion.strength or lens.heads else None)
@@ -360,6 +369,12 @@ def forehead_pairs(face: Face, recipe: Recipe, pairs: FacePairs) -> tuple[Array,
     photo = Box(-(2**30), -(2**30), 2**30, 2**30)
     head = HeadField(face, motion_of(face, pairs, recipe), photo, NOBODY)
     return face.forehead, head.shown(face.forehead)
+
+
+def _spans_px(points_px: Sequence[Array]) -> Array:
+    """Return the least and the largest (x, y) of each of N sets of points, (N, 2, 2), px."""
+    ends = [(points.min(axis=0), points.max(axis=0)) for points in points_px]
+    return np.reshape(ends, (-1, 2, 2))
 
 
 def _mixed(one: Array | float, other: Array | float, share: Array | float) -> Array:

@@ -264,16 +264,27 @@ class Lattice:
         return Lattice(Grid(self.grid.origin_px, self.grid.spacing_px / 2.0), first, phi)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Spline:
     """The sum of the fields of several lattices, one for each face."""
 
     lattices: tuple[Lattice, ...]
 
+    @cached_property
+    def _reaches_px(self) -> Array:
+        """Left, top, right and bottom of the rectangles outside which each field is zero, px."""
+        return np.reshape([lattice.reach_px for lattice in self.lattices], (-1, 4)).T
+
     def at(self, points: Array) -> Array:
         """Return the displacement at points of shape (N, 2), same shape, px."""
         displacement: Array = np.zeros_like(points)
-        for lattice in self.lattices:
+        if not len(points):
+            return displacement
+        (least_x, least_y), (most_x, most_y) = points.min(axis=0), points.max(axis=0)
+        left, top, right, bottom = self._reaches_px
+        reaching = (left < most_x) & (right > least_x) & (top < most_y) & (bottom > least_y)
+        for k in np.flatnonzero(reaching):
+            lattice = self.lattices[k]
             near = np.flatnonzero(lattice.reaches(points))
             if len(near):
                 displacement[near] += lattice.at(points[near])
