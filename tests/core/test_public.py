@@ -2,7 +2,6 @@
 
 import ast
 import importlib.util
-import subprocess
 import sys
 from pathlib import Path
 
@@ -10,6 +9,7 @@ import cv2
 import numpy as np
 import pytest
 from PIL import Image
+from programs import ran
 from scenes import oval_face, textured_photo
 
 import kogao_core as kogao
@@ -24,8 +24,7 @@ print(sorted(set(heavy) & {{m.split('.')[0] for m in sys.modules}}))
 
 
 def loaded(then=""):
-    program = [sys.executable, "-c", LOADED.format(then=then)]
-    return subprocess.run(program, capture_output=True, text=True, check=True).stdout.strip()
+    return ran(LOADED.format(then=then)).stdout.strip()
 
 
 def seen_by_type_checkers():

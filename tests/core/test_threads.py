@@ -1,23 +1,14 @@
 """Tasks shared with helpers: all done, none lost, and nobody at work afterwards."""
 
-import subprocess
 import sys
-import textwrap
 import threading
 
 import pytest
+from programs import ran
 from timeouts import LONGEST_S
 
 from kogao_core.base import threads
 from kogao_core.base.threads import ObjectPool, Stopped, parallel_for, parallel_in_order, stoppable
-
-
-def printed(program):
-    """Run the text of a program; return what it prints."""
-    command = [sys.executable, "-c", textwrap.dedent(program)]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=LONGEST_S)
-    assert done.returncode == 0, done.stderr
-    return done.stdout
 
 
 @pytest.fixture
@@ -129,7 +120,7 @@ LOADING = """
 
 def test_looking_for_blas_holds_up_nobody_who_loads_a_library():
     """The loader's lock was held for a callback in Python, which waited for whoever loads."""
-    printed(LOADING)
+    ran(LOADING)
 
 
 COMMAND = """
@@ -147,7 +138,7 @@ COMMAND = """
 
 
 def test_a_command_has_no_blas_threads_that_wait_at_full_speed():
-    assert printed(COMMAND).endswith("\n1\n")
+    assert ran(COMMAND).stdout.endswith("\n1\n")
 
 
 FREEING = """
@@ -167,7 +158,7 @@ FREEING = """
 
 @pytest.mark.skipif(sys.platform != "linux", reason="only glibc can be told")
 def test_a_block_that_was_freed_costs_no_page_faults_the_second_time():
-    found = printed(FREEING)
+    found = ran(FREEING).stdout
     if "told" in found:
         pytest.skip("this C library can't be told")
     assert int(found) < 100  # of 10,240 pages
@@ -189,4 +180,4 @@ GIVING_BACK = """
 
 @pytest.mark.skipif(sys.platform != "linux", reason="only glibc keeps it")
 def test_freed_blocks_below_one_in_use_are_given_back():
-    assert int(printed(GIVING_BACK)) > 20_000  # of 24,000 pages
+    assert int(ran(GIVING_BACK).stdout) > 20_000  # of 24,000 pages
