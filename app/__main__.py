@@ -179,7 +179,6 @@ def _host_options() -> Callable[[Any], Any]:
 
 
 def _command() -> words.Command:
-    """Return the command with all options."""
     kogao = words.command(
         "kogao",
         context_settings={"help_option_names": ["-h", "--help"]},

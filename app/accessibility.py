@@ -58,7 +58,6 @@ class Actions(QAccessibleActionInterface):
         self._now = now
 
     def actionNames(self) -> list[str]:
-        """Return the names of the available actions."""
         return list(self._now())
 
     def keyBindingsForAction(self, name: str) -> list[str]:  # noqa: ARG002
@@ -66,7 +65,6 @@ class Actions(QAccessibleActionInterface):
         return []
 
     def doAction(self, name: str) -> None:
-        """Call the function of an action."""
         if name in self._now():
             self._now()[name]()
 
@@ -128,12 +126,10 @@ class SpokenRadio(QAccessibleWidget):
         self._button, self._actions = button, actions_of(button, {PRESS: button.click})
 
     def state(self) -> QAccessible.State:
-        """Return the state with `checkable` and `checked`."""
         state = super().state()
         state.checkable, state.checked = True, self._button.isChecked()
         return state
 
     def interface_cast(self, kind: QAccessible.InterfaceType) -> Any:
-        """Return the action interface."""
         wanted = kind == QAccessible.InterfaceType.ActionInterface
         return self._actions if wanted else NOTHING

@@ -168,13 +168,11 @@ class State(Sheet):
         return dataclasses.replace(self, kept=kept)
 
     def without_face(self, index: int) -> State:
-        """Return the state without a face."""
         faces = (*self.faces[:index], *self.faces[index + 1 :])
         off = frozenset(i - (i > index) for i in self.off if i != index)
         return dataclasses.replace(self, faces=faces, off=off)
 
     def with_face(self, index: int, face: Face) -> State:
-        """Return the state with one face replaced."""
         faces = (*self.faces[:index], face, *self.faces[index + 1 :])
         return dataclasses.replace(self, faces=faces)
 
@@ -285,7 +283,6 @@ class Document(QObject, Watched):
 
     @property
     def path(self) -> Path | None:
-        """The path of the photo."""
         return None if self.photo is None else Path(self.photo.path)
 
     def open(self, photo: Photo, pyramid: PicturePyramid, recipe: Recipe | None = None) -> None:
@@ -414,9 +411,7 @@ class ReplaceState(QUndoCommand):
         self._document, self.before, self.after = document, before, after
 
     def redo(self) -> None:
-        """Show the later state."""
         self._document.restore(self.after)
 
     def undo(self) -> None:
-        """Show the earlier state."""
         self._document.restore(self.before)

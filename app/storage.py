@@ -44,7 +44,6 @@ class Storage:
 
     @property
     def recovery(self) -> Path:
-        """The folder of recovery files."""
         return self.data / "recovery"
 
     @property
@@ -54,7 +53,6 @@ class Storage:
 
     @property
     def results(self) -> Results:
-        """The results made from photos."""
         return Results(self.data)
 
     @property
@@ -69,12 +67,10 @@ class Storage:
 
     @property
     def exports(self) -> Path:
-        """The folder of reports of exports."""
         return self.data / "exports"
 
     @property
     def log(self) -> Path:
-        """The log file for tracebacks."""
         return self.data / "kogao.log"
 
     def settings(self) -> QSettings:

@@ -28,7 +28,6 @@ class Watched:
         show()
 
     def _call_watchers(self, changed: AbstractSet[str]) -> None:
-        """Call the watchers of the changed parts."""
         for names, show in tuple(self._watchers):
             if not names or names & changed:
                 show()

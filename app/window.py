@@ -132,7 +132,6 @@ class Window(QMainWindow):
         self.canvas.setFocus()
 
     def arrange(self, workspace: Workspace, docks: str = "") -> None:
-        """Show a workspace."""
         self._workspace = workspace
         there = {**self.actions_by_name, "hold-original": self._before_action}
         self._bar.fill(workspace.tools, there)
@@ -169,7 +168,6 @@ class Window(QMainWindow):
         self.setWindowTitle(f"{name}[*] – Kogao" if name else "Kogao[*]")  # noqa: RUF001
 
     def really_close(self) -> None:
-        """Close without a question."""
         self._closing = True
         self.close()
 
@@ -258,12 +256,10 @@ class Window(QMainWindow):
         return False
 
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:
-        """Accept files."""
         if event.mimeData().hasUrls():
             event.acceptProposedAction()
 
     def dropEvent(self, event: QDropEvent) -> None:
-        """Emit dropped files and folders."""
         event.acceptProposedAction()
         self.dropped.emit(files_in(event.mimeData()))
 
@@ -381,7 +377,6 @@ class Stage(QWidget):
         self._bar.raise_()
 
     def show_in_middle(self, widget: QWidget) -> None:
-        """Overlay a widget on the middle of the views."""
         self._grid.addWidget(widget, 0, 0, Qt.AlignmentFlag.AlignCenter)
 
     def place_bar(self) -> None:
@@ -398,7 +393,6 @@ class Stage(QWidget):
         self._bar.setGeometry(self._place.toRect())
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Place the message again."""
         super().resizeEvent(event)
         self.place_bar()
 

@@ -27,13 +27,7 @@ from kogao_app.storage import Storage
 from kogao_app.view_state import Handle
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import (
-    QApplication,
-    QDialog,
-    QFileDialog,
-    QMessageBox,
-    QPushButton,
-)
+from PySide6.QtWidgets import QApplication, QDialog, QFileDialog, QMessageBox, QPushButton
 from scenes import KnownFaces, oval_face, textured_photo
 from timeouts import LONGEST_S
 

@@ -389,7 +389,6 @@ class PhotoCanvas(SpokenView):
             super().wheelEvent(event)
 
     def leaveEvent(self, event: QEvent) -> None:
-        """Clear the hovered handle."""
         super().leaveEvent(event)
         self.shown.set(cursor=None, hovered=None, shaping=None)
 
@@ -428,7 +427,6 @@ class PhotoCanvas(SpokenView):
         announce(self, place)
 
     def keyReleaseEvent(self, event: QKeyEvent) -> None:
-        """End a nudge when the arrow key is released."""
         nudges = Qt.Key(event.key()) in _ARROWS and not self.in_hand
         if nudges and not event.isAutoRepeat():
             self.nudge_ended.emit()
@@ -441,7 +439,6 @@ class PhotoCanvas(SpokenView):
         self._ring(event.reason() in _BY_TAB)
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Draw the focus ring."""
         super().paintEvent(event)
         if self._ringed:
             painter, area = QPainter(self.viewport()), self.viewport().rect()

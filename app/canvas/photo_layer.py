@@ -41,7 +41,6 @@ class PhotoItem(pg.GraphicsObject):
 
     @property
     def pyramid(self) -> PicturePyramid | None:
-        """The open photo."""
         return self._view.document.pyramid
 
     @property
@@ -55,7 +54,6 @@ class PhotoItem(pg.GraphicsObject):
         self.update()
 
     def boundingRect(self) -> QRectF:
-        """Return the photo's rectangle."""
         return QRectF() if self.pyramid is None else _in_photo(Box.of(self.pyramid.shown[0]), 1.0)
 
     def paint(
@@ -95,7 +93,6 @@ class PhotoItem(pg.GraphicsObject):
             _draw_level(painter, self.pyramid, self.pyramid.shown)
 
     def draw_result(self, painter: QPainter) -> None:
-        """Paint the newest result."""
         if self.pyramid is None:
             return
         preview, photo = self._preview, self.boundingRect()
@@ -126,7 +123,6 @@ class PhotoItem(pg.GraphicsObject):
 
 
 def _draw_level(painter: QPainter, photo: PicturePyramid, levels: Sequence[Rgb8]) -> None:
-    """Paint the level of a photo or a result for the zoom."""
     _lay_board(painter, _in_photo(Box.of(levels[0]), 1.0), levels[0])
     level = photo.level_for(_zoom(painter))
     _draw_pixels(painter, _in_photo(Box.of(levels[level]), 2.0**level), levels[level])

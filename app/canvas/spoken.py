@@ -49,7 +49,6 @@ class SpokenView(Viewport):
         self.parts: Parts = Parts(self)
 
     def focusInEvent(self, event: QFocusEvent) -> None:
-        """Emit `entered`."""
         super().focusInEvent(event)
         self.entered.emit()
 
@@ -142,7 +141,6 @@ class Parts(QObject):
 
     @property
     def faces(self) -> list[Part]:
-        """Parts for all current faces."""
         return [part for part in self.all() if part.handle is None]
 
     @property
@@ -274,7 +272,6 @@ class SpokenCanvas(_WithParts, QAccessibleWidget):
         return next((face for face in found if face.rect().contains(x, y)), None)
 
     def focusChild(self) -> Any:
-        """Return the part that has the focus."""
         part = self._canvas.parts.in_focus if self._canvas.hasFocus() else None
         return super().focusChild() if part is None else _query(part)
 
@@ -307,18 +304,15 @@ class SpokenPart(_WithParts, QAccessibleObject):
         return _query(self._all.faces[self._part.face] if inside else self._part.canvas)
 
     def role(self) -> QAccessible.Role:
-        """Return the role of a list item."""
         return QAccessible.Role.ListItem
 
     def rect(self) -> QRect:
-        """Return the bounding rectangle, px of the screen."""
         if not self._all.has(self._part):
             return QRect()
         seen, viewport = self._part.rect.toAlignedRect(), self._part.canvas.viewport()
         return seen.translated(viewport.mapToGlobal(QPoint()))
 
     def state(self) -> QAccessible.State:
-        """Return the selection, focus and visibility of the part."""
         state, part = QAccessible.State(), self._part
         state.invalid = not self._all.has(part)
         if not state.invalid:

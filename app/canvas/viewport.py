@@ -147,17 +147,14 @@ class Viewport(pg.GraphicsView):
         return transform
 
     def start_pan(self, at: QPointF) -> None:
-        """Start to pan the photo."""
         self._pan_from = at
         self.viewport().setCursor(Qt.CursorShape.ClosedHandCursor)
 
     @property
     def panning(self) -> bool:
-        """True while the photo is panned."""
         return self._pan_from is not None
 
     def pan_to(self, at: QPointF) -> None:
-        """Pan the photo with the cursor."""
         if self._pan_from is not None:
             self._fitted = False
             x, y = (self.to_photo(self._pan_from) - self.to_photo(at)).tolist()
@@ -165,7 +162,6 @@ class Viewport(pg.GraphicsView):
             self._pan_from = at
 
     def end_pan(self) -> None:
-        """End the pan."""
         self._pan_from = None
 
     def event(self, event: QEvent) -> bool:
@@ -210,7 +206,6 @@ class Viewport(pg.GraphicsView):
             self.fit()
 
     def wheelEvent(self, event: QWheelEvent) -> None:
-        """Zoom at the cursor."""
         self.zoom_to(self.zoom * _ZOOM_PER_NOTCH ** notches(event), event.position())
         event.accept()
 
@@ -263,17 +258,14 @@ class SecondView(Viewport):
         self._look_alike()
 
     def zoom_to(self, zoom: float, about: QPointF | None = None) -> None:
-        """Zoom, and apply the zoom to the main view."""
         super().zoom_to(zoom, about)
         self._main.look_like(self)
 
     def pan_to(self, at: QPointF) -> None:
-        """Pan, and apply the pan to the main view."""
         super().pan_to(at)
         self._main.look_like(self)
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Start to pan."""
         self.start_pan(event.position())
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
@@ -282,7 +274,6 @@ class SecondView(Viewport):
             self.pan_to(event.position())
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:  # noqa: ARG002
-        """End the pan."""
         self.end_pan()
         self.viewport().setCursor(Qt.CursorShape.ArrowCursor)
 

@@ -69,7 +69,6 @@ class BatchProgress:
 
     @property
     def finished(self) -> int:
-        """Number of finished photos."""
         return self.counts.total()
 
     @property

@@ -47,7 +47,6 @@ class Clipboard(Feature):
         self.did.emit(tr("Result copied"))
 
     def open(self) -> None:
-        """Open the copied files."""
         copied = QGuiApplication.clipboard().mimeData()
         if copied.hasUrls():
             self.window.dropped.emit(files_in(copied))

@@ -51,7 +51,6 @@ class SaveOptions(Feature):
 
     @property
     def current(self) -> Disclosure:
-        """Disclosure of saved copies."""
         return Told.remembered(self.settings).disclosure
 
     @property
@@ -124,7 +123,6 @@ class Told:
         return Told(**kept)
 
     def remember(self, settings: QSettings) -> None:
-        """Store the options."""
         for name, value in dataclasses.asdict(self).items():
             settings.setValue(f"{_GROUP}/{name}", value)
 

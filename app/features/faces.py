@@ -111,7 +111,6 @@ class Faces(Feature):
         return FaceSearch(self._source)
 
     def find(self) -> None:
-        """Detect faces again."""
         self.window.bar.clear()
         self.look(FaceSearch(self._source, first=False))
 
@@ -239,7 +238,6 @@ class Faces(Feature):
     # -- the list --------------------------------------------------------------------------------
 
     def switch(self, index: int, on: bool) -> None:
-        """Switch a face on or off."""
         state = self.document.state
         off = state.off - {index} if on else state.off | {index}
         self.document.step(dataclasses.replace(state, off=off), tr("Switch a face"))
@@ -310,7 +308,6 @@ class FacesPanel(QWidget):
             self.list.clear()
 
     def item(self, face: int) -> QListWidgetItem:
-        """Return the row of a face."""
         return self.list.item(face + _ALL_ROWS)
 
     def show_state(
@@ -404,7 +401,6 @@ class _FaceRow(QStyledItemDelegate):
     def sizeHint(
         self, option: QStyleOptionViewItem, index: QModelIndex | QPersistentModelIndex
     ) -> QSize:
-        """Return the same height for every face."""
         line = option.fontMetrics.height()
         return QSize(0, max(_ROW_PX, 2 * line + 3 * GRID_PX) if index.row() else 2 * line)
 

@@ -73,7 +73,6 @@ class Groups(Feature):
 
     @property
     def _face(self) -> int | None:
-        """The selected face, or the only face."""
         alone = len(self.document.state.faces) == 1
         return 0 if alone else self.view.face
 

@@ -51,7 +51,6 @@ class KeptDialog(Dialog):
         column_of(self, note, self.list, below, margin=4 * GRID_PX, spacing=2 * GRID_PX)
 
     def chosen(self) -> list[KeptPhoto]:
-        """Return the selected photos."""
         return [self._photos[it.row()] for it in self.list.selectionModel().selectedRows()]
 
     def _ask(self, photos: Sequence[KeptPhoto]) -> None:
@@ -79,7 +78,6 @@ class KeptFeature(Feature):
         self.bind("kept", self.ask)
 
     def ask(self) -> None:
-        """Show the list."""
         self._listing.submit(partial(kept, self.storage.data))
 
     def delete(self, photos: Sequence[KeptPhoto]) -> None:

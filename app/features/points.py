@@ -157,7 +157,6 @@ class Points(Feature):
         self.window.status.name_point("" if hovered is None else self.name_of(hovered))
 
     def name_of(self, handle: Handle) -> str:
-        """Return the name of a point."""
         return points.name_of(self.document, handle)
 
     def _follow(self) -> None:

@@ -176,7 +176,6 @@ class Preferences(Feature):
         self._follow()
 
     def ask(self) -> None:
-        """Show the dialog."""
         recipes = presets.built_in() | listed(self.storage.presets)
         saved = Fold(tr("&Metadata and labels"), self._options.page())
         dialog = PreferencesDialog(self.settings, recipes, [saved], self.window)

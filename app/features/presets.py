@@ -34,7 +34,6 @@ class Presets(Feature):
         self.fill()
 
     def fill(self) -> None:
-        """List the presets."""
         mine = presets.listed(self.storage.presets)
         self.menu.clear()
         for recipes in (built_in(), mine):

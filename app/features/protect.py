@@ -102,12 +102,10 @@ class Protect(Feature):
             self.actions[f"tool-{self._below}"].trigger()
 
     def set_radius(self, radius_px: float) -> None:
-        """Set the brush radius, px of the photo."""
         self.window.bar.move_on()
         self.set_brush(radius_px=min(max(radius_px, _SMALLEST_PX), _LARGEST_PX))
 
     def fit_brush(self) -> None:
-        """Fit the brush size to the photo."""
         self._radii = {use: self.fitting_px(use) for use in _OF_PHOTO}
         use = _use(self.view.brush)
         self.set_radius(self._radii[use])
@@ -163,7 +161,6 @@ class Protect(Feature):
         self.document.step(state, tr("Protect from mask"))
 
     def clear(self) -> None:
-        """Remove all protection."""
         if self.document.state.protection.strokes:
             state = dataclasses.replace(self.document.state, protection=NOTHING)
             self.document.step(state, tr("Remove all protection"))
@@ -225,13 +222,11 @@ class BrushPanel(QWidget):
         column_of(self, top, choice, size_px, *controls, below, spacing=GRID_PX)
 
     def size_brushes(self, brushes: Protect) -> None:
-        """Set the brush size with the slider."""
         self.size_px.edited.connect(brushes.set_radius)
         self.size_px.reset.connect(brushes.fit_brush)
         self.size_px.refused.connect(brushes.say)
 
     def show_count(self, strokes: int) -> None:
-        """Show the number of strokes."""
         self.count.setText(tr("Strokes: {n}", n=strokes) if strokes else self._nothing)
         self.clear.setEnabled(strokes > 0)
 
@@ -258,7 +253,6 @@ class ProtectPanel(BrushPanel):
         self.reduced.setVisible(bool(message))
 
     def show_brush(self, brush: Brush) -> None:
-        """Show the brush size."""
         self.size_px.show_value(brush.radius_px)
 
 

@@ -67,7 +67,6 @@ class Push(Feature):
         self.say(reason(problem), applies=lambda: self.document.committed is drawn)
 
     def clear(self) -> None:
-        """Remove all strokes."""
         if self.document.state.brushwork.strokes:
             state = dataclasses.replace(self.document.state, brushwork=UNTOUCHED)
             self.document.step(state, tr("Clear strokes"))
@@ -129,7 +128,6 @@ class PushPanel(BrushPanel):
         self.show_brush(Brush())
 
     def show_brush(self, brush: Brush) -> None:
-        """Show the brush settings."""
         self.size_px.show_value(brush.radius_px)
         self.strength.show_value(brush.strength)
         self.falloff.show_value(brush.falloff)

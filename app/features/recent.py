@@ -98,7 +98,6 @@ class EmptyState(QFrame):
         self.show_recent([])
 
     def show_recent(self, paths: Sequence[Path]) -> None:
-        """Show recent photos, then recent folders."""
         for link in self._links.values():
             link.deleteLater()
         photos = paths[:_MOST_RECENT]

@@ -69,7 +69,6 @@ class Recovery(Feature):
 
     @property
     def file(self) -> Path:
-        """The recovery file of this program."""
         return self._file
 
     def stop(self) -> None:
@@ -230,7 +229,6 @@ class Leftover:
         return Path(self.project.original.path).name
 
     def delete(self) -> None:
-        """Delete the file."""
         self.path.unlink(missing_ok=True)
         self.lock.unlock()
 

@@ -79,7 +79,6 @@ class Screen(Feature):
             self._show_photo()
 
     def stop(self) -> None:
-        """Store the window size."""
         super().stop()
         self.settings.setValue(_GEOMETRY, self.window.saveGeometry())
 

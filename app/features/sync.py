@@ -166,7 +166,6 @@ class Sync(Feature):
         return super().busy or self._act is not None or bool(self._undrawn)
 
     def stop(self) -> None:
-        """Skip the remaining photos."""
         self._waiting, self._acts, self._act, self._undrawn = [], [], None, {}
         super().stop()
 

@@ -35,7 +35,6 @@ class Workspaces(Feature):
         self.show(name or (left if left in WORKSPACES else next(iter(WORKSPACES))))
 
     def show(self, name: str) -> None:
-        """Show a workspace in the stored state."""
         self._remember()
         one = WORKSPACES[name]
         docks = self.settings.value(_place(one, "docks"))
@@ -47,13 +46,11 @@ class Workspaces(Feature):
         )
 
     def reset(self) -> None:
-        """Reset the workspace to the defaults."""
         if self._shown is not None:
             self._bring_back()
             self._arrange(self._shown, self._shown.overlays, self._shown.unfolded)
 
     def stop(self) -> None:
-        """Store the current workspace and layout."""
         super().stop()
         self._remember()
         self.settings.sync()

@@ -186,7 +186,6 @@ class Elided(QLabel):
         return QSize(0, super().minimumSizeHint().height())
 
     def paintEvent(self, event: QPaintEvent) -> None:  # noqa: ARG002
-        """Draw the elided text."""
         room = self.contentsRect()
         text = self.fontMetrics().elidedText(self.text(), Qt.TextElideMode.ElideRight, room.width())
         self.setToolTip(self.text() if text != self.text() else self._tip)
@@ -269,7 +268,6 @@ class WarningLabel(QLabel):
         self.setProperty("muted", "true")
 
     def warn(self, wanted: bool) -> None:
-        """Turn the warning on or off."""
         if wanted != self.warns:
             self.warns = wanted
             self.setProperty("warn", wanted)

@@ -60,7 +60,6 @@ class Dialog(QDialog):
         self.resize((QSize(*size_px) * grown).boundedTo(room(parent)))
 
     def closing(self) -> QDialogButtonBox:
-        """Return a button row with Close only."""
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
         buttons.rejected.connect(self.reject)
         return buttons

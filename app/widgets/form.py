@@ -82,7 +82,6 @@ class Form(QWidget):
             control.setEnabled(False)
 
     def values(self) -> dict[str, Any]:
-        """Return the value of each field."""
         return {name: self._value(control) for name, control in self.controls.items()}
 
     def _value(self, control: Control) -> Any:
@@ -95,7 +94,6 @@ class Form(QWidget):
         return control.path if isinstance(control, PathLine) else control.text().strip()
 
     def show_values(self, values: Mapping[str, Any]) -> None:
-        """Show the values of some fields."""
         for name in self.controls.keys() & values.keys():
             control, value = self.controls[name], values[name]
             if isinstance(control, ChoiceBox):

@@ -226,7 +226,6 @@ class StatusLine(QStatusBar):
 
     @property
     def hint_text(self) -> str:
-        """The visible hint."""
         return self._hint.text()
 
     def show_cursor(self, cursor: tuple[float, float] | None) -> None:
@@ -263,7 +262,6 @@ class StatusLine(QStatusBar):
         self._speed.setText(tr("drawn in {ms:.0f} ms", ms=took_ms))
 
     def show_times(self, shown: bool) -> None:
-        """Show or hide drawing times."""
         self._speed.setVisible(shown)
 
     def show_zoom(self, zoom: float) -> None:

@@ -100,7 +100,6 @@ class GestureSlider(QSlider):
         return self._exact if nearest == step else self.scale.value(step)
 
     def amount_text(self) -> str:
-        """Return the text of the visible value."""
         return self.scale.text(self.amount())
 
     def take_figure(self, figure: float) -> None:
@@ -113,7 +112,6 @@ class GestureSlider(QSlider):
         return self.scale.step(min(max(value, ends[0]), ends[1]))
 
     def take_steps(self, by: int) -> None:
-        """Move by steps as one gesture."""
         self.setValue(self.value() + by)
         self.rested.emit()
 
@@ -218,7 +216,6 @@ class GestureSlider(QSlider):
         self._aborted = False
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
-        """Emit `reset`."""
         event.accept()
         self._rest.stop()
         self.reset.emit()
@@ -386,7 +383,6 @@ class SpokenSlider(QAccessibleWidget):
         return value if kind in (QAccessible.Text.Value, QAccessible.Text.Description) else text
 
     def interface_cast(self, kind: QAccessible.InterfaceType) -> Any:
-        """Return the interface for the value or the actions."""
         casts = {
             QAccessible.InterfaceType.ValueInterface: self._value,
             QAccessible.InterfaceType.ActionInterface: self._actions,

@@ -103,7 +103,6 @@ class ValueField(QLineEdit):
         self.editingFinished.connect(self._take)
 
     def rename(self, name: str, scale: SliderScale) -> None:
-        """Set the name and the scale."""
         self._name, self._scale = name, scale
         self.setAccessibleName(tr("{name}, in figures", name=name))
         self.updateGeometry()

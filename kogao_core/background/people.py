@@ -109,7 +109,6 @@ class PersonMask:
         return tuple(found)
 
     def mapped(self, transform: Affine) -> PersonMask:
-        """Return the mask in transformed coordinates."""
         looks = (replace(look, to_image=transform.after(look.to_image)) for look in self.looks)
         return replace(self, looks=tuple(looks))
 

@@ -71,7 +71,6 @@ class Box:
 
     @property
     def area(self) -> int:
-        """Number of pixels."""
         return self.width * self.height
 
     @property
@@ -179,7 +178,6 @@ class Affine:
 
     @property
     def inverse(self) -> Affine:
-        """The map back."""
         back = np.asarray(np.linalg.inv(self.matrix), np.float64)
         return Affine(back, -back @ self.shift)
 

@@ -170,7 +170,6 @@ def path_hash(path: str | os.PathLike[str]) -> str:
 
 
 def _code(error: sqlite3.Error) -> int:
-    """Return the primary result code of SQLite."""
     return getattr(error, "sqlite_errorcode", 0) & 0xFF
 
 

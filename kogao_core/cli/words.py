@@ -40,12 +40,10 @@ class Option(click.Option):
         self.section, self.needs, self.excludes = section, needs, excludes
 
     def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
-        """Return the declaration and the translated help."""
         with _translated_help(self, self.help):
             return super().get_help_record(ctx)
 
     def get_error_hint(self, *_: Any) -> str:
-        """Return the name of the option for error messages."""
         return f"'{self.opts[0]}'"
 
     def get_help_extra(self, ctx: click.Context) -> Any:
@@ -77,7 +75,6 @@ class Command(click.Command):
         self.examples, self.codes = examples, codes
 
     def get_short_help_str(self, limit: int = 45) -> str:
-        """Return the first sentence of the help."""
         with _translated_help(self, self.help):
             head, stop, _ = (self.help or "").partition("。")  # click knows only "."
             if stop:
@@ -85,7 +82,6 @@ class Command(click.Command):
             return super().get_short_help_str(limit)
 
     def format_help_text(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write the description and the examples."""
         with _translated_help(self, self.help):
             super().format_help_text(ctx, formatter)
         if self.examples:
@@ -94,7 +90,6 @@ class Command(click.Command):
                     formatter.write(f"{'':{formatter.current_indent}}{line}\n")
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write the options below the headings of their sections."""
         for section, options in self.sections(ctx).items():
             with formatter.section(translated(section)):
                 formatter.write_dl([option.get_help_record(ctx) or ("", "") for option in options])
@@ -125,7 +120,6 @@ class Command(click.Command):
         return super().invoke(ctx)
 
     def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write the exit codes."""
         self.epilog = self.codes and f"\b\n{translated(self.codes)}"  # \b: keep line breaks
         super().format_epilog(ctx, formatter)
 
@@ -177,16 +171,13 @@ class Group(Command, click.Group):
         return super().resolve_command(ctx, args)
 
     def list_commands(self, _: click.Context) -> list[str]:
-        """Return the sorted names of all commands."""
         return sorted(self.every)
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write the commands and the options."""
         self.format_commands(ctx, formatter)
         super().format_options(ctx, formatter)
 
     def get_command(self, _: click.Context, cmd_name: str) -> click.Command | None:
-        """Return the command of a name."""
         return self.every.get(cmd_name)
 
 

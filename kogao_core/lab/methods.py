@@ -46,7 +46,6 @@ class WarpTask:
 
     @staticmethod
     def of(photo: Image, faces: Sequence[Face], recipe: Recipe) -> WarpTask:
-        """Return the task to make these faces smaller."""
         pairs = tuple(aim(face, recipe) for face in faces)
         return WarpTask(Box.of(photo), pairs, tuple(faces), recipe)
 

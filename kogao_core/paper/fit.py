@@ -55,7 +55,6 @@ class Support:
     """The 4 x 4 control points of each of a problem's points, eq. (1), and the array they fill."""
 
     def __init__(self, problem: Problem) -> None:
-        """Find the control points of a problem."""
         self.grid = problem.grid
         column, s = self.grid.locate(problem.target_px[:, 0], 0)
         row, t = self.grid.locate(problem.target_px[:, 1], 1)
@@ -74,7 +73,6 @@ class Support:
 
     @cached_property
     def empty(self) -> Lattice:
-        """The lattice without displacement."""
         return self.lattice(np.zeros((self.size, 2)))
 
     def lattice(self, phi: Array) -> Lattice:

@@ -61,7 +61,6 @@ class Export(ExportSettings):
         return None if same_coding == AS_IT_IS else self.quality
 
     def reduces(self, photo: Photo) -> bool:
-        """Return True if the export is smaller than the photo."""
         return 0 < self.longest_px < max(photo.width, photo.height)
 
     def place(self, photo: Path, number: int, percent: float, ending: str = ".jpg") -> Path:

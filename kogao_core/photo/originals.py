@@ -92,7 +92,6 @@ class Originals:
 
     @staticmethod
     def of_user(*, evicts: bool = False) -> Originals:
-        """Return the store of this user."""
         return Originals(data_folder() / FOLDER, evicts=evicts)
 
     @contextmanager

@@ -88,7 +88,6 @@ class Acts:
         self._index.change(TABLE, sql, wrote, state, before, photo.act, path_key(photo.path))
 
     def drop(self, photo: ActPhoto) -> None:
-        """Take a photo out of its act."""
         sql = "DELETE FROM acts WHERE act = ? AND photo = ?"
         self._index.change(TABLE, sql, photo.act, path_key(photo.path))
 

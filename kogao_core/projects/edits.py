@@ -79,7 +79,6 @@ class Edits:
 
     @staticmethod
     def of_user() -> Edits:
-        """Return the edits of this user."""
         return Edits(data_folder() / FOLDER)
 
     @property

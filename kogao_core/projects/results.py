@@ -67,7 +67,6 @@ class Results:
 
     @staticmethod
     def of_user() -> Results:
-        """Return the results of this user."""
         return Results(data_folder())
 
     def add(self, source: Path, result: Path, edit: str = "") -> None:

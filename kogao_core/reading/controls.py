@@ -46,7 +46,6 @@ class Match:
         return dataclasses.replace(reading.face, targets=reading.outline, recipe=self.recipe)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the JSON form."""
         settings = {name: getattr(self.recipe, name) for name in CONTROLS}
         settings["unexplained_percent"] = round(self.unexplained_percent, 3)
         return {**self.reading.to_dict(), "settings": settings}

@@ -79,7 +79,6 @@ class Reading:
         return math.hypot(_FLOW_DOUBTS * flow, self.shift_doubt)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the JSON form."""
         return {
             "points": self.points.round(3).tolist(),
             "moved": self.moved.round(3).tolist(),

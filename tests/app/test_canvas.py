@@ -1,11 +1,10 @@
 """Fine screens, and a window that answers while it works."""
 
 import os
-import subprocess
-import sys
 
 from kogao_app.features.files import opening
 from kogao_app.render import live
+from programs import ran
 from PySide6.QtCore import Qt
 from responsiveness import Responsiveness
 
@@ -60,10 +59,7 @@ assert abs(np.median(changed) - 260) <= 2, changed
 
 
 def test_on_a_fine_screen_100_percent_is_one_pixel_each():
-    environment = {**os.environ, "QT_QPA_PLATFORM": "offscreen", "QT_SCALE_FACTOR": "2"}
-    script = [sys.executable, "-c", FINE]
-    done = subprocess.run(script, env=environment, capture_output=True, text=True, timeout=120)
-    assert done.returncode == 0, done.stderr
+    ran(FINE, env={**os.environ, "QT_QPA_PLATFORM": "offscreen", "QT_SCALE_FACTOR": "2"})
 
 
 def test_the_window_answers_while_it_works(empty, source, photo, tmp_path, monkeypatch):

@@ -2,12 +2,11 @@
 
 import configparser
 import os
-import subprocess
-import sys
 import tomllib
 from pathlib import Path
 
 import pytest
+from programs import ran
 from PySide6.QtCore import QMimeDatabase
 from systems import needs_linux
 
@@ -24,10 +23,7 @@ PROJECT = "application/vnd.kogao.project+json"
 def in_a_process(code, **env):
     """Run a line in a process of its own, with the desktop's folders as they are set there."""
     env = {**os.environ, "QT_QPA_PLATFORM": "offscreen", **env}
-    done = subprocess.run(
-        [sys.executable, "-c", code], env=env, capture_output=True, text=True, check=True
-    )
-    return done.stdout.split()
+    return ran(code, env=env).stdout.split()
 
 
 @pytest.fixture

@@ -158,8 +158,7 @@ def test_strokes_and_the_brushs_ring_are_drawn(opened):
 
 
 @pytest.mark.parametrize(
-    ("panel", "names"),
-    [("protect", ("brush", "line", "eraser")), ("push", ("push", "restore"))],
+    ("panel", "names"), [("protect", ("brush", "line", "eraser")), ("push", ("push", "restore"))]
 )
 def test_buttons_menus_and_keys_agree(opened, panel, names):
     opened.key(KEYS.Key_B)

@@ -78,26 +78,32 @@ def test_a_picture_shows_what_is_asked_for_and_leaves_nothing_beside_the_photo(s
 
 
 @pytest.mark.parametrize(
-    ("name", "said"), [("none.jpg", "none.jpg"), ("x" * 300, f"can't be read ({TOO_LONG})")]
+    ("code", "name", "more", "said"),
+    [
+        (3, "none.jpg", (), "none.jpg"),
+        (3, "x" * 300, (), f"can't be read ({TOO_LONG})"),
+        (2, "portrait.png", ("--protect", "1e9,0 1e9,10"), "protected line 1"),
+    ],
 )
-def test_an_unreadable_photo_ends_with_3_and_one_line(source, tmp_path, shot, capsys, name, said):
-    assert run(source, tmp_path / name, "--screenshot", shot) == 3
+def test_what_shows_no_window_ends_with_one_line(
+    source, photo, shot, capsys, code, name, more, said
+):
+    assert run(source, photo.with_name(name), *more, "--screenshot", shot) == code
     (line,) = capsys.readouterr().err.strip().splitlines()
     assert said in line
     assert not shot.exists()
 
 
-def test_a_line_far_outside_the_photo_ends_with_2_and_one_line(source, photo, shot, capsys):
-    assert run(source, photo, "--protect", "1e9,0 1e9,10", "--screenshot", shot) == 2
-    (line,) = capsys.readouterr().err.strip().splitlines()
-    assert "protected line 1" in line
-    assert not shot.exists()
-
-
-def test_no_face_ends_with_4_and_still_shows_the_window(source, photo, shot, capsys):
-    source.faces = []
-    assert run(source, photo, "--screenshot", shot) == 4
-    assert "no face" in capsys.readouterr().err
+@pytest.mark.parametrize(
+    ("code", "fails", "said"),
+    [(4, False, "no face"), (1, True, "no face was found: there is not enough memory")],
+)
+def test_without_a_face_the_window_is_still_shown(
+    source, photo, shot, capsys, monkeypatch, code, fails, said
+):
+    monkeypatch.setattr(source, *(("find", fail) if fails else ("faces", [])))
+    assert run(source, photo, "--screenshot", shot) == code
+    assert said in capsys.readouterr().err
     assert shot.is_file()
 
 
@@ -134,15 +140,6 @@ def test_what_cannot_be_drawn_ends_with_1_and_a_sentence(
         assert run(source, photo, "--screenshot", shot, "--show", "straight") == 1
     assert said in capsys.readouterr().err.splitlines()[-1]
     assert not shot.exists()
-
-
-def test_a_search_that_fails_ends_with_1_and_still_shows_the_window(
-    source, photo, shot, capsys, monkeypatch
-):
-    monkeypatch.setattr(source, "find", fail)
-    assert run(source, photo, "--screenshot", shot) == 1
-    assert "no face was found: there is not enough memory" in capsys.readouterr().err
-    assert shot.is_file()
 
 
 def fail(*_, **__):

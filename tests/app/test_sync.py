@@ -202,8 +202,7 @@ def test_a_photo_edited_since_a_sync_keeps_its_edits_and_is_named(synced_two):
 
 
 @pytest.mark.parametrize(
-    ("answer", "percents"),
-    [("Finish", [8.0, 8.0]), ("Undo", [3.0, None]), ("Leave", [8.0, None])],
+    ("answer", "percents"), [("Finish", [8.0, 8.0]), ("Undo", [3.0, None]), ("Leave", [8.0, None])]
 )
 @pytest.mark.parametrize("missing", ["", "note", "steps"])
 def test_a_sync_that_was_killed_is_finished_undone_or_left(

@@ -6,13 +6,7 @@ from kogao_app.widgets.docks import ColumnArea
 from kogao_app.widgets.sliders import ValueSlider
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import (
-    QAbstractSlider,
-    QAbstractSpinBox,
-    QComboBox,
-    QScrollBar,
-    QSlider,
-)
+from PySide6.QtWidgets import QAbstractSlider, QAbstractSpinBox, QComboBox, QScrollBar, QSlider
 
 from kogao_core.recipe.recipe import SHAPE
 

@@ -13,10 +13,7 @@ from kogao_app.view_state import Handle
 from PySide6.QtCore import QPoint, QPointF, QRectF, Qt
 from PySide6.QtGui import QImage, QKeySequence
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import (
-    QCheckBox,
-    QLabel,
-)
+from PySide6.QtWidgets import QCheckBox, QLabel
 from scenes import ALONE
 
 from kogao_core.paper.domain import pixel_counts

@@ -161,13 +161,7 @@ def search(sizes: Sizes, _: Path) -> Iterator[Row]:
     yield Row("30 faces, the first / one", "ms", times["first"], times["one"])
 
 
-GROUPS = {
-    "warp": warps,
-    "memory": memory,
-    "batch": batch,
-    "editor": editor,
-    "search": search,
-}
+GROUPS = {"warp": warps, "memory": memory, "batch": batch, "editor": editor, "search": search}
 
 
 def main() -> None:

@@ -26,10 +26,7 @@ from kogao_core.faces.landmarks.pixels import Pyramid
 
 SIDE = 309
 PLAN = Plan(
-    scales=(ScalePlan(14.0, 3.0, 2), ScalePlan(28.0, 5.0, 1)),
-    turns=0,
-    starts=3,
-    most_appearance=8,
+    scales=(ScalePlan(14.0, 3.0, 2), ScalePlan(28.0, 5.0, 1)), turns=0, starts=3, most_appearance=8
 )
 SAMPLES = Path(__file__).parents[2] / "resources" / "samples"
 LABELS = Path(__file__).parents[1] / "labels" / "faces.json"

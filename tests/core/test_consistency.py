@@ -25,16 +25,22 @@ def scenes(request: pytest.FixtureRequest, source: MeshSource) -> list[Scene]:
     return found_in(sorted(SAMPLES.glob("*.jpg")), source)
 
 
-@pytest.mark.parametrize("degrees", few_of((17.0, 250.0, 135.0, 45.0, 90.0, 180.0, 330.0), 2))
-def test_turning(scenes: list[Scene], source: MeshSource, degrees: float) -> None:
+@pytest.mark.parametrize(
+    ("change", "by"),
+    [
+        *few_of([(turned, by) for by in (17.0, 250.0, 135.0, 45.0, 90.0, 180.0, 330.0)], 2),
+        *[(resized, by) for by in (0.5, 2.0)],
+    ],
+)
+def test_turning_and_resizing(scenes: list[Scene], source: MeshSource, change, by: float) -> None:
     moved = []
     for picture, face in scenes:
-        other, turn = turned(picture, degrees)
+        other, mapping = change(picture, by)
         (found,) = source.find(other)
-        moved.append(apart_percent(found, face.mapped(turn)))
+        moved.append(apart_percent(found, face.mapped(mapping)))
     assert np.mean(moved) < LIMIT_PERCENT
-    # A chin in shade has two edges to choose from.
-    assert max(moved) < 3.0
+    # A chin in shade has two edges to choose from once it is turned.
+    assert max(moved) < (3.0 if change is turned else 2.0)
 
 
 def test_mirroring(scenes: list[Scene], source: MeshSource) -> None:
@@ -48,17 +54,6 @@ def test_mirroring(scenes: list[Scene], source: MeshSource) -> None:
         surer.append(np.abs(found.confidence[:21] - face.confidence[:21][::-1]).mean())
     assert max(moved) < 1.0
     assert np.mean(surer) < 0.05
-
-
-@pytest.mark.parametrize("scale", [0.5, 2.0])
-def test_resizing(scenes: list[Scene], source: MeshSource, scale: float) -> None:
-    moved = []
-    for picture, face in scenes:
-        other, change = resized(picture, scale)
-        (found,) = source.find(other)
-        moved.append(apart_percent(found, face.mapped(change)))
-    assert np.mean(moved) < LIMIT_PERCENT
-    assert max(moved) < 2.0
 
 
 @pytest.mark.parametrize("light", few_of((0.3, 0.5), 1))

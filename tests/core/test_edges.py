@@ -1,8 +1,6 @@
 """Finer outlines: the network's arithmetic, the chain, and how faces are learnt."""
 
 import os
-import subprocess
-import sys
 import zlib
 from pathlib import Path
 
@@ -13,6 +11,7 @@ from kogao_resources.training.edges import learn as training
 from kogao_resources.training.edges import report
 from kogao_resources.training.edges.learn import backward, forward
 from numpy._core._multiarray_umath import __cpu_dispatch__, __cpu_features__
+from programs import ran
 from systems import needs_stored_decimals
 
 from kogao_core.base.geometry import Affine, Array
@@ -274,8 +273,5 @@ def test_cielab_is_the_same_on_processors_with_fewer_instructions():
     found = [name for name in __cpu_dispatch__ if __cpu_features__[name]]
     for some in dict.fromkeys([*found, " ".join(found)]):
         environment = {**os.environ, "NPY_DISABLE_CPU_FEATURES": some}
-        done = subprocess.run(
-            [sys.executable, "-W", "ignore", "-c", program],
-            env=environment, capture_output=True, text=True, check=True,
-        )  # fmt: skip
+        done = ran(program, flags=("-W", "ignore"), env=environment)
         assert int(done.stdout) == wanted, some

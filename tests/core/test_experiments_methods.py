@@ -188,10 +188,7 @@ def test_the_report_has_one_table_for_each_class_of_sizes(comparison):
     assert told.count("<img") == 2 * (1 + 3 * len(METHODS))
     assert len(list(methods_report.pictures(comparison))) == 3 * len(METHODS)
     captions = [table.caption for table in report.tables if "Computing time" in table.caption]
-    assert captions == [
-        "Computing time: 1 photo of 240 px",
-        "Computing time: 1 photo of 1400 px",
-    ]
+    assert captions == ["Computing time: 1 photo of 240 px", "Computing time: 1 photo of 1400 px"]
     for table in report.tables:
         assert len(table.rows) == len(METHODS)
     assert report.tables[0].rows[0][5] == "1.00"

@@ -2,9 +2,6 @@
 
 import json
 import re
-import subprocess
-import sys
-import textwrap
 from pathlib import Path
 
 import files
@@ -14,6 +11,7 @@ import pytest
 from damaging import bytewise, parts
 from files import segment
 from PIL import Image, ImageFile, JpegImagePlugin
+from programs import ran
 from scenes import textured_photo
 
 from kogao_core import photo
@@ -212,9 +210,7 @@ def read_twice(tmp_path_factory):
 
 def read(names, *options):
     """Return by kind what becomes of files, and what share of them OpenCV decoded."""
-    command = [sys.executable, *options, "-c", textwrap.dedent(READING)]
-    given = json.dumps(names)
-    done = subprocess.run(command, input=given, capture_output=True, text=True, check=True)
+    done = ran(READING, flags=options, input=json.dumps(names))
     assert options or done.stderr == "", "decoders are not heard"
     return json.loads(done.stdout)
 

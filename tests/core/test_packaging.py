@@ -12,7 +12,6 @@ import shutil
 import struct
 import subprocess
 import sys
-import textwrap
 import tomllib
 import types
 import zipfile
@@ -29,6 +28,7 @@ from kogao_resources.packaging.flatpak import wheels
 from modules import ROOT, tree
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
+from programs import ran
 
 import kogao_core
 from kogao_core.cli import declarations, desktop, licences
@@ -307,5 +307,4 @@ def test_opencv_computes_with_numpys_library(tmp_path):
     command = ["gcc", "-shared", "-fPIC", "-Wall", "-Wextra", "-Werror", "-Wl,-z,defs"]
     command += [f"-Wl,-soname,{replaced.name}", "-o", made, source, *found]
     subprocess.run([*command, f"-Wl,-rpath,{found[0].parent}"], check=True)
-    program = [sys.executable, "-c", textwrap.dedent(COMPUTING)]
-    subprocess.run(program, check=True, env=os.environ | {"LD_PRELOAD": str(made)})
+    ran(COMPUTING, env=os.environ | {"LD_PRELOAD": str(made)})

@@ -1,11 +1,10 @@
 """The paper stands alone: it loads nothing of the additions, and gives what `PAPER` renders."""
 
 import doctest
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
+from programs import ran
 from scenes import oval_face, textured_photo
 
 from kogao_core.base.geometry import Box
@@ -29,8 +28,8 @@ def test_the_walk_from_landmarks_to_figure_15_is_true():
 
 
 def test_the_paper_loads_numpy_and_rectangles_only():
-    run = subprocess.run([sys.executable, "-c", LOADED], capture_output=True, text=True, check=True)
-    rooms = {name.split(".")[1] if "." in name else name for name in run.stdout.split()}
+    loaded = ran(LOADED).stdout.split()
+    rooms = {name.split(".")[1] if "." in name else name for name in loaded}
     assert rooms == {"base", "paper"}
 
 

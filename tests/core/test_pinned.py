@@ -23,15 +23,13 @@ def test_a_scene_gives_the_stored_result(name):
 
 
 @needs_stored_decimals
-def test_the_aam_finds_the_stored_faces():
-    assert pinned.difference("aam", pinned.aam_faces(), STORED["aam"]) == ""
-
-
-@needs_stored_decimals
-def test_computed_heads_are_searched_as_stored():
-    assert pinned.difference("search", pinned.steps_of_the_search(), STORED["search"]) == ""
-
-
-@needs_stored_decimals
-def test_template_faces_are_judged_as_stored():
-    assert pinned.difference("statements", pinned.statements(), STORED["statements"]) == ""
+@pytest.mark.parametrize(
+    ("name", "found"),
+    [
+        ("aam", pinned.aam_faces),
+        ("search", pinned.steps_of_the_search),
+        ("statements", pinned.statements),
+    ],
+)
+def test_what_is_found_and_said_of_faces_is_as_stored(name, found):
+    assert pinned.difference(name, found(), STORED[name]) == ""

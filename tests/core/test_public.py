@@ -2,7 +2,6 @@
 
 import ast
 import importlib.util
-import subprocess
 import sys
 from pathlib import Path
 
@@ -10,6 +9,7 @@ import cv2
 import numpy as np
 import pytest
 from PIL import Image
+from programs import ran
 from scenes import oval_face, textured_photo
 
 import kogao_core as kogao
@@ -24,8 +24,7 @@ print(sorted(set(heavy) & {{m.split('.')[0] for m in sys.modules}}))
 
 
 def loaded(then=""):
-    program = [sys.executable, "-c", LOADED.format(then=then)]
-    return subprocess.run(program, capture_output=True, text=True, check=True).stdout.strip()
+    return ran(LOADED.format(then=then)).stdout.strip()
 
 
 def seen_by_type_checkers():
@@ -107,23 +106,14 @@ WRONG = {
         lambda: kogao.write(kogao.read(kogao.sample()), kogao.read(kogao.sample()), "x.png"),
         "pass photo.pixels of a Photo",
     ),
-    "float64": (
-        lambda: render(PHOTO / 255.0, [FACE], PAPER),
-        r"\.astype\(numpy.float32",
-    ),
+    "float64": (lambda: render(PHOTO / 255.0, [FACE], PAPER), r"\.astype\(numpy.float32"),
     "empty": (lambda: render(PHOTO[:0], [FACE], PAPER), "at least one pixel"),
-    "channels": (
-        lambda: render(np.zeros((9, 9, 5), np.uint8), [FACE], PAPER),
-        r"shape \(H, W\)",
-    ),
+    "channels": (lambda: render(np.zeros((9, 9, 5), np.uint8), [FACE], PAPER), r"shape \(H, W\)"),
     "recipe as a dict": (
         lambda: render(PHOTO, [FACE], {"percent": 4}),
         r"expected a Recipe such as kogao.Recipe\(\), got dict",
     ),
-    "one face": (
-        lambda: render(PHOTO, FACE, PAPER),
-        r"sequence of Face, such as \[face",
-    ),
+    "one face": (lambda: render(PHOTO, FACE, PAPER), r"sequence of Face, such as \[face"),
     "face as an array": (lambda: render(PHOTO, [FACE.outline], PAPER), "sequence of Face"),
     "protection as a list": (
         lambda: render(PHOTO, [FACE], PAPER, protection=[(1, 2)]),

@@ -61,9 +61,7 @@ def test_the_very_photo_gets_identical_pixels_without_a_word(tmp_path):
     assert len(applied.faces) == 2
     sheet = made.automatic
     first = render(
-        *(pixels, sheet.active, sheet.recipe),
-        protection=made.protection,
-        brushwork=made.brushwork,
+        *(pixels, sheet.active, sheet.recipe), protection=made.protection, brushwork=made.brushwork
     ).pixels
     np.testing.assert_array_equal(rendered(applied, pixels).pixels, first)
     assert (first != pixels).any()

@@ -3,9 +3,7 @@
 import faulthandler
 import os
 import re
-import subprocess
 import sys
-import textwrap
 import threading
 import warnings
 from concurrent.futures import ThreadPoolExecutor
@@ -15,6 +13,7 @@ import numpy as np
 import pytest
 from files import directory
 from PIL import Image
+from programs import ran
 from scenes import textured_photo
 from timeouts import LONGEST_S
 
@@ -42,13 +41,6 @@ READING = """
         except photo.UnreadablePhoto as problem:
             print(problem)
 """
-
-
-def run(code, *arguments, **more):
-    """Run a program; return what it prints and complains."""
-    command = [sys.executable, "-c", textwrap.dedent(code), *map(str, arguments)]
-    done = subprocess.run(command, capture_output=True, text=True, check=True, **more)
-    return done.stdout.strip(), done.stderr
 
 
 @pytest.fixture
@@ -115,12 +107,12 @@ def test_libtiff_and_pillow_are_not_heard(tmp_path):
         head = b"II*\0" + (208).to_bytes(4, "little") + b"\xaa" * 200
         paths.append(tmp_path / f"{tag}.tif")
         paths[-1].write_bytes(head + directory(tags, 208))
-    said, err = run(READING, *paths)
-    assert re.findall("damaged or incomplete|TIFF of a kind", said) == [
+    done = ran(READING, *paths)
+    assert re.findall("damaged or incomplete|TIFF of a kind", done.stdout) == [
         *["damaged or incomplete"] * 2,
         "TIFF of a kind",
     ]
-    assert err == ""
+    assert done.stderr == ""
 
 
 def test_what_others_say_meanwhile_is_passed_on(heard):
@@ -138,13 +130,13 @@ def test_what_others_say_meanwhile_is_passed_on(heard):
 @posix
 def test_a_closed_standard_error_changes_no_byte(damaged, tmp_path, saved):
     saved(damaged, tmp_path / "out.jpg")
-    run(SAVING, damaged, tmp_path / "closed.jpg", preexec_fn=lambda: os.close(2))
+    ran(SAVING, damaged, tmp_path / "closed.jpg", preexec_fn=lambda: os.close(2))
     assert (tmp_path / "closed.jpg").read_bytes() == (tmp_path / "out.jpg").read_bytes()
 
 
 @posix
 def test_files_never_get_the_descriptor_of_a_standard_stream(tmp_path):
-    said, _ = run(
+    done = ran(
         """
         import sys
         from kogao_core.base.stderr import open_standard_streams
@@ -155,7 +147,7 @@ def test_files_never_get_the_descriptor_of_a_standard_stream(tmp_path):
         tmp_path / "file",
         preexec_fn=lambda: os.closerange(2, 3),
     )
-    assert said == "True"
+    assert done.stdout.strip() == "True"
 
 
 def test_opencv_stays_silent_while_any_thread_decodes_and_gets_its_level_back(monkeypatch):

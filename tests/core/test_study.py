@@ -27,15 +27,7 @@ from kogao_core import __version__
 from kogao_core.base.json_reader import BadFile
 from kogao_core.lab.reports import report as html_page
 from kogao_core.lab.reports.report import Made
-from kogao_core.lab.study import (
-    data,
-    making,
-    page,
-    plan,
-    report,
-    results,
-    tables,
-)
+from kogao_core.lab.study import data, making, page, plan, report, results, tables
 from kogao_core.lab.study.design import LATTICES, Variant, variants
 from kogao_core.lab.study.plan import Study
 from kogao_core.lab.study.results import Record, Session

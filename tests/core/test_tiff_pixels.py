@@ -131,17 +131,13 @@ def test_a_deep_photo_is_held_once_to_read_it_and_not_again_to_write_it(tmp_path
         (np.dstack([DEEP, DEEP[..., 0] // 3]), {"photometric": "separated"}),
         (DEEP.astype(np.uint32), {"photometric": "rgb"}),
         (DEEP.astype(np.float64), {"photometric": "rgb"}),
+        (DEEP, {"bigtiff": True, "byteorder": "<"}),
+        (DEEP, {"bigtiff": True, "byteorder": ">"}),
     ],
-    ids=["planes", "half floats", "inks", "32 bits", "64-bit float"],
+    ids=["planes", "half floats", "inks", "32 bits", "64-bit float", "big", "big-endian big"],
 )
 def test_rare_layouts_are_refused(tmp_path, pixels, options):
     tifffile.imwrite(tmp_path / "in.tif", pixels, metadata=None, **options)
-    with pytest.raises(photo.UnreadablePhoto, match="a TIFF of a kind that Kogao doesn't read"):
-        photo.read(tmp_path / "in.tif")
-
-
-@pytest.mark.parametrize("byteorder", "<>")
-def test_a_big_tiff_is_refused(tmp_path, byteorder):
-    tifffile.imwrite(tmp_path / "in.tif", DEEP, bigtiff=True, byteorder=byteorder)
-    with pytest.raises(photo.UnreadablePhoto, match="is a BigTIFF; save it as an ordinary TIFF"):
+    why = "is a BigTIFF; save it as an ord" if "bigtiff" in options else "Kogao doesn't read"
+    with pytest.raises(photo.UnreadablePhoto, match=why):
         photo.read(tmp_path / "in.tif")

@@ -20,6 +20,7 @@ import pytest
 from named import HEAD, mwg
 from PIL import Image
 from PIL.PngImagePlugin import PngInfo
+from programs import ran
 from scenes import oval_face, textured_photo
 
 import kogao_core as kogao
@@ -33,12 +34,6 @@ from kogao_core.recipe.recipe import LOSSLESS_PX, Recipe
 
 ROOT = Path(__file__).parents[2]
 PROGRAM = "from kogao_core.cli import main; main()"
-
-
-def program(*words, code=PROGRAM, **options):
-    """Run a Python program of its own, `kogao-cli` if no other is given."""
-    command = [sys.executable, "-c", code, *map(str, words)]
-    return subprocess.run(command, capture_output=True, text=True, check=True, **options)
 
 
 # ---- what works -----------------------------------------------------------------------------
@@ -77,7 +72,7 @@ def test_damage_that_only_the_blocks_show_is_in_the_report_alone(small_portrait,
     data = small_portrait.read_bytes()
     source = tmp_path / "stray.jpg"
     source.write_bytes(data[:-2] + b"\0\1\2abc" + data[-2:])
-    done = program("warp", source, "-o", tmp_path / "out.jpg")
+    done = ran(PROGRAM, "warp", source, "-o", tmp_path / "out.jpg")
     assert "slightly damaged: 2 extraneous bytes" in done.stdout
     assert done.stderr == ""
 
@@ -735,7 +730,7 @@ def loaded(*calls):
     """Return the modules that a program has loaded after commands without warnings."""
     env = os.environ | {"PYTHONWARNINGS": "error"}
     words = ["|".join(map(str, call)) for call in calls]
-    return set(program(*words, code=MODULES, env=env).stdout.splitlines()[-1].split())
+    return set(ran(MODULES, *words, env=env).stdout.splitlines()[-1].split())
 
 
 def test_a_warp_loads_only_what_it_uses(small_portrait, tmp_path):

@@ -14,6 +14,7 @@ import metadata_cases
 import numpy as np
 import pytest
 from PIL import Image
+from programs import ran
 from scenes import oval_face
 
 from kogao_core import photo
@@ -288,9 +289,7 @@ def test_a_damaged_list_of_results_is_a_warning_of_the_program(tmp_path):
     place = tmp_path / "kogao" / "results.jsonl"
     place.parent.mkdir()
     place.write_text("damaged\n")
-    done = subprocess.run(
-        [sys.executable, "-c", "from kogao_core.cli import main; main()", "forget", "a.jpg"],
-        capture_output=True, text=True, check=True, cwd=tmp_path,
-        env=os.environ | dict.fromkeys(["XDG_DATA_HOME", "LOCALAPPDATA"], str(tmp_path)),
-    )  # fmt: skip
+    env = os.environ | dict.fromkeys(["XDG_DATA_HOME", "LOCALAPPDATA"], str(tmp_path))
+    program = "from kogao_core.cli import main; main()"
+    done = ran(program, "forget", "a.jpg", cwd=tmp_path, env=env)
     assert done.stderr == f"kogao-cli: {place}: skipped 1 damaged line\n"

@@ -1,13 +1,12 @@
 """A program that is told to end does so at once; a photo that is written is never called failed."""
 
-import subprocess
 import sys
 from unittest.mock import Mock
 
 import cv2
 import numpy as np
 import pytest
-from timeouts import LONGEST_S
+from programs import ran
 
 from kogao_core import photo
 from kogao_core.base.atomic import is_temporary
@@ -44,13 +43,8 @@ def test_a_signal_ends_a_warp_with_one_line_and_nothing_left(
 ):
     hear = f"import signal; signal.signal(signal.{told}, signal.{heard})\n"
     program = hear + ENDED.format(module=module, name=name, signal=told)
-    output = tmp_path / "out.jpg"
-    done = subprocess.run(
-        [sys.executable, "-c", program, "warp", str(small_portrait), "-o", str(output)],
-        capture_output=True, text=True, check=False, timeout=LONGEST_S,
-    )  # fmt: skip
-    is_ended = heard != "SIG_IGN"
-    assert done.returncode == (130 if is_ended else 0)
+    output, is_ended = tmp_path / "out.jpg", heard != "SIG_IGN"
+    done = ran(program, "warp", small_portrait, "-o", output, ends=130 if is_ended else 0)
     assert done.stderr == ("kogao-cli: interrupted\n" if is_ended else "")
     assert not [path for path in tmp_path.rglob("*") if is_temporary(path)]
     assert output.exists() == (name == "tell" or not is_ended)

@@ -4,16 +4,13 @@ from __future__ import annotations
 
 import ctypes
 import os
-import subprocess
-import sys
-import textwrap
 from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
 from colours import delta_e_2000, expected_srgb, lab_of_srgb, profile
-from timeouts import LONGEST_S
+from programs import ran
 
 TESTS = Path(__file__).parent.parent
 PATCHES = np.array([(200, 60, 40), (40, 160, 80), (60, 70, 190), (128, 128, 128)], np.uint8)
@@ -82,14 +79,8 @@ def test_what_x_shows_is_the_photo_in_the_screens_colours(screen, tmp_path, spac
     cv2.imwrite(str(photo), np.repeat(np.repeat(PATCHES[None], 200, 0), 200, 1)[..., ::-1])
     if space is not None:
         set_property(screen, "_ICC_PROFILE", profile(space))
-    done = subprocess.run(
-        [sys.executable, "-c", textwrap.dedent(SHOWS), str(photo), str(out)],
-        env={**os.environ, "DISPLAY": screen, "QT_QPA_PLATFORM": "xcb", "PYTHONPATH": str(TESTS)},
-        capture_output=True,
-        text=True,
-        check=True,
-        timeout=LONGEST_S,
-    )
+    env = {**os.environ, "DISPLAY": screen, "QT_QPA_PLATFORM": "xcb", "PYTHONPATH": str(TESTS)}
+    done = ran(SHOWS, photo, out, env=env)
     *places, told = done.stdout.splitlines()
     pixels = cv2.imread(str(out))[..., ::-1]
     shown = np.array([pixels[y, x] for x, y in (map(int, place.split()) for place in places)])

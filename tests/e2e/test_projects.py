@@ -5,13 +5,13 @@ import json
 import os
 import re
 import shutil
-import subprocess
 import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 from PIL import Image
+from programs import ran
 
 from kogao_core import batch, photo
 from kogao_core.additions.brush import Brushwork
@@ -137,11 +137,7 @@ def test_the_path_in_a_project_is_never_followed(kept, tmp_path):
         ["warp", kept, "-o", tmp_path / "o.png", "--project", sidecar_of(kept)],
         ["batch", kept.parent, "-o", tmp_path / "out", "--projects", "-j", "1"],
     ]
-    done = subprocess.run(
-        [sys.executable, "-c", OPENED, json.dumps(calls, default=str)],
-        capture_output=True, text=True, check=False,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr
+    done = ran(OPENED, json.dumps(calls, default=str))
     assert "1 of 1: 1 done" in done.stderr
     assert "touched" not in done.stderr
     assert bait.read_bytes() == kept.read_bytes()

@@ -132,8 +132,7 @@ def test_ratings_of_another_study_are_named_and_not_counted(cli, works, small_pn
     code, said, err = cli("report", tmp_path / "two")
     assert code == 5
     assert re.fullmatch(
-        r"kogao-cli: not counted: \S+synthetic-1.jsonl: ratings of another study, [^\n]+\n",
-        err,
+        r"kogao-cli: not counted: \S+synthetic-1.jsonl: ratings of another study, [^\n]+\n", err
     )
     assert "1 face, 0 raters, 0 answers per kind" in said
 

@@ -32,12 +32,10 @@ class TurnedLines(Overlay):
 
     @classmethod
     def swatch(cls, painter: QPainter, box: QRectF) -> None:
-        """Draw a slanted line."""
         slant = (box.left() + 3, box.bottom() - 4), (box.right() - 3, box.top() + 4)
         glyphs.lines(painter, [slant], glyphs.TURNED, 2.4)
 
     def draw(self, painter: QPainter, place: Place) -> None:
-        """Draw the lines, the most turned lines on top."""
         for line in reversed(self.shown.lines):
             chord = place.to_screen([line.start_px, line.end_px])
             drawn = [chord, *glyphs.ticks(chord, chord, _TICK_PX)]

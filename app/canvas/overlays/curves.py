@@ -101,7 +101,6 @@ class ShapeCurves(Overlay):
 
     @classmethod
     def swatch(cls, painter: QPainter, box: QRectF) -> None:
-        """Draw the symbol of this overlay, for lists."""
         low = box.bottom() - 3
         arc = [
             box.topLeft() + QPointF(2, 5),

@@ -50,13 +50,11 @@ class Displacement(FrameOverlay):
 
     @classmethod
     def swatch(cls, painter: QPainter, box: QRectF) -> None:
-        """Draw the symbol of this overlay, for lists."""
         y = box.center().y()
         shaft = (box.left() + 2, y), (box.right() - 2, y)
         glyphs.arrow(painter, [shaft], glyphs.DISPLACEMENT)
 
     def draw_frame(self, painter: QPainter, place: Place, frame: RenderedFrame) -> None:
-        """Draw all arrows above a minimum length."""
         step = _ARROWS_EVERY_PX / place.zoom
         (left, top), (right, bottom) = place.seen
         xs = np.arange(np.floor(left / step), np.ceil(right / step) + 1) * step
@@ -79,7 +77,6 @@ class LatticeLines(FrameOverlay):
 
     @classmethod
     def swatch(cls, painter: QPainter, box: QRectF) -> None:
-        """Draw the symbol of this overlay, for lists."""
         places = (box.left() + 4, box.center().x(), box.right() - 4)
         rungs = [((box.left() + 2, y), (box.right() - 2, y)) for y in places]
         rails = [((x, box.top() + 2), (x, box.bottom() - 2)) for x in places]
@@ -118,7 +115,6 @@ class DomainRegions(FrameOverlay):
 
     @classmethod
     def swatch(cls, painter: QPainter, box: QRectF) -> None:
-        """Draw the symbol of this overlay, for lists."""
         glyphs.domain_mark("threshold")(painter, box)
 
     def draw_frame(self, painter: QPainter, place: Place, frame: RenderedFrame) -> None:
@@ -161,16 +157,13 @@ class Folds(FrameOverlay):
 
     @classmethod
     def swatch(cls, painter: QPainter, box: QRectF) -> None:
-        """Draw the symbol of this overlay, for lists."""
         glyphs.warning(painter, box.center() + QPointF(0, 0.5))
 
     @classmethod
     def is_there(cls, view: ViewState) -> bool:
-        """Return whether there are folded cells."""
         return view.frame is not None and bool(len(view.frame.figures.one_to_one.folded_cells))
 
     def draw_frame(self, painter: QPainter, place: Place, frame: RenderedFrame) -> None:
-        """Fill each folded cell and mark it."""
         for left, top, width, height in frame.figures.one_to_one.folded_cells:
             ends = frame.to_photo([(left, top), (left + width, top + height)])
             cell = place.rect(*ends.ravel().tolist())
@@ -220,7 +213,6 @@ class _Map(FrameOverlay):
 
     @classmethod
     def swatch(cls, painter: QPainter, box: QRectF) -> None:
-        """Draw the symbol of this overlay, for lists."""
         gradient = pg.colormap.get(cls.colours).getGradient(box.topLeft(), box.topRight())
         painter.setPen(Qt.PenStyle.NoPen)
         painter.setBrush(QBrush(gradient))
@@ -295,7 +287,6 @@ class HeatMap(_Map):
     ramp = (0.0, 64)
 
     def measure(self, frame: RenderedFrame, xs: Array, ys: Array) -> Array:
-        """Return lengths of the displacement."""
         displacement = frame.rendering.field.on_grid(xs, ys)
         return np.asarray(np.hypot(displacement[0], displacement[1]) * frame.scale)
 
@@ -305,7 +296,6 @@ class HeatMap(_Map):
         return _coloured(self.colours, _DARKEST + (1.0 - _DARKEST) * share, np.cbrt(share))
 
     def captions(self, top: float) -> tuple[str, str, str, str]:
-        """Return lengths in px."""
         return (tr("moved by"), "0", f"{top / 2:g}", tr("{px:g} px", px=top))
 
 
@@ -332,7 +322,6 @@ class JacobianMap(_Map):
         return shades
 
     def captions(self, top: float) -> tuple[str, str, str, str]:
-        """Return determinants."""
         left = f"{1 - top:g}" if top < 1.0 else tr("folds")
         return (tr("det J: stretched, pressed"), left, "1", f"{1 + top:g}")
 

@@ -38,7 +38,6 @@ class Legend(Overlay):
 
     @classmethod
     def swatch(cls, painter: QPainter, box: QRectF) -> None:
-        """Draw the symbol of this overlay, for lists."""
         painter.setPen(QPen(glyphs.HALO, 1.2))
         painter.setBrush(glyphs.PLATE)
         painter.drawRoundedRect(box.adjusted(1.5, 2.5, -1.5, -2.5), 2, 2)
@@ -46,7 +45,6 @@ class Legend(Overlay):
             painter.drawLine(QPointF(box.left() + 5, y), QPointF(box.right() - 5, y))
 
     def draw(self, painter: QPainter, place: Place) -> None:
-        """Draw a row for each visible overlay."""
         rows = list(self.rows())
         if not rows:
             return

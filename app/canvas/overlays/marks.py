@@ -59,7 +59,6 @@ class Landmarks(Overlay):
 
     @classmethod
     def swatch(cls, painter: QPainter, box: QRectF) -> None:
-        """Draw the symbol of this overlay, for lists."""
         glyphs.dot(painter, box.center(), glyphs.LANDMARK)
 
     def draw(self, painter: QPainter, place: Place) -> None:
@@ -106,7 +105,6 @@ class Targets(Overlay):
 
     @classmethod
     def swatch(cls, painter: QPainter, box: QRectF) -> None:
-        """Draw the symbol of this overlay, for lists."""
         glyphs.ring(painter, box.center(), glyphs.TARGET)
 
     def draw(self, painter: QPainter, place: Place) -> None:
@@ -138,17 +136,14 @@ class ReadOutline(Overlay):
 
     @classmethod
     def swatch(cls, painter: QPainter, box: QRectF) -> None:
-        """Draw the symbol of this overlay, for lists."""
         chin = [box.topLeft(), QPointF(box.center().x(), box.bottom()), box.topRight()]
         glyphs.polyline(painter, chin, glyphs.READ, _READ_PX, dotted=False)
 
     @classmethod
     def is_there(cls, view: ViewState) -> bool:
-        """Return whether the photo has a retouched copy."""
         return view.retouched is not None
 
     def draw(self, painter: QPainter, place: Place) -> None:
-        """Draw a line for each face."""
         copy = self.shown.retouched
         for outline in () if copy is None else copy.outlines:
             glyphs.polyline(painter, place.points(outline), glyphs.READ, _READ_PX, dotted=False)
@@ -165,7 +160,6 @@ class Centre(Overlay):
 
     @classmethod
     def swatch(cls, painter: QPainter, box: QRectF) -> None:
-        """Draw the symbol of this overlay, for lists."""
         glyphs.cross(painter, box.center(), glyphs.CENTRE, 0.9)
 
     def draw(self, painter: QPainter, place: Place) -> None:
@@ -202,14 +196,12 @@ class Protected(Overlay):
 
     @classmethod
     def swatch(cls, painter: QPainter, box: QRectF) -> None:
-        """Draw the symbol of this overlay, for lists."""
         painter.setPen(QPen(glyphs.HALO, 1.4))
         painter.setBrush(glyphs.protected())
         painter.drawRoundedRect(box.adjusted(2, 4, -2, -4), 5, 5)
 
     @classmethod
     def is_there(cls, view: ViewState) -> bool:
-        """Return whether the photo has protection strokes."""
         return bool(view.state.protection.strokes)
 
     def wanted(self, visible: AbstractSet[str]) -> bool:

@@ -120,7 +120,6 @@ class Layers(pg.GraphicsObject):
         option: QStyleOptionGraphicsItem,  # noqa: ARG002
         widget: QWidget | None = None,
     ) -> None:
-        """Draw all enabled overlays in screen coordinates."""
         if not self._shown.image.area:
             return
         place = Place(affine(painter.worldTransform()), viewport_of(painter, widget))
@@ -149,7 +148,6 @@ class FrameOverlay(Overlay):
     """Base class of overlays that show the newest frame."""
 
     def draw(self, painter: QPainter, place: Place) -> None:
-        """Draw the newest frame, if any."""
         if self.shown.frame is not None:
             self.draw_frame(painter, place, self.shown.frame)
 

@@ -77,7 +77,6 @@ class FaceNumbers(Overlay):
     height = 120
 
     def draw(self, painter: QPainter, place: Place) -> None:
-        """Write the numbers."""
         for badge in badges(self.shown, place, painter.font()):
             glyphs.on_plate(painter, badge.plate, badge.text, bold=badge.chosen)
 
@@ -151,7 +150,6 @@ class Names(Overlay):
     height = 150
 
     def draw(self, painter: QPainter, place: Place) -> None:
-        """Draw the ring below the name."""
         view = self.shown
         shown = {*kinds(view.visible), "corner"}
         if view.selected is not None and view.selected.kind in shown:

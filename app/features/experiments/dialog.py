@@ -82,7 +82,6 @@ class ExperimentDialog(Dialog):
             button.setEnabled(True)
 
     def show_failure(self, sentence: str) -> None:
-        """Show why the experiment failed."""
         self.progress.hide()
         self.state.setText(sentence)
 

@@ -52,7 +52,6 @@ class EvidenceFiles(Feature):
         )
 
     def _write(self, rendering: Rendering, photo: Path, path: Path) -> None:
-        """Write the evidence file in the background."""
         self.window.bar.clear()
 
         def work() -> Path:

@@ -44,7 +44,6 @@ class Watch(Feature):
         files.restored.connect(self._check)
 
     def stop(self) -> None:
-        """Compare no more."""
         self._timer.stop()
         super().stop()
 

@@ -86,13 +86,11 @@ class Manual(Feature):
         self.one_of("mode-automatic", "mode-manual")
 
     def stop(self) -> None:
-        """Stop the clock."""
         super().stop()
         self.clock.want(False)
 
     @property
     def mode(self) -> Mode:
-        """The current mode."""
         return self.document.state.mode
 
     def switch(self, mode: Mode) -> None:
@@ -331,7 +329,6 @@ class SettingClock(QObject):
             self._update()
 
     def want(self, manual: bool) -> None:
-        """Run only in manual mode."""
         self._wanted = manual
         self._update()
 

@@ -88,7 +88,6 @@ class Strip(Feature):
         return super().busy or bool(self._to_look or self._undrawn)
 
     def stop(self) -> None:
-        """Discard waiting jobs."""
         super().stop()
         self._again.stop()
         self._to_look, self._undrawn = [], {}

@@ -210,7 +210,6 @@ class FilmStrip(QListWidget):
         return path in self._items
 
     def show_only(self, shows: Test) -> None:
-        """Show only the photos that pass a test."""
         self._shows = shows
         for item in self._items.values():
             self._hide(item)
@@ -260,7 +259,6 @@ class FilmStrip(QListWidget):
         self._passed = path
 
     def path(self, row: int) -> Path:
-        """Return the photo of a row."""
         return Path(self.item(row).data(_PATH))
 
     def step(self, by: int) -> None:
@@ -296,7 +294,6 @@ class FilmStrip(QListWidget):
 
     @property
     def opened(self) -> Path | None:
-        """The open photo."""
         return self._opened
 
     def _row_of(self, path: Path | None) -> int | None:
@@ -381,7 +378,6 @@ class StripPanel(QWidget):
         self._count()
 
     def show_all(self) -> None:
-        """Clear the filter."""
         self.choice.setCurrentIndex(0)
 
     def sort(self) -> None:
@@ -445,7 +441,6 @@ class _Marked(QStyledItemDelegate):
         option: QStyleOptionViewItem,
         index: QModelIndex | QPersistentModelIndex,
     ) -> None:
-        """Draw a thumbnail with marks."""
         accent, cell = QApplication.palette().accent().color(), option.rect.adjusted(1, 1, -1, -1)
         if option.state & QStyle.StateFlag.State_Selected:
             painter.setOpacity(_SELECTED)

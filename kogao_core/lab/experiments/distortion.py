@@ -77,7 +77,6 @@ class DistortionResult:
     recipe: Recipe
 
     def of(self, variant: Variant) -> list[Distortion]:
-        """Return the measures of one variant, one for each photo."""
         return [one for one in self.distortions if one.variant == variant]
 
 
@@ -193,7 +192,6 @@ class Measure:
         return statistics.median(known) if known else float("nan")
 
     def text(self, value: float) -> str:
-        """Return a value as text."""
         return NONE if np.isnan(value) else f"{value:.{self.digits}f}"
 
 

@@ -249,7 +249,6 @@ def _counts(photos: Sequence[Domains]) -> Table:
 
 
 def _shares(photos: Sequence[Domains], pixels: Sequence[int]) -> list[float]:
-    """Return the pixels of each photo, % of the image."""
     pairs = zip(photos, pixels, strict=True)
     return [100.0 * count / photo.counts["image"] for photo, count in pairs]
 

@@ -87,7 +87,6 @@ class TimingResult:
     warm_up: int
 
     def trials_of(self, mode: str) -> list[Trial]:
-        """Return the trials of a mode."""
         return [one for one in self.trials if one.mode == mode]
 
     @property
@@ -97,7 +96,6 @@ class TimingResult:
         return Spread.of(times) if times else None
 
     def of(self, size: Size, procedure: str) -> list[Timing]:
-        """Return the timings of one procedure at one size."""
         return [one for one in self.timings if (one.size, one.procedure) == (size, procedure)]
 
 

@@ -60,7 +60,6 @@ class Trial:
 
     @property
     def landmarks(self) -> int:
-        """Number of landmarks on outlines."""
         return sum(len(face.outline) for face in self.faces)
 
 

@@ -60,7 +60,6 @@ class Table:
         return found or [False] * len(self.header)
 
     def __str__(self) -> str:
-        """Return the table as text in columns."""
         lines = [self.header, *self.rows]
         widths = [max(map(columns, column)) for column in zip(*lines, strict=True)]
         texts = []
@@ -135,19 +134,15 @@ class Report:
 
     @property
     def tables(self) -> list[Table]:
-        """The tables, in order."""
         return list(_tables(self.parts))
 
     def text(self) -> str:
-        """Return the tables as text."""
         return "\n\n".join(map(str, self.tables))
 
     def csv(self) -> str:
-        """Return the records as a CSV file."""
         return table_text([self.records[0], *(record.values() for record in self.records)])
 
     def json(self, made: Made) -> str:
-        """Return everything as a JSON file."""
         how = asdict(made) | {"at": made.at.isoformat(timespec="seconds")}
         content = {**self.document, "made": how}
         return json.dumps(content, indent=1, allow_nan=False) + "\n"

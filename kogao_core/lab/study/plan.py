@@ -109,7 +109,6 @@ class PictureFigures:
 
     @staticmethod
     def of(rendering: Rendering) -> PictureFigures:
-        """Return the figures of a rendering of one face."""
         (pairs,), (lattice,) = rendering.pairs, rendering.field.lattices
         moved = pairs.warp_distance_px
         return PictureFigures(

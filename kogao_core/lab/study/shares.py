@@ -113,7 +113,6 @@ class Share:
 
     @property
     def answers(self) -> int:
-        """Number of answers."""
         return len(self.judgements)
 
     @property

@@ -61,12 +61,10 @@ class Answered:
 
     @property
     def meaning(self) -> Meaning:
-        """Meaning of the picture."""
         return self.key.pictures[self.record.picture]
 
     @property
     def variant(self) -> Variant:
-        """Variant of the picture."""
         return self.meaning.variant
 
     @property
@@ -174,7 +172,6 @@ class Tally:
 
     @property
     def counted(self) -> list[Answered]:
-        """The answers that count."""
         return [row for row in self.answers if not self.reasons(row)]
 
     def reasons(self, row: Answered) -> tuple[Text, ...]:
@@ -272,7 +269,6 @@ def tally(
 
 
 def _rating_files(folder: Path) -> list[Path]:
-    """Return the rating files in a study folder."""
     places = (folder, folder / plan.RATINGS_FOLDER)
     found = sorted(path for place in places for path in place.glob(f"*{results.SUFFIX}"))
     return found[:_MOST_FILES]

@@ -123,7 +123,6 @@ def _opened(source: Source) -> Any:
 
 
 def _pictures(image: Any) -> Iterator[Extra]:
-    """Yield an extra for each additional picture."""
     if image.info.get("depth_images"):
         yield Extra(kinds.DEPTH)
     for kind in image.info.get("aux", {}):

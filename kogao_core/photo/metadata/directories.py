@@ -42,7 +42,6 @@ class Directories:
         self.file, self._order = file, {b"II": "<", b"MM": ">"}[file.read(2)]
 
     def read(self, numbers: Numbers) -> tuple[int, ...]:
-        """Return the numbers."""
         self.file.seek(numbers.at)
         return struct.unpack(self._order + numbers.code, self.file.read(numbers.end - numbers.at))
 
@@ -54,7 +53,6 @@ class Directories:
         self.file.write(new)
 
     def link(self, start: int) -> Numbers:
-        """Return the link from a directory to the next one."""
         return Numbers(start + 2 + 12 * self.read(Numbers(start, 3))[0])
 
     def entries(self, start: int) -> Iterator[tuple[int, Numbers]]:

@@ -33,7 +33,6 @@ class Extra:
 
     @property
     def name(self) -> str:
-        """Name for notes."""
         return self.more or self.kind.name
 
 

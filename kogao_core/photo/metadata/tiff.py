@@ -120,7 +120,6 @@ class TiffTags:
 
     @staticmethod
     def read(file: IO[bytes]) -> TiffTags:
-        """Read the directory of an open file."""
         tags, head = Pillow.Exif(), file.read(_HEADER_BYTES)
         file.seek(0)
         tags.load_from_fp(file)
@@ -155,7 +154,6 @@ class TiffTags:
 
     @property
     def pixel_bytes(self) -> int:
-        """Bytes of a decoded pixel."""
         return max(1, self[Tag.BitsPerSample] // 8) * self[Tag.SamplesPerPixel]
 
     @property
@@ -229,12 +227,10 @@ class TiffTags:
 
     @property
     def icc_profile(self) -> bytes | None:
-        """Embedded ICC profile."""
         return _as_bytes(self.tags.get(Tag.InterColorProfile))
 
     @property
     def xmp(self) -> bytes | None:
-        """Embedded XMP packet."""
         return _as_bytes(self.tags.get(Tag.XMLPacket))
 
     @property

@@ -56,7 +56,6 @@ class Crop:
 
     @property
     def mirrored(self) -> Crop:
-        """The mirror image of the crop."""
         return Crop(np.ascontiguousarray(self.levels[0][:, ::-1]))
 
     def mirrored_points(self, points: Array) -> Array:
