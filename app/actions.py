@@ -127,6 +127,7 @@ MENUS: Final = (
         "F&ace",
         Item("find", "&Find faces again", "Ctrl+F", "Discard all point corrections", photo=True),
         Item("place", "&Place a face by hand", "Ctrl+P", "Add a face to drag", photo=True),
+        Item("import-landmarks", "&Import landmarks…", "Ctrl+Shift+I", "Read points", True),
         None,
         Item("switch-face", "&Switch this face on or off", "I", "Change or keep this face"),
         Item("all-faces", "All fa&ces on", "Ctrl+A", "Change every face"),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Collection, Sequence
 from itertools import zip_longest
+from pathlib import Path
 
 import numpy as np
 from PySide6.QtCore import (
@@ -37,6 +38,8 @@ from kogao_core.faces.doubt import Reason, Verdict, verdicts
 from kogao_core.faces.face import Face, LandmarkSource, in_reading_order
 from kogao_core.faces.landmarks import template_face
 from kogao_core.faces.names import names_of
+from kogao_core.projects.interchange import faces_of
+from kogao_core.projects.landmark_files import SUFFIXES
 
 from ..ahead import FaceSearch
 from ..document import State
@@ -45,6 +48,7 @@ from ..pyramid import PicturePyramid
 from ..render.pictures import face_icon
 from ..theme import GRID_PX
 from ..widgets.controls import column_of, heading
+from ..widgets.dialogs import ask_path
 from ..widgets.docks import Dock
 from ..widgets.messages import BarAction
 from .feature import Context, Feature
@@ -82,10 +86,12 @@ class Faces(Feature):
         self._names: tuple[str, ...] = ()  # of the faces, from the photo's metadata
         self._named: tuple[Face, ...] = ()  # faces for which the names were read
         self._finding = self.lane(self._take, self._not_found)
+        self._importing = self.lane(self._import, lambda problem: self.say(sentence(problem)))
         self._search = FaceSearch(source)
         self._came.connect(self._show_found)
         self.bind("find", self.find)
         self.bind("place", self.place_template)
+        self.bind("import-landmarks", self._ask_import)
         self.panel: FacesPanel = FacesPanel()
         self.dock = Dock(tr("Faces panel"), Qt.DockWidgetArea.LeftDockWidgetArea)
         self.panel.switched.connect(self.switch)
@@ -234,6 +240,23 @@ class Faces(Feature):
     def end_placing(self) -> None:
         """Hide the frame: the face is placed."""
         self.view.set(placing=None)
+
+    # -- landmark files --------------------------------------------------------------------------
+
+    def _ask_import(self) -> None:
+        filters = [tr("Landmarks ({endings})", endings=" ".join(f"*{end}" for end in SUFFIXES))]
+        title, at = tr("Import landmarks"), self.document.path
+        ask_path(self.window, title, self.import_file, filters=filters, at=at and at.parent)
+
+    def import_file(self, path: Path) -> None:
+        """Replace all faces by the faces of a landmark file, as `--points` reads them."""
+        self.window.bar.clear()
+        if photo := self.document.photo:
+            self._importing.submit(lambda: faces_of(photo, path))
+
+    def _import(self, faces: list[Face]) -> None:
+        state = dataclasses.replace(self.document.state, faces=tuple(faces), off=frozenset())
+        self.document.step(state, tr("Import landmarks"))
 
     # -- the list --------------------------------------------------------------------------------
 

@@ -10,8 +10,11 @@ from PIL import Image
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtTest import QTest
+from scenes import oval_face
 
 from kogao_core.additions import fit
+from kogao_core.base.geometry import Affine
+from kogao_core.projects import interchange
 from kogao_core.recipe.recipe import Recipe
 
 pytestmark = pytest.mark.usefixtures("one_window")
@@ -235,3 +238,20 @@ def test_names_from_the_photos_metadata_stand_beside_the_faces(start, source, tm
     item = driver.panel("faces").item(0)
     assert item.text() == "Zoë Ann"
     assert item.data(Qt.ItemDataRole.AccessibleTextRole).startswith("Zoë Ann, ")
+
+
+def test_a_landmark_file_replaces_the_faces_in_one_undo_step(opened, tmp_path):
+    before, path = opened.state, tmp_path / "points.csv"
+    moved = oval_face().mapped(Affine(np.eye(2), np.array([7.0, -4.0])))
+    refused = Affine(np.eye(2), np.array([4000.0, 0.0]))
+    for face, words in ((moved.mapped(refused), "another photo"), (moved, "")):
+        interchange.write([face], path)
+        opened.window.actions_by_name["import-landmarks"].trigger()
+        opened.choose_path(path)
+        opened.settle()
+        assert words in opened.say()
+        assert (opened.state is before) == bool(words)
+    np.testing.assert_allclose(opened.state.faces[0].points, moved.points, atol=0.001)
+    opened.to_front()
+    opened.key(KEYS.Key_Z, CONTROL)
+    assert opened.state.faces == before.faces
