@@ -78,12 +78,12 @@ def test_a_picture_shows_what_is_asked_for_and_leaves_nothing_beside_the_photo(s
 
 
 @pytest.mark.parametrize(
-    ("name", "said"), [("none.jpg", "none.jpg"), ("x" * 300, f"can't be read ({TOO_LONG})")]
+    ("name", "said"), [("none.jpg", "none"), ("x" * 300, rf"can't be read \({TOO_LONG}\)")]
 )
 def test_an_unreadable_photo_ends_with_3_and_one_line(source, tmp_path, shot, capsys, name, said):
     assert run(source, tmp_path / name, "--screenshot", shot) == 3
     (line,) = capsys.readouterr().err.strip().splitlines()
-    assert said in line
+    assert re.search(said, line)
     assert not shot.exists()
 
 
