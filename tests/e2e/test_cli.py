@@ -37,7 +37,7 @@ PROGRAM = "from kogao_core.cli import main; main()"
 
 def program(*words, code=PROGRAM, **options):
     """Run a Python program of its own, `kogao-cli` if no other is given."""
-    command = [sys.executable, "-c", code, *map(str, words)]
+    command = [sys.executable, "-X", "utf8", "-c", code, *map(str, words)]
     return subprocess.run(command, capture_output=True, text=True, check=True, **options)
 
 
@@ -800,7 +800,7 @@ def test_doctor_says_how_to_get_an_extra_and_calls_nothing_broken(cli, monkeypat
 @pytest.mark.usefixtures("portrait")
 @pytest.mark.parametrize(("user", "sudo"), [(0, ""), (1000, "sudo ")])
 def test_doctor_names_missing_libraries_and_the_one_command(cli, tmp_path, monkeypatch, user, sudo):
-    monkeypatch.setattr(os, "geteuid", lambda: user)
+    monkeypatch.setattr(os, "geteuid", lambda: user, raising=False)
     missing = {
         "libEGL.so.1": "libegl1",
         "libX11.so.6": "libx11-6",
