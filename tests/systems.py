@@ -18,5 +18,5 @@ needs_stored_decimals = pytest.mark.skipif(
     reason="stored with the decimals of Linux's C library and of newer versions of numpy",
 )
 needs_linux_fonts = needs_linux("widths of the fonts of a Linux desktop")
-# Windows says of a name that is too long that there is no such file.
-TOO_LONG = "No such file or directory" if sys.platform == "win32" else "File name too long"
+# Windows says in its own language of a name that is too long that there is no such file.
+TOO_LONG = ".+" if sys.platform == "win32" else "File name too long"

@@ -80,8 +80,8 @@ def test_a_picture_shows_what_is_asked_for_and_leaves_nothing_beside_the_photo(s
 @pytest.mark.parametrize(
     ("code", "name", "more", "said"),
     [
-        (3, "none.jpg", (), "none.jpg"),
-        (3, "x" * 300, (), f"can't be read ({TOO_LONG})"),
+        (3, "none.jpg", (), "none"),
+        (3, "x" * 300, (), rf"can't be read \({TOO_LONG}\)"),
         (2, "portrait.png", ("--protect", "1e9,0 1e9,10"), "protected line 1"),
     ],
 )
@@ -90,7 +90,7 @@ def test_what_shows_no_window_ends_with_one_line(
 ):
     assert run(source, photo.with_name(name), *more, "--screenshot", shot) == code
     (line,) = capsys.readouterr().err.strip().splitlines()
-    assert said in line
+    assert re.search(said, line)
     assert not shot.exists()
 
 

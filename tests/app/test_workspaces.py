@@ -58,10 +58,10 @@ def test_a_workspace_follows_from_its_declaration(window):
 def test_a_workspace_is_in_the_menu_the_options_and_the_docs(window):
     actions = window.window.actions_by_name
     assert actions[f"workspace-{next(iter(WORKSPACES))}"].isChecked(), "a new user begins in it"
-    menu = next(m for m in window.window.menuBar().actions() if m.text() == "&View").menu()
+    view = next(m for m in window.window.menuBar().actions() if m.text() == "&View")
     docs = (ROOT / "docs/inspect.md").read_text(encoding="utf-8")
     for workspace in WORKSPACES.values():
-        assert actions[f"workspace-{workspace.name}"] in menu.actions()
+        assert actions[f"workspace-{workspace.name}"] in view.menu().actions()
         assert _parse(["--workspace", workspace.name]).workspace == workspace.name
         row = rf"\| \*\*{workspace.title}\*\* \| `{re.escape(workspace.key)}` \|"
         assert re.search(row, docs)

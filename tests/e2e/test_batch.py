@@ -86,7 +86,7 @@ def test_good_photos_are_done_and_bad_ones_named(cli, folder, tmp_path):
     for line in report:
         achieved = [6.0] if line["status"] == "done" else []
         assert line["achieved_percent"] == pytest.approx(achieved, abs=0.01)
-    written = sorted(str(path.relative_to(out)) for path in out.rglob("*.[jJ]*[gG]"))
+    written = sorted(path.relative_to(out).as_posix() for path in out.rglob("*.[jJ]*[gG]"))
     assert written == ["a.jpg", "b.jpg", "c.JPG", "deeper/a.jpg"]
     assert not list(out.rglob("*.partial"))
     assert {path: path.read_bytes() for path in before} == before

@@ -104,7 +104,8 @@ def test_what_a_page_says_to_type_works_in_order(screen, page):
 
 
 def test_the_pages_with_something_to_type_are_tried():
-    pages = {str(one.relative_to(ROOT)) for one in [*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md")]}
+    found = [*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md")]
+    pages = {one.relative_to(ROOT).as_posix() for one in found}
     assert {page for page in pages if any(True for _ in typed(page))} == set(PAGES)
 
 

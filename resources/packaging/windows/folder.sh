@@ -10,7 +10,7 @@ gone() { # FOLDER PATTERN...
 
 # folder WHEELS: Kogao in $inside/Kogao, with Python and with what it needs of these wheels.
 folder() {
-  local folder=$inside/Kogao one kind keep
+  local folder=$inside/Kogao one keep
   local runtime=$folder/runtime site=$folder/runtime/site
   rm -rf "$folder"
   mkdir -p "$site" "$folder/licences"
@@ -21,10 +21,8 @@ folder() {
     *) unpack "$one" "$site" ;;
     esac
   done
-  for one in "$site"/*.data; do
-    for kind in purelib platlib; do [ ! -d "$one/$kind" ] || cp -r "$one/$kind/." "$site/"; done
-    rm -r "$one"
-  done
+  for one in "$site"/*.data/{pure,plat}lib; do [ ! -d "$one" ] || cp -r "$one/." "$site/"; done
+  rm -rf "$site"/*.data
   # Python: no TLS, no asyncio, no sounds. hashlib has codes of its own.
   gone "$runtime" python.exe pythonw.exe 'python*._pth' python.cat '_ssl.pyd' 'libssl*' 'libcrypto*' \
     _hashlib.pyd winsound.pyd _overlapped.pyd _asyncio.pyd

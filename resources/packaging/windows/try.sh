@@ -2,14 +2,26 @@
 # and Japanese letters that can't be written, the programs, and what an uninstallation leaves.
 set -eu
 fail() { echo "FAILED: $1"; exit 1; }
-keys() { # TITLE KEYS: wait for a window, then press keys there
+window() { # TITLE: wait until one stands there; sets WINDOW, WIDTH and HEIGHT
+  local found
   for _ in $(seq 120); do
-    if xdotool search --name "$1" windowfocus --sync >/dev/null 2>&1; then sleep 1; xdotool key $2; return; fi
+    found=$(xdotool search --onlyvisible --name "$1" 2>/dev/null | tail -n 1)
+    [ -z "$found" ] || { eval "$(xdotool getwindowgeometry --shell "$found")"; sleep 3; return; }
     sleep 1
   done
   fail "no window '$1'"
 }
-shot() { xwd -root -silent >"$shots/$1.xwd" 2>/dev/null || true; }
+keys() { window "$1"; xdotool windowfocus --sync "$WINDOW" key "$2"; }
+shot() { cp /kogao/screen/Xvfb_screen0 "$shots/$1.xwd"; }
+on() { # TITLE NAME: by mouse, the button that leads on, page after page, to the end
+  window "$1"
+  for page in $(seq 300); do
+    [ "$page" -gt 1 ] || shot "$2"
+    xdotool mousemove --window "$WINDOW" $((WIDTH - 137)) $((HEIGHT - 21)) click 1 2>/dev/null || return 0
+    sleep 2
+  done
+  fail "'$1' never ends"
+}
 shots=/kogao/shots
 rm -rf $shots && mkdir -p $shots
 user=$(wine cmd /c 'echo %USERPROFILE%' | tr -d '\r'); user=$(winepath -u "$user")
@@ -18,10 +30,26 @@ classes='HKCU\Software\Classes'
 data=$user/AppData/Local/kogao
 rm -rf "$data" "$home"
 
-wine kogao-*-setup.exe /S && [ -f "$home/kogao.exe" ] || fail "silent installation"
-[ -f "$user/AppData/Roaming/Microsoft/Windows/Start Menu/Programs/Kogao.lnk" ] || fail "start menu"
-wine reg query "$classes\\.jpg\\OpenWithProgids" | grep -q Kogao.Photo || fail "open with"
-wine reg query "$classes\\Kogao.Photo\\shell\\open\\command" | grep -q 'kogao.exe" "%1"' || fail "the command of open with"
+menu="$user/AppData/Roaming/Microsoft/Windows/Start Menu/Programs/Kogao.lnk"
+installed() {
+  [ -f "$home/kogao.exe" ] || fail "$1"
+  [ -f "$menu" ] || fail "start menu"
+  wine reg query "$classes\\.jpg\\OpenWithProgids" | grep -q Kogao.Photo || fail "open with"
+  wine reg query "$classes\\Kogao.Photo\\shell\\open\\command" | grep -q 'kogao.exe" "%1"' || fail "the command of open with"
+}
+uninstalled() {
+  for _ in $(seq 60); do [ ! -d "$home" ] || sleep 1; done
+  [ ! -d "$home" ] || fail "uninstallation left $(ls "$home")"
+  [ ! -f "$menu" ] || fail "the start menu is left"
+  for key in Kogao.Photo 'Applications\kogao.exe' '.jpg\OpenWithProgids'; do
+    ! wine reg query "$classes\\$key" 2>/dev/null | grep -i kogao || fail "the registry keeps $key"
+  done
+  [ -d "$data/originals" ] || fail "the originals went"
+  echo "what stays: $(cd "$data" && ls | tr '\n' ' ')"
+}
+
+wine kogao-*-setup.exe /S
+installed "silent installation"
 
 place="$WINEPREFIX/drive_c/写真 フォルダ é"
 [ ! -e "$place" ] || chmod -R u+w "$place"
@@ -59,13 +87,22 @@ cli restore 'edit me é.jpg' >/dev/null && cmp "$photo" 'edit me é.jpg' || fail
 [ -z "$(find "$place/小 顔" -newer 'a 一.jpg' -type f)" ] || fail "a file was written into the folder"
 [ -z "$(find "$place" -name '.kogao-*')" ] || fail "temporary folders were left"
 wine "$home/uninstall.exe" /S
-for _ in $(seq 60); do [ ! -d "$home" ] || sleep 1; done
-[ ! -d "$home" ] || fail "uninstallation left $(ls "$home")"
-[ ! -f "$user/AppData/Roaming/Microsoft/Windows/Start Menu/Programs/Kogao.lnk" ] || fail "the start menu is left"
-for key in Kogao.Photo 'Applications\kogao.exe' '.jpg\OpenWithProgids'; do
-  ! wine reg query "$classes\\$key" 2>/dev/null | grep -i kogao || fail "the registry keeps $key"
-done
-[ -d "$data/originals" ] || fail "the originals went"
-echo "what stays: $(cd "$data" && ls | tr '\n' ' ')"
+uninstalled
+
+cd /kogao
+wine kogao-*-setup.exe &
+on 'Kogao Setup' setup
+installed "installation by mouse"
+window 'Kogao$' # the last page has started it
+shot start
+keys 'Kogao$' ctrl+o
+window '^Open'
+shot dialog
+keys '^Open' Escape
+keys 'Kogao$' ctrl+q
+for _ in $(seq 30); do ! wine tasklist | grep -q kogao.exe || sleep 1; done
+wine "$home/uninstall.exe" &
+on 'Kogao Uninstall' uninstall
+uninstalled
 chmod -R u+w "$place" && rm -rf "$place" "$data"
 echo "folder and installer: all is well"
