@@ -38,7 +38,7 @@ _NECK: Final = 0.1
 # Behind an outline point the photo must go on for this share of the point's distance to the pivot.
 # Otherwise the pivot moves towards that edge, for all of the head. Smaller values stretch the strip
 # along the edge more, and the pivot follows the edge faster.
-_ROOM: Final = 0.5
+_ROOM: Final = 0.4
 _ROUND: Final = 0.05  # width over which that limit sets in
 # Near the photo's edge a displacement grows at most by this times the Amount per px.
 EDGE_SLOPE: Final = 2.6

@@ -76,7 +76,7 @@ def test_the_only_face_of_a_photo_starts_off_too_and_the_bar_says_why(alone):
 
 
 def test_points_that_may_be_wrong_are_ringed_until_they_are_placed_by_hand(start, source, photo):
-    confidence = np.where(np.arange(27) < 9, 0.2, 0.9)
+    confidence = np.where(np.arange(27) < 12, 0.2, 0.9)
     face = dataclasses.replace(oval_face(), score=0.9, source="mesh", confidence=confidence)
     source.faces = [face]
     driver = start(photo)

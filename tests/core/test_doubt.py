@@ -12,9 +12,8 @@ from kogao_core.faces.doubt import AllDoubted, Verdict, choose, doubtful, is_par
 IMAGE = Box(0, 0, 480, 360)
 
 
-def found(*, unsure_landmarks=0, **changes):
-    confidence = np.where(np.arange(27) < unsure_landmarks, 0.49, 0.6)
-    face = dataclasses.replace(oval_face(), source="mesh", confidence=confidence, score=0.9)
+def found(**changes):
+    face = dataclasses.replace(oval_face(), source="mesh", confidence=np.full(27, 0.6), score=0.9)
     return dataclasses.replace(face, **changes)
 
 
@@ -96,15 +95,16 @@ def test_a_face_on_its_head_is_doubted_among_upright_ones(degrees, why):
     assert [one.reason for one in verdicts([here, here], IMAGE)] == [None, None]
 
 
-@pytest.mark.parametrize(("count", "looked_at"), [(8, 0), (9, 9), (14, 14)])
-def test_more_than_three_in_ten_uncertain_points_are_listed(count, looked_at):
-    (verdict,) = verdicts([found(unsure_landmarks=count)], IMAGE)
-    assert verdict.look_at == tuple(range(looked_at))
-    assert bool(verdict.why) == (count > 8)
+@pytest.mark.parametrize(("ends", "between", "listed"), [(0.0, 0.5, False), (1.0, 0.49, True)])
+def test_points_are_listed_if_the_outline_between_its_ends_is_hidden(ends, between, listed):
+    confidence = np.concatenate([np.repeat([ends, between, ends], [2, 17, 2]), np.ones(6)])
+    (verdict,) = verdicts([found(confidence=confidence)], IMAGE)
+    assert verdict.look_at == (tuple(range(2, 19)) if listed else ())
+    assert bool(verdict.why) == listed
 
 
 def test_points_to_look_at_are_named_by_part_until_they_are_placed_by_hand():
-    confidence = np.ones(27)
+    confidence = parts(0.6, 1.0, 1.0)
     confidence[[0, 9, 10, 11, 12, 13, 21, 24, 26]] = 0.2
     face = found(confidence=confidence)
     (verdict,) = verdicts([face], IMAGE)
@@ -112,7 +112,7 @@ def test_points_to_look_at_are_named_by_part_until_they_are_placed_by_hand():
         "face 3: look at these points, they may be wrong: "
         "outline 1 10 11 12 13 14, eyes 1 4, mouth 2"
     )
-    assert verdicts([face.with_eye_point(0, (200, 160))], IMAGE) == [Verdict()]
+    assert verdicts([face.with_outline_point(9, face.outline[9])], IMAGE) == [Verdict()]
 
 
 def test_faces_asked_for_are_chosen_but_for_doubtful_ones():
