@@ -103,6 +103,13 @@ MENUS: Final = (
             "Apply the open photo's settings",
             photo=True,
         ),
+        Item(
+            "give-person",
+            "Sync settin&gs to one person",
+            "Ctrl+Alt+N",
+            "Apply the selected face's settings to that person in all photos of the film strip",
+            photo=True,
+        ),
         Item("auto-sync", "Auto &sync", "Ctrl+Alt+A", "Apply each change to selected photos"),
         "presets",
         None,

@@ -1,5 +1,7 @@
 """XMP with named faces, as other programs write it. Places: middle and size, in shares."""
 
+import numpy as np
+
 HEAD = (
     '<x:xmpmeta xmlns:x="adobe:ns:meta/"><rdf:RDF '
     'xmlns:rdf="http://www.w3.org/1999/02/22-rdf-syntax-ns#"><rdf:Description '
@@ -50,3 +52,10 @@ def microsoft(named):
         '<MP:RegionInfo rdf:parseType="Resource"><MPRI:Regions><rdf:Bag>'
         f"{items}</rdf:Bag></MPRI:Regions></MP:RegionInfo>"
     )
+
+
+def head_of(face, size):
+    """Middle and size of a head in shares of the upright photo, as a program draws it."""
+    x, y, width, height = face.box
+    middle = np.array([x + width / 2, y + 0.2 * height]) / size
+    return middle, np.array([1.1 * width, 1.6 * height]) / size

@@ -73,6 +73,8 @@ class Faces(Feature):
     found = Signal(int)
     # (why: str): the search has failed; before `found`.
     not_found = Signal(str)
+    # (): the faces may have other names.
+    named = Signal()
     # (search: FaceSearch): a face is found while the search goes on; from a worker.
     _came = Signal(object)
 
@@ -83,7 +85,7 @@ class Faces(Feature):
         # loading of networks.
         self.finding_s: float | None = None
         self.finding_was_cold = False
-        self._names: tuple[str, ...] = ()  # of the faces, from the photo's metadata
+        self.names: tuple[str, ...] = ()  # of the faces, from the photo's metadata
         self._named: tuple[Face, ...] = ()  # faces for which the names were read
         self._finding = self.lane(self._take, self._not_found)
         self._importing = self.lane(self._import, lambda problem: self.say(sentence(problem)))
@@ -278,8 +280,9 @@ class Faces(Feature):
     def _show(self) -> None:
         document, faces = self.document, self.document.state.faces
         if document.photo is not None and not document.in_gesture and faces is not self._named:
-            self._names, self._named = names_of(document.photo, faces).names, faces
-        self.panel.show_state(document.state, self.view.face, self.view.also, self._names)
+            self.names, self._named = names_of(document.photo, faces).names, faces
+            self.named.emit()
+        self.panel.show_state(document.state, self.view.face, self.view.also, self.names)
 
 
 class FacesPanel(QWidget):

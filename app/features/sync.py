@@ -2,47 +2,35 @@
 
 from __future__ import annotations
 
-import hashlib
-from collections.abc import Collection, Mapping
+from collections.abc import Sequence
 from contextlib import ExitStack, suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any, Final, Literal
+from typing import Final
 
 from PySide6.QtCore import QTimer
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QMenu
 
-from kogao_core.base import json_reader
-from kogao_core.base.geometry import Box
 from kogao_core.base.index import locked
-from kogao_core.base.wording import printable
-from kogao_core.faces.face import Face
-from kogao_core.photo import read
-from kogao_core.photo.picture import sha256_of
-from kogao_core.projects import sidecar
+from kogao_core.faces.names import NobodyNamed
 from kogao_core.projects.acts import ActPhoto, Acts
-from kogao_core.projects.edits import Edits, SavedEdits
-from kogao_core.projects.project import Project, from_node, load, to_bytes
-from kogao_core.recipe.recipe import SETTINGS, SHAPE, VERSION, Recipe
+from kogao_core.recipe.recipe import FACE_FIELDS, SETTINGS, SHAPE, Recipe
 
-from ..ahead import FaceSearch
-from ..document import ReplaceState, State, UndoSteps
+from ..document import ReplaceState
 from ..i18n import bare, reason, tr, tr_count
 from ..widgets.messages import BarAction
 from .faces import Faces
 from .feature import Context, Feature
-from .files import history
-from .files.history import project_of, state_of
 from .files.saver import Saver
-from .projects import Keeping, Projects
+from .projects import Projects
 from .strip import Strip
 from .strip.facts import Preview, Sample
+from .syncing import Outcome, Settings, loaded, step_text, synced
 
 _GROUPS: Final = "sync/groups"
 _NOT_AT_FIRST: Final = "lens"  # groups that are copied only once they are ticked
-Outcome = Literal["new", "edited", "newer"]  # a photo without, with, and with newer edits
 
 
 def groups() -> dict[str, tuple[str, frozenset[str]]]:
@@ -57,33 +45,6 @@ def groups() -> dict[str, tuple[str, frozenset[str]]]:
         "lens": (tr("&Lens correction"), frozenset(lens)),
         "method": (tr("&Method"), frozenset(method)),
     }
-
-
-@dataclass(frozen=True, slots=True)
-class Settings:
-    """A recipe and the fields of it that are copied to other photos."""
-
-    recipe: Recipe
-    names: frozenset[str]
-
-    @staticmethod
-    def of(values: Mapping[str, Any]) -> Settings:
-        """Return the settings that an act stores. Raises ValueError."""
-        return Settings(Recipe.from_dict({"version": VERSION, **values}), frozenset(values))
-
-    def onto(self, recipe: Recipe) -> Recipe:
-        """Return another photo's recipe with the copied fields."""
-        return replace(recipe, **{name: getattr(self.recipe, name) for name in self.names})
-
-    def of_project(self, project: Project) -> Project:
-        """Return a project whose two modes have the copied fields."""
-        return project_of(self.of_state(state_of(project)), project.original)
-
-    def of_state(self, state: State) -> State:
-        """Return a state whose two modes have the copied fields."""
-        other = state.kept
-        kept = other and replace(other, recipe=self.onto(other.recipe))
-        return replace(state, recipe=self.onto(state.recipe), kept=kept)
 
 
 class Sync(Feature):
@@ -104,7 +65,7 @@ class Sync(Feature):
         self._act: int | None = None  # under way
         self._wanted, self._waiting = True, list[ActPhoto]()
         self._total = self._failed = self._edited = 0
-        self._newer: list[str] = []
+        self._newer, self._doubtful = list[str](), list[str]()  # names of photos left alone
         # The acts of the open photo by index and text of their undo steps.
         self._steps: dict[tuple[int, str], int] = {}
         self._base, self._index = self.document.base, 0
@@ -128,7 +89,11 @@ class Sync(Feature):
         self.menu.addAction(self.auto)
         self.auto.toggled.connect(self._name_groups)
         self._name_groups()
-        strip.panel.offer_sync(self.action, self.menu)
+        self.person = self.bind("give-person", self.start_person)
+        strip.panel.offer_sync(self.action, self.menu, self.person)
+        self.view.watch(self._name_person, "face")
+        faces.named.connect(self._name_person)
+        strip.film.counted.connect(self._name_person)
         strip.film.itemSelectionChanged.connect(self._select)
         self.document.opened.connect(self._select)
         self.view.watch(self._preview, "frame")
@@ -223,22 +188,56 @@ class Sync(Feature):
         if self._act is not None:
             self._waiting, self._acts = [], []
         elif self._selected and self.document.path is not None:
-            self.document.commit()
             text = tr_count(len(self._selected), "Apply to {n} photo", "Apply to {n} photos")
-            self._index = self.document.undo.index() + 1  # this step is no redo
-            self.document.step(replace(self.document.state), text)
-            self._projects.keep(anyway=True)
-            self._begin(self._chosen)
+            self._apply(self._chosen, self._selected, text)
         else:
             self.say(tr("Select other photos on the film strip first, with Shift or Ctrl."))
 
-    def _begin(self, settings: Settings) -> None:
-        """Apply settings to the selected photos; the act belongs to the last undo step."""
+    def start_person(self) -> None:
+        """Apply the settings of the selected face to the person's face in all visible photos."""
+        face, name, photos = self._person
+        if photos and self._act is None:
+            names, recipe = (
+                self._chosen.names & set(FACE_FIELDS),
+                self.document.state.recipe_of(face),
+            )
+            # Undo steps are stored without names.
+            text = tr_count(len(photos), "Apply to one person in {n} photo",
+                            "Apply to one person in {n} photos")  # fmt: skip
+            self._apply(Settings(recipe, names, name), photos, text)
+        elif not photos:
+            self.say(tr("Select a face with a name that other photos of the film strip have, too."))
+
+    @property
+    def _person(self) -> tuple[int | None, str, list[Path]]:
+        """The selected or only face, the name of the person, and other photos with that name."""
+        face, names = self.view.face, self._faces.names
+        if face is None and len(names) == 1:
+            face = 0
+        name = names[face] if face is not None and face < len(names) else ""
+        photos = self._strip.film.named(name) if name else []
+        return face, name, [path for path in photos if path != self.document.path]
+
+    def _name_person(self) -> None:
+        """Show the person of the selected face on the button, with the number of other photos."""
+        _, name, photos = self._person
+        text = tr_count(len(photos), "{name}, {n} photo", "{name}, {n} photos", name=name)
+        self._strip.panel.show_person(text if photos else "")
+
+    def _apply(self, settings: Settings, photos: Sequence[Path], text: str) -> None:
+        """Apply settings to other photos by one undo step of the open photo."""
+        self.document.commit()
+        self._index = self.document.undo.index() + 1  # this step is no redo
+        self.document.step(replace(self.document.state), text)
+        self._projects.keep(anyway=True)
+        self._begin(settings, photos)
+
+    def _begin(self, settings: Settings, photos: Sequence[Path]) -> None:
+        """Apply settings to other photos; the act belongs to the last undo step."""
         step, path = self.document.undo.index(), self.document.path
-        values = {name: getattr(settings.recipe, name) for name in settings.names}
         text = self.document.undo.text(step - 1)
-        if path is not None and self._selected and values:
-            act = self._store.begin(path, step, text, values, self._selected)
+        if path is not None and photos and settings.names:
+            act = self._store.begin(path, step, text, settings.values, photos)
             self._steps[step, text] = act
             self._turn(act, True)
 
@@ -271,7 +270,7 @@ class Sync(Feature):
         if self.auto.isChecked() and is_new and isinstance(step, ReplaceState):
             before, after = step.before.recipe, step.after.recipe
             names = {it for it in SETTINGS if getattr(before, it) != getattr(after, it)}
-            self._begin(Settings(after, self._chosen.names & names))
+            self._begin(Settings(after, self._chosen.names & names), self._selected)
 
     def look(self) -> None:
         """Ask what becomes of an act that another program left in the middle."""
@@ -309,7 +308,8 @@ class Sync(Feature):
             self._lock.enter_context(locked(*self._lock_place))
         self._act, self._wanted = self._acts.pop(0)
         self._waiting = self._store.turn(self._act, self._wanted)
-        self._total, self._failed, self._edited, self._newer = len(self._waiting), 0, 0, []
+        self._total, self._failed, self._edited = len(self._waiting), 0, 0
+        self._newer, self._doubtful = [], []
         self._next()
 
     def _next(self) -> None:
@@ -329,19 +329,25 @@ class Sync(Feature):
     def _synced(self, synced: tuple[ActPhoto, Outcome]) -> None:
         photo, outcome = synced
         path, undo = photo.path, self.document.undo
-        self._edited += outcome != "new"
-        if outcome == "newer":
-            self._newer.append(path.name)
+        self._edited += outcome == "edited"
+        left = {"newer": self._newer, "doubtful": self._doubtful}.get(outcome)
+        if left is not None:
+            left.append(path.name)
         self._samples.pop(path, None)
         if path == self.document.path and self._projects.adopt(path):
             # The photo was opened before its file was written.
             if photo.wanted:
-                settings = Settings.of(photo.settings)
-                self.document.step(settings.of_state(self.document.state), _step())
-            elif undo.undoText() == _step():
+                self._step(Settings.of(photo.settings), alone=outcome == "new")
+            elif undo.undoText() == step_text():
                 undo.undo()
         self._strip.look_again(path)
         self._next()
+
+    def _step(self, settings: Settings, *, alone: bool) -> None:
+        """Apply settings to the open photo."""
+        with suppress(NobodyNamed):  # its faces were edited since
+            state = settings.of_state(self.document.state, self.document.photo, alone=alone)
+            self.document.step(state, step_text())
 
     def _not_synced(self, problem: Exception) -> None:
         self._failed += 1
@@ -353,7 +359,7 @@ class Sync(Feature):
         self.working.emit("")
         if self._act is not None:
             self._store.leave(self._act)
-        self._act, count = None, self._total - self._failed - len(self._newer)
+        self._act, count = None, self._total - self._failed - len(self._newer + self._doubtful)
         if self._wanted:
             text = tr_count(
                 count, "Settings applied to {n} photo", "Settings applied to {n} photos"
@@ -362,91 +368,9 @@ class Sync(Feature):
             self.did.emit(tr("{text} ({had}); undo is one step", text=text, had=had))
         elif self._total:
             self.did.emit(tr_count(count, "Undone in {n} photo", "Undone in {n} photos"))
-        if self._newer:
-            names = ", ".join(self._newer)
-            self.say(tr("Newer edits stay as they are: {names}.", names=names), wrong=False)
+        newer = tr("Newer edits stay as they are: {names}.", names=", ".join(self._newer))
+        doubtful = tr("Left alone, since the person's face isn't certain: {names}.",
+                      names=", ".join(self._doubtful))  # fmt: skip
+        if self._newer or self._doubtful:
+            self.say(newer if self._newer else doubtful, wrong=False)
         self._next_act()
-
-
-def loaded(
-    path: Path,
-    edits: Edits,
-    search: FaceSearch,
-    first: Recipe,
-    faces: Collection[Face] | None = None,
-) -> tuple[Project, SavedEdits | None]:
-    """Return the saved project of a photo and its place, or a new project with the faces found.
-
-    `faces` are known faces. Raises UnreadablePhoto, BadFile, OSError.
-    """
-    kept = edits.find(path, reads=True).edits
-    if kept is not None:
-        return load(kept.file), kept
-    photo = read(path)
-    edits.note(photo)
-    found = search.run(photo) if faces is None else list(faces)
-    image = Box.of(photo.pixels)
-    state = State(recipe=first).with_found(found, image)
-    return project_of(state, sidecar.original(photo)), None
-
-
-def _step() -> str:
-    """Return the text of the undo step in each photo."""
-    return tr("Sync settings")
-
-
-def synced(
-    photo: ActPhoto,
-    acts: Acts,
-    keeping: Keeping,
-    search: FaceSearch,
-    first: Recipe,
-    faces: Collection[Face] | None = None,
-) -> tuple[ActPhoto, Outcome]:
-    """Apply the settings of an act to a photo as one undo step, or undo the step.
-
-    A photo that was edited since leaves the act. Raises UnreadablePhoto, BadFile, OSError.
-    """
-    path, settings = photo.path, Settings.of(photo.settings)
-    project, kept = loaded(path, keeping.edits, search, first, faces)
-    outcome: Outcome = "new" if kept is None else "edited"
-    now = "" if kept is None else sha256_of(kept.file)
-    is_as_written = bool(now) and now == photo.wrote
-    steps = kept and history.find(keeping.edits, kept, project)
-    # A copy of the picture may have steps that lead to the same state.
-    is_own = steps and (not photo.applied or steps.texts[: steps.index][-1:] == (_step(),))
-    is_half = kept is not None and photo.is_begun and is_as_written and not is_own
-    if kept is not None and is_half:  # killed before its undo steps were written
-        project = from_node(json_reader.parse(photo.before, len(photo.before)))
-        steps = history.find(keeping.edits, kept, project)
-    elif photo.is_begun and is_as_written is (photo.applied is photo.wanted):
-        acts.note(photo, now)
-        return photo, outcome
-    state, size_px = state_of(project), (project.original.width, project.original.height)
-    steps = steps or UndoSteps((state,), (), 0)
-    is_newer = photo.wrote and not (is_as_written or photo.is_begun)
-    is_before = is_half and photo.applied and not photo.wanted
-    if is_newer or not (photo.wanted or is_before or steps.index):
-        acts.drop(photo)
-        return photo, "newer"
-    after = settings.of_project(project)
-    recipes = (after.automatic.recipe, after.manual and after.manual.recipe)
-    if is_before:
-        after = project
-    elif not photo.wanted:
-        steps = replace(steps, index=steps.index - 1)
-        after = project_of(steps.states[steps.index], project.original)
-    elif recipes == (project.automatic.recipe, project.manual and project.manual.recipe):
-        acts.drop(photo)
-        if kept is not None:
-            return photo, outcome
-    else:
-        states = (*steps.states[: steps.index + 1], state_of(after))
-        texts = (*steps.texts[: steps.index], _step())
-        steps = UndoSteps(states, texts, steps.index + 1)
-    after = replace(after, original=replace(after.original, path=printable(path.name)))
-    wrote = hashlib.sha256(to_bytes(after)).hexdigest()
-    acts.note(photo, wrote, to_bytes(project))
-    keeping.edits.keep(after, path, history.packed(steps, size_px), beside=keeping.beside)
-    acts.note(photo, wrote)
-    return photo, outcome

@@ -5,7 +5,7 @@ import io
 import numpy as np
 import pytest
 from kogao_app.view_state import Handle
-from named import HEAD, mwg
+from named import HEAD, head_of, mwg
 from PIL import Image
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QGuiApplication
@@ -230,9 +230,7 @@ def test_a_photo_without_faces_has_the_row_of_the_photo(start, source, photo):
 
 def test_names_from_the_photos_metadata_stand_beside_the_faces(start, source, tmp_path, encoded):
     file, picture = tmp_path / "named.jpg", Image.open(io.BytesIO(encoded)).convert("RGB")
-    x, y, width, height = source.faces[0].box
-    middle = (x + width / 2) / picture.width, (y + 0.2 * height) / picture.height
-    place = middle, (1.1 * width / picture.width, 1.6 * height / picture.height)
+    place = head_of(source.faces[0], picture.size)
     picture.save(file, xmp=HEAD.format(mwg([("Zoë Ann", place)], picture.size)).encode())
     driver = start(file)
     item = driver.panel("faces").item(0)

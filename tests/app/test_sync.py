@@ -1,6 +1,7 @@
 """Sync settings to selected photos: undo in each, groups of settings, a preview; the strip."""
 
 import dataclasses
+import io
 import threading
 from unittest.mock import Mock
 
@@ -8,6 +9,8 @@ import pytest
 from kogao_app.features import files, sync
 from kogao_app.features.strip.film import _WARNING as WARNING
 from kogao_app.features.sync import groups
+from named import HEAD, head_of, mwg
+from PIL import Image
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from scenes import oval_face
@@ -248,3 +251,61 @@ def test_auto_sync_applies_each_change_and_undoes_it_with_the_step(strip):
     assert strip.state.recipe.percent == 3.0
     assert percent_of(folder / "b.png") == 4.0
     strip.editor.sync.auto.setChecked(False)
+
+
+@pytest.fixture
+def named(start, source, tmp_path, encoded):
+    """Five photos of two people; d names nobody, and in e the name lies beside the faces."""
+    kate, ann = source.faces = [oval_face(center=(x, 170), size=0.45) for x in (120, 350)]
+    picture = Image.open(io.BytesIO(encoded)).convert("RGB")
+    both = [("Kate", head_of(kate, picture.size)), ("Zo\u00eb Ann", head_of(ann, picture.size))]
+    beside = [("Zo\u00eb Ann", ((0.5, 0.95), (0.1, 0.1)))]
+    for name, people in (("a", both), ("b", both), ("c", both), ("d", []), ("e", beside)):
+        packet = HEAD.format(mwg(people, picture.size)).encode()
+        picture.save(tmp_path / f"{name}.jpg", xmp=packet)
+    driver = start(tmp_path / "a.jpg")
+    driver.editor.strip.show_places([tmp_path])
+    driver.settle()
+    return driver
+
+
+def test_settings_of_one_person_go_to_all_photos_and_back_in_one_step(named, tmp_path):
+    def kept(name):
+        file = sidecar_of(tmp_path / f"{name}.jpg")
+        if not file.exists():
+            return None
+        sheet = load(file).automatic
+        return [face.recipe and face.recipe.percent for face in sheet.faces], set(sheet.off)
+
+    click_on(named, 1)
+    named.edit(3.0)
+    click_on(named, 0)
+    named.editor.recipe.choose(1)
+    named.edit(8.0)
+    person = named.editor.strip.panel.person
+    assert (person.isVisible(), person.text()) == (True, "Zo\u00eb Ann, 3 photos")
+    person.click()
+    named.settle()
+    # Faces of nobody named stay as they are, and those of a photo without edits are off.
+    of_two = {"b": ([None, 8.0], set()), "c": ([None, 8.0], {0})}
+    assert {name: kept(name) for name in "bc"} == of_two
+    assert load(sidecar_of(tmp_path / "b.jpg")).automatic.recipe.percent == 3.0
+    assert (kept("d"), kept("e")) == (None, None)
+    assert named.say() == "Left alone, since the person's face isn't certain: e.jpg."
+    texts = [load(sidecar_of(tmp_path / "a.jpg")), named.editor.document.undo.undoText()]
+    assert not any("Ann" in str(one) for one in texts), "no name in edits"
+    named.editor.history.undo()
+    named.settle()
+    assert {name: kept(name) for name in "bc"} == {
+        "b": ([None, None], set()),
+        "c": ([None] * 2, set()),
+    }
+    named.editor.history.redo()
+    named.settle()
+    assert {name: kept(name) for name in "bc"} == of_two
+    named.editor.recipe.choose(0)
+    assert person.text() == "Kate, 2 photos"
+    named.editor.recipe.choose(None)
+    assert not person.isVisible()
+    named.editor.sync.start_person()
+    assert named.say().startswith("Select a face with a name ")

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from named import HEAD, microsoft, mwg
+from named import HEAD, head_of, microsoft, mwg
 
 from kogao_core.faces.landmarks import template_face
 from kogao_core.faces.names import (
@@ -27,13 +27,6 @@ ANN, KATE = (template_face((x, y), 120) for x, y in ((150, 180), (420, 230)))
 BOTH = [ANN, KATE]
 
 
-def place_of(face):
-    """Middle and size of a head in shares of the upright photo, as a program draws it."""
-    x, y, width, height = face.box
-    middle = np.array([x + width / 2, y + 0.2 * height]) / (WIDTH, HEIGHT)
-    return middle, np.array([1.1 * width, 1.6 * height]) / (WIDTH, HEIGHT)
-
-
 def stored(place, orientation):
     """Return a place of the upright photo in the stored photo."""
     back = {6: 8, 8: 6}.get(orientation, orientation)
@@ -47,7 +40,7 @@ def photo_with(content, orientation=1, size=(WIDTH, HEIGHT)):
     return Photo(pixels, Path("me.jpg"), "JPEG", xmp=packet, orientation=orientation)
 
 
-NAMED = [("Ann", place_of(ANN)), ("Kate", place_of(KATE))]
+NAMED = [("Ann", head_of(ANN, SIZE)), ("Kate", head_of(KATE, SIZE))]
 NO_PACKETS = [
     b"",
     b"<x",

@@ -46,6 +46,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from kogao_core.faces.names import folded
 from kogao_core.photo.metadata.rating import LABELS, MOST_STARS, REJECTED
 
 from ...i18n import tr, tr_count
@@ -275,6 +276,12 @@ class FilmStrip(QListWidget):
         stops = (row for row in range(self.count()) if self._is_stop(row))
         return [self.path(row) for row in stops if self.item(row).isSelected() or not chosen]
 
+    def named(self, name: str) -> list[Path]:
+        """Return the visible photos whose metadata have a person's name, without results."""
+        wanted = folded(name)
+        items = ((path, self._items[path]) for path in self.listed())
+        return [path for path, item in items if wanted in map(folded, _facts(item).rated.people)]
+
     def _is_stop(self, row: int) -> bool:
         item = self.item(row)
         return not item.isHidden() and _facts(item).mark != "result"
@@ -335,8 +342,11 @@ class StripPanel(QWidget):
         self.sync.setPopupMode(QToolButton.ToolButtonPopupMode.MenuButtonPopup)
         self.sync.setProperty("segment", "true")
         self.sync.hide()
+        self.person = QToolButton()
+        self.person.setProperty("segment", "true")
+        self.person.hide()
         self.groups = Elided()
-        boxes = self.halt, self.sync, self.choice, self.order
+        boxes = self.halt, self.person, self.sync, self.choice, self.order
         bar = row_of(*self.chips.values(), self.line, self.groups, *boxes, spacing=GRID_PX)
         bar.setStretchFactor(self.line, 1)
         bar.setStretchFactor(self.groups, 1)
@@ -361,8 +371,10 @@ class StripPanel(QWidget):
         super().resizeEvent(event)
         self._count()
 
-    def offer_sync(self, action: QAction, groups: QMenu) -> None:
-        """Add the button that syncs settings, with a menu of groups of settings."""
+    def offer_sync(self, action: QAction, groups: QMenu, person: QAction) -> None:
+        """Add the buttons that sync settings, with a menu of groups of settings."""
+        self.person.clicked.connect(person.trigger)
+        self.person.setToolTip(person.toolTip())
         self.sync.clicked.connect(action.trigger)
         self.sync.setMenu(groups)
         self.sync.setToolTip(action.toolTip())
@@ -370,6 +382,11 @@ class StripPanel(QWidget):
     def show_groups(self, names: str) -> None:
         """Show what the sync button copies."""
         self.groups.setText(names)
+
+    def show_person(self, text: str) -> None:
+        """Show the button of a person; "" hides the button."""
+        self.person.setText(text)
+        self._count()
 
     def show_selected(self, count: int) -> None:
         """Show the sync button while photos are selected."""
@@ -396,6 +413,7 @@ class StripPanel(QWidget):
         some = tr("{n} of {total} shown", n=total - hidden, total=total) if hidden else ""
         self.line.setText(self._running or some)
         self.sync.setVisible(bool(self._selected) and not self._running)
+        self.person.setVisible(bool(self.person.text()) and not self._running)
         self.line.setHidden(self.sync.isVisibleTo(self))
         self.groups.setVisible(self.sync.isVisibleTo(self))
         filters, marks = _filters(), _marks()

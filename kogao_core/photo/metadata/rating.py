@@ -1,10 +1,14 @@
-"""Read ratings, labels and Kogao's edit record in XMP without decoding the photo (decision 8)."""
+"""Read ratings, labels, names of people and Kogao's edit record without decoding the photo.
+
+See decision 8.
+"""
 
 from __future__ import annotations
 
 import html
 import os
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -16,17 +20,22 @@ LABELS: Final = ("Red", "Yellow", "Green", "Blue", "Purple")
 _HEAD_BYTES: Final = 1 << 18
 _TAIL_BYTES: Final = 1 << 16
 _OURS: Final = re.compile(rb"""stEvt:softwareAgent(?:\s*=\s*["']|>)Kogao """)
-_RATING, _LABEL = "Rating", "Label"
-_VALUE: Final = rb"""(?:xmp|xap):%s(?:\s*=\s*(?:"([^"<]*)"|'([^'<]*)')|\s*>([^<]*)<|\s*/>)"""
-_FOUND: Final = {name: re.compile(_VALUE % name.encode()) for name in (_RATING, _LABEL)}
+_RATING, _LABEL, _PERSON = (
+    "(?:xmp|xap):Rating",
+    "(?:xmp|xap):Label",
+    "(?:mwg-rs:|MPReg:PersonDisplay)Name",
+)
+_VALUE: Final = rb"""%s(?:\s*=\s*(?:"([^"<]*)"|'([^'<]*)')|\s*>([^<]*)<|\s*/>)"""
+_FOUND: Final = {name: re.compile(_VALUE % name.encode()) for name in (_RATING, _LABEL, _PERSON)}
 
 
 @dataclass(frozen=True, slots=True)
 class Rated:
-    """Rating and label of a photo."""
+    """Rating and label of a photo, and names in it."""
 
     stars: int = 0  # 1 to `MOST_STARS`; 0 without any, `REJECTED`
     label: str = ""  # one of `LABELS`, or the label of another program
+    people: frozenset[str] = frozenset()  # names of regions in the photo's metadata
 
 
 UNRATED: Final = Rated()
@@ -43,17 +52,21 @@ def has_record(data: bytes) -> bool:
 
 
 def rating_of(photo: Path) -> Rated:
-    """Return rating and label of a photo, from the sidecar or the start or end of the photo."""
+    """Return rating, label and names from the sidecar or the start or end of the photo.
+
+    Names are of the photo only.
+    """
     read = [_ends(photo)]
+    people = frozenset(_values(_PERSON, read))
     sidecar = _sidecar(photo)
     if sidecar is not None:
         read.insert(0, _ends(sidecar))
-    stars, label = (_first(name, read) for name in (_RATING, _LABEL))
+    stars, label = (next(_values(name, read), "") for name in (_RATING, _LABEL))
     try:
         number = round(float(stars or "0"))
     except (ValueError, OverflowError):
         number = 0
-    return Rated(max(REJECTED, min(number, MOST_STARS)), (label or "").strip())
+    return Rated(max(REJECTED, min(number, MOST_STARS)), label.strip(), people)
 
 
 def _sidecar(photo: Path) -> Path | None:
@@ -73,10 +86,9 @@ def _ends(path: Path) -> tuple[bytes, bytes]:
         return head, file.read()
 
 
-def _first(name: str, read: list[tuple[bytes, bytes]]) -> str | None:
-    """Return the first value of a property, or None."""
+def _values(name: str, read: list[tuple[bytes, bytes]]) -> Iterator[str]:
+    """Yield the values of a property."""
     for part in (part for ends in read for part in ends):
-        if found := _FOUND[name].search(part):
+        for found in _FOUND[name].finditer(part):
             text = next((one for one in found.groups() if one is not None), b"")
-            return html.unescape(text.decode("utf-8", "replace"))
-    return None
+            yield html.unescape(text.decode("utf-8", "replace"))
