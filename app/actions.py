@@ -117,6 +117,7 @@ MENUS: Final = (
         None,
         Item("compare-wipe", "&Wipe", "W", "Divide original and result; , and . move it", True),
         Item("compare-side", "Side b&y side", "Y", "Show original and result side by side", True),
+        Item("photos-side", "P&hotos side by side…", "Shift+Y", "Two to six selected photos"),
         None,
         Item("hide-overlays", "Hide all o&verlays", "O", "Hide or show the marks", True),
         None,
