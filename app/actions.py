@@ -150,7 +150,7 @@ MENUS: Final = (
         Item("tool-push", "Push", "Shift+W", "Drag to push", True),
         Item("tool-restore", "Restore", "Shift+R", "Restore the original under the brush", True),
         Item("tool-brush", "Protect", "B", "Paint areas to protect", True),
-        Item("tool-line", "Line", "N", "Protect an edge; Shift: level or upright", True),
+        Item("tool-line", "Line", "N", "Draw or move a line; Shift: level or upright", True),
         Item("tool-eraser", "Eraser", "E", "Erase protection", True),
         None,
         Item("clear-strokes", "&Clear strokes", "Shift+X", "Remove every push and restore"),

@@ -236,7 +236,8 @@ class Together(Feature):
         return Opened(photo, pyramid, self.document.committed)
 
     def _read(self, path: Path, opened: Opened | None) -> Versions:
-        return versions_of(opened or open_photo(path, self.storage), self.live.finder)
+        finder = BackgroundFinder(self.live.finder.people)
+        return versions_of(opened or open_photo(path, self.storage), finder)
 
     def _show(self, versions: Versions) -> None:
         view = self._waiting.pop(0)
