@@ -48,6 +48,7 @@ from .features.screen import Compare, Hints, Screen
 from .features.speech import Speech
 from .features.strip import Strip
 from .features.sync import Sync
+from .features.together import Together
 from .features.workspaces import Workspaces
 from .i18n import reason, tr
 from .render.live import Live
@@ -131,6 +132,7 @@ class Editor(QObject):
         for feature in (self.projects, self.strip):
             self.watch.followed.connect(feature.follow)
         self.sync = Sync(context, self.strip, self.faces, self.projects, self.saver)
+        self.together = Together(context, self.strip)
         self.errand = Errand(context, self.files, self.strip, self.faces, self.protect)
         self.recent = Recent(context, self.files, self.strip)
         self.presets = Presets(context, self.recipe)

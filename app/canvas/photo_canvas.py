@@ -162,7 +162,7 @@ class PhotoCanvas(SpokenView):
             return None
         here, elsewhere = self.to_photo(at), self.face_at(at) not in (None, view.face)
         reach_px = _BESIDE_A_CURVE_PX if self.curve_at(here) else GRAB_RADIUS_PX
-        nearest, least = None, self._in_photo(_MARK_PX if elsewhere else reach_px)
+        nearest, least = None, self.in_photo(_MARK_PX if elsewhere else reach_px)
         for handle, position in handles(view.state, kinds(view.visible), view.placing):
             distance = float(np.hypot(*(position - here)))
             if distance < least and view.answers(handle) and self._shows(handle):
@@ -182,7 +182,7 @@ class PhotoCanvas(SpokenView):
 
     def shows_points(self, face: int) -> bool:
         """Return whether the points of a face are shown at the current zoom."""
-        return apart(self.shown.state.faces[face], 1.0 / self._in_photo(1.0))
+        return apart(self.shown.state.faces[face], 1.0 / self.in_photo(1.0))
 
     def _shows(self, handle: Handle) -> bool:
         marked = self.shown.marks(handle.face) and self.shows_points(handle.face)
@@ -209,14 +209,14 @@ class PhotoCanvas(SpokenView):
         for badge in reversed(list(badges(view, self._place(), self.viewport().font()))):
             if badge.plate.contains(at):
                 return badge.face
-        return face_at(view.state.faces, self.to_photo(at), self._in_photo(_MARK_PX))
+        return face_at(view.state.faces, self.to_photo(at), self.in_photo(_MARK_PX))
 
     def line_at(self, at: QPointF) -> BackgroundLine | None:
         """Return the nearest clickable line at a point of the viewport, or None."""
         view = self.shown
         if view.original or view.busy_hands or "straight" not in view.visible:
             return None
-        (x, y), nearest, least = self.to_photo(at).tolist(), None, self._in_photo(_MARK_PX)
+        (x, y), nearest, least = self.to_photo(at).tolist(), None, self.in_photo(_MARK_PX)
         for line in view.lines:
             ends = np.array([line.start_px, line.end_px], np.float32)
             distance = abs(cv2.pointPolygonTest(ends, (x, y), measureDist=True))
@@ -224,7 +224,8 @@ class PhotoCanvas(SpokenView):
                 nearest, least = line, distance
         return nearest
 
-    def _in_photo(self, screen_px: float) -> float:
+    def in_photo(self, screen_px: float) -> float:
+        """Return a length on the screen in px of the photo."""
         return screen_px * float(self.devicePixelRatioF()) / self.zoom
 
     def on_divider(self, at: QPointF) -> bool:

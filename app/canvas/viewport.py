@@ -156,10 +156,14 @@ class Viewport(pg.GraphicsView):
 
     def pan_to(self, at: QPointF) -> None:
         if self._pan_from is not None:
-            self._fitted = False
-            x, y = (self.to_photo(self._pan_from) - self.to_photo(at)).tolist()
-            self._box.translateBy(x=x, y=y)
+            self.pan(self._pan_from, at)
             self._pan_from = at
+
+    def pan(self, start: QPointF, end: QPointF) -> None:
+        """Move the photo from one point of the viewport to another."""
+        self._fitted = False
+        x, y = (self.to_photo(start) - self.to_photo(end)).tolist()
+        self._box.translateBy(x=x, y=y)
 
     def end_pan(self) -> None:
         self._pan_from = None
@@ -190,9 +194,7 @@ class Viewport(pg.GraphicsView):
         if pinch.state() == Qt.GestureState.GestureStarted:
             self._apart = apart_px
         self._spread(apart_px, before)
-        self._pan_from = before
-        self.pan_to(now)
-        self.end_pan()
+        self.pan(before, now)
 
     def _spread(self, apart: float, about: QPointF) -> None:
         """Zoom as two fingers move apart; any unit of length."""
@@ -209,6 +211,20 @@ class Viewport(pg.GraphicsView):
         self.zoom_to(self.zoom * _ZOOM_PER_NOTCH ** notches(event), event.position())
         event.accept()
 
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        """Start to pan."""
+        self.start_pan(event.position())
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        """Pan while the button is down."""
+        if self.panning:
+            self.pan_to(event.position())
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:  # noqa: ARG002
+        """End the pan."""
+        self.end_pan()
+        self.viewport().setCursor(Qt.CursorShape.ArrowCursor)
+
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
         """Handle a second click like the first: two quick drags are two drags."""
         self.mousePressEvent(event)
@@ -217,6 +233,15 @@ class Viewport(pg.GraphicsView):
 def notches(event: QWheelEvent) -> float:
     """Return the wheel rotation in notches; fine wheels send fractions."""
     return event.angleDelta().y() / _NOTCH
+
+
+def plate_on(view: Viewport) -> QLabel:
+    """Return a label at the upper left of a view; the mouse reaches the view below."""
+    label = QLabel(view)
+    label.setProperty("plate", "true")
+    label.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
+    label.move(_NAME_PX, _NAME_PX)
+    return label
 
 
 class SecondView(Viewport):
@@ -238,9 +263,7 @@ class SecondView(Viewport):
     def __init__(self, main: Viewport, shown: ViewState, name: str) -> None:
         super().__init__(shown)
         self.setAccessibleName(name)
-        self.plate = QLabel(self)
-        self.plate.setProperty("plate", "true")
-        self.plate.move(_NAME_PX, _NAME_PX)
+        self.plate = plate_on(self)
         self._main = main
         self.setBackground(main.backgroundBrush())
         main.view_changed.connect(self._follow)
@@ -261,21 +284,10 @@ class SecondView(Viewport):
         super().zoom_to(zoom, about)
         self._main.look_like(self)
 
-    def pan_to(self, at: QPointF) -> None:
-        super().pan_to(at)
+    def pan(self, start: QPointF, end: QPointF) -> None:
+        """Pan, and apply the pan to the main view."""
+        super().pan(start, end)
         self._main.look_like(self)
-
-    def mousePressEvent(self, event: QMouseEvent) -> None:
-        self.start_pan(event.position())
-
-    def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        """Pan while the button is down."""
-        if self.panning:
-            self.pan_to(event.position())
-
-    def mouseReleaseEvent(self, event: QMouseEvent) -> None:  # noqa: ARG002
-        self.end_pan()
-        self.viewport().setCursor(Qt.CursorShape.ArrowCursor)
 
     def resizeEvent(self, event: QResizeEvent | None) -> None:
         """Follow the main view after a resize."""

@@ -16,7 +16,7 @@ from kogao_core.projects.project import Mode
 
 from ..ahead import FaceSearch
 from ..canvas.tools import marking
-from ..canvas.viewport import OtherModeView
+from ..canvas.viewport import OtherModeView, plate_on
 from ..document import State
 from ..i18n import reason, tr
 from ..render.live import Holding, Surface
@@ -105,15 +105,11 @@ class BothModes(Feature):
         self._timing = self.lane(self._timed, lambda _: None)
         self.beside = OtherModeView(self.window.canvas)
         self.window.stage.add_view(self.beside)
-        self.here = QLabel(self.window.canvas)
+        self.here = plate_on(self.window.canvas)
         self.guide = QLabel()
-        self.here.setProperty("plate", "true")
         self.guide.setProperty("bar", "hint")
         self.guide.setContentsMargins(3 * GRID_PX, 2 * GRID_PX, 3 * GRID_PX, 2 * GRID_PX)
-        for label in (self.here, self.guide):
-            label.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
-            label.hide()
-        self.here.move(3 * GRID_PX, 3 * GRID_PX)
+        self.guide.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
         self.guide.setWordWrap(True)
         self.guide.setAccessibleName(tr("What to do next"))
         self.window.stage.show_below(self.guide)

@@ -17,7 +17,7 @@ from PySide6.QtCore import (
     Qt,
     Signal,
 )
-from PySide6.QtGui import QIcon
+from PySide6.QtGui import QIcon, QPainter
 from PySide6.QtWidgets import (
     QListWidget,
     QListWidgetItem,
@@ -420,9 +420,26 @@ class _FaceRow(QStyledItemDelegate):
         if index.data(_OWN):
             option.text += " \N{BULLET}"
         if index.data(_WORD):
-            option.text += "\n" + index.data(_WORD)
+            option.text += "\N{LINE SEPARATOR}\N{NO-BREAK SPACE}"
         if option.checkState == Qt.CheckState.Unchecked and index.row():
             option.state &= ~QStyle.StateFlag.State_Enabled
+
+    def paint(
+        self,
+        painter: QPainter,
+        option: QStyleOptionViewItem,
+        index: QModelIndex | QPersistentModelIndex,
+    ) -> None:
+        """Write the word below the name, in the warning colour if it asks for a look."""
+        super().paint(painter, option, index)
+        row, part = QStyleOptionViewItem(option), QStyle.SubElement.SE_ItemViewItemText
+        self.initStyleOption(row, index)
+        place = row.widget.style().subElementRect(part, row, row.widget)
+        painter.setFont(row.font)
+        ink = row.palette.brightText() if index.data(_ASKS) else row.palette.placeholderText()
+        painter.setPen(ink.color())
+        left = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
+        painter.drawText(place.adjusted(GRID_PX, 0, 0, 0), left, f"\n{index.data(_WORD) or ''}")
 
     def sizeHint(
         self, option: QStyleOptionViewItem, index: QModelIndex | QPersistentModelIndex

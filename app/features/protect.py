@@ -13,10 +13,10 @@ from PySide6.QtWidgets import QPushButton, QWidget
 
 from kogao_core.field.mask import Mask, read_mask
 from kogao_core.field.measures import reduced
-from kogao_core.field.protection import NOTHING
+from kogao_core.field.protection import NOTHING, Stroke
 
 from ..canvas.tools.gesture import Gesture, PointerEvent
-from ..canvas.tools.protect import protect
+from ..canvas.tools.protect import line_at, move_line, protect
 from ..i18n import sentence, tr
 from ..theme import GRID_PX
 from ..view_state import Brush, Handle, ToolName
@@ -39,6 +39,7 @@ _OF_PHOTO: Final[dict[Use, float]] = {"area": 1 / 100, "line": 1 / 100, "move": 
 _OF_FACE: Final[dict[Use, float]] = {"line": 1 / 40, "move": 1 / 4}
 _STEPS_PER_OCTAVE: Final = 8
 _SMALLEST_PX: Final = 1.0
+_REACH_PX: Final = 8.0  # from a line on the screen
 _LARGEST_PX: Final = 512.0
 # Four presses of a bracket key double the brush.
 _PRESSES_PER_OCTAVE: Final = 4
@@ -53,6 +54,7 @@ class Protect(Feature):
         super().__init__(context)
         self._tools = QActionGroup(self)
         self._radii: dict[Use, float] = {}  # radius of the inactive tools
+        self._line: Stroke | None = None  # the line whose width Size sets
         tools = {tool: self.add_tool(tool) for tool in ("points", "brush", "line", "eraser")}
         self.bind("smaller", lambda: self.resize(-1))
         self.bind("larger", lambda: self.resize(1))
@@ -88,6 +90,7 @@ class Protect(Feature):
         """Select a tool. Lines, other protection and moving tools have separate sizes."""
         before = self.view.brush
         self._radii[_use(before)] = before.radius_px
+        self._line = None
         use = _use(dataclasses.replace(before, tool=tool))
         self.set_brush(tool=tool, radius_px=self._radii.get(use, before.radius_px))
 
@@ -102,8 +105,16 @@ class Protect(Feature):
             self.actions[f"tool-{self._below}"].trigger()
 
     def set_radius(self, radius_px: float) -> None:
+        """Set the radius of the brush, and of the line that was moved last, px of the photo."""
         self.window.bar.move_on()
-        self.set_brush(radius_px=min(max(radius_px, _SMALLEST_PX), _LARGEST_PX))
+        radius_px, state = min(max(radius_px, _SMALLEST_PX), _LARGEST_PX), self.document.state
+        self.set_brush(radius_px=radius_px)
+        line = self._line
+        if line is not None and line in state.protection.strokes:
+            self._line = dataclasses.replace(line, radius_px=radius_px)
+            protection = state.protection.replaced(line, self._line)
+            state = dataclasses.replace(state, protection=protection)
+            self.document.preview(state, tr("Line width"))
 
     def fit_brush(self) -> None:
         self._radii = {use: self.fitting_px(use) for use in _OF_PHOTO}
@@ -121,11 +132,21 @@ class Protect(Feature):
     def resize(self, steps: int) -> None:
         """Change the brush size by a number of key presses."""
         self.set_radius(self.view.brush.radius_px * 2.0 ** (steps / _PRESSES_PER_OCTAVE))
+        self.document.commit()
 
     # -- strokes ---------------------------------------------------------------------------------
 
     def _draw(self, _: Handle | None, event: PointerEvent) -> Gesture:
-        return protect(self.view, event)
+        self._line, canvas = None, self.window.canvas
+        grip = line_at(self.document.state.protection, event.point_px, canvas.in_photo(_REACH_PX))
+        if grip is None or self.view.brush.tool != "line":
+            return protect(self.view, event)
+        self._hold(grip[0])
+        self.set_brush(radius_px=grip[0].radius_px)
+        return move_line(self.view, grip, event, self._hold)
+
+    def _hold(self, line: Stroke) -> None:
+        self._line = line
 
     def follow_eye(self, eye: Eye, field: str) -> None:
         """Switch a field of the state off and on with an eye."""
@@ -224,6 +245,7 @@ class BrushPanel(QWidget):
     def size_brushes(self, brushes: Protect) -> None:
         self.size_px.edited.connect(brushes.set_radius)
         self.size_px.reset.connect(brushes.fit_brush)
+        self.size_px.rested.connect(brushes.document.commit)
         self.size_px.refused.connect(brushes.say)
 
     def show_count(self, strokes: int) -> None:

@@ -20,6 +20,7 @@ from kogao_core.recipe.recipe import PAPER, SETTINGS, Recipe
 from kogao_core.recipe.settings import DOMAINS, DomainName
 
 from ..canvas.overlays import glyphs
+from ..canvas.viewport import plate_on
 from ..i18n import tr, translated, unwritten
 from ..render.colour import in_srgb
 from ..render.pictures import encoded
@@ -165,11 +166,8 @@ class Readings(Feature):
         paper = self.bind("paper-settings", self._use_paper)
         self.panel: ReadingsPanel = ReadingsPanel(paper)
         self._on = False
-        self.plate = QLabel(self.window.canvas)
-        self.plate.setProperty("plate", "true")
+        self.plate = plate_on(self.window.canvas)
         self.plate.setAccessibleName(tr("Values under the cursor"))
-        self.plate.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
-        self.plate.move(3 * GRID_PX, 3 * GRID_PX)
         self.plate.hide()
         self.view.watch(self._show_values, "cursor", "loupe")
         self.window.arranged.connect(self._arrange)

@@ -99,6 +99,18 @@ class MeasuredLines:
         length = math.hypot(*(line.length * line.clearness for line in turned))
         return turned if length >= SEEN_LENGTH else ()
 
+    @property
+    def told(self) -> str:
+        """Number and turn of the lines that an eye sees; empty if there are none."""
+        if not (turned := self.seen):
+            return ""
+        return Text.counted(
+            len({one.number for one in turned}),
+            "{n} straight line in the background turns by up to {degrees:.0f}°",
+            "{n} straight lines in the background turn by up to {degrees:.0f}°",
+            degrees=max(one.turn_degrees for one in turned),
+        )
+
 
 class Warped(Protocol):
     """The parts of `kogao_core.pipeline.Rendering` that `measure` needs."""

@@ -109,13 +109,8 @@ class WarpReport:
                 "were computed",
                 px=rendering.recipe.threshold_px,
             )
-        if turned := self.lines.seen:
-            yield Text.counted(
-                len({one.number for one in turned}),
-                "{n} straight line in the background turns by up to {degrees:.0f}°",
-                "{n} straight lines in the background turn by up to {degrees:.0f}°",
-                degrees=max(one.turn_degrees for one in turned),
-            )
+        if told := self.lines.told:
+            yield told
         found = self.measurement.one_to_one
         if found.folded_cells:
             yield Text.counted(

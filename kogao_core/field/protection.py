@@ -227,6 +227,10 @@ class Protection:
         parts = (part for stroke in self.strokes for part in _without(stroke, eraser))
         return Protection(tuple(parts))
 
+    def replaced(self, old: Stroke, new: Stroke) -> Protection:
+        """Return the protection with another stroke instead of one of its strokes."""
+        return Protection(tuple(new if one is old else one for one in self.strokes))
+
     def to_dict(self) -> dict[str, Any]:
         """Return the strokes as plain JSON values."""
         strokes = [{"points": s.points_px.tolist(), "radius": s.radius_px} for s in self.drawn]

@@ -81,7 +81,7 @@ def test_a_line_is_straight_and_with_shift_upright(opened):
     (slanted,) = strokes(opened)
     assert slanted.points_px.shape == (2, 2)
     assert slanted.points_px[0, 0] != slanted.points_px[1, 0]
-    viewport = opened.canvas.viewport()
+    at, viewport = at + QPoint(50, 0), opened.canvas.viewport()
     QTest.mousePress(viewport, Qt.MouseButton.LeftButton, SHIFT, at)
     to, left = (at + QPoint(9, 60)).toPointF(), Qt.MouseButton.LeftButton
     around = viewport.mapToGlobal(to)
@@ -90,6 +90,38 @@ def test_a_line_is_straight_and_with_shift_upright(opened):
     QTest.mouseRelease(viewport, Qt.MouseButton.LeftButton, SHIFT, at)
     upright = strokes(opened)[1]
     assert upright.points_px[0, 0] == upright.points_px[1, 0]
+
+
+def test_a_line_is_moved_turned_and_narrowed_later_each_as_one_step(opened):
+    paint(opened, KEYS.Key_N)
+    (first,) = strokes(opened)
+    start, canvas = beside_the_cheek(opened), opened.canvas
+    for at, by, ends in ((start + DOWN / 2, QPoint(15, 5), [0, 1]),
+                         (start + QPoint(15, 5), QPoint(30, -10), [0])):  # fmt: skip
+        (before,) = strokes(opened)
+        opened.drag(at, by)
+        (after,) = strokes(opened)
+        moved = after.points_px - before.points_px
+        np.testing.assert_allclose(moved[ends], [np.array(by.toTuple()) / canvas.zoom] * len(ends))
+        assert np.delete(moved, ends, axis=0).sum() == 0.0
+        assert opened.editor.document.undo.undoText() == "Move a line"
+    slider = opened.panel("protect").size_px.slider
+    for change in (
+        lambda: opened.key(KEYS.Key_BracketLeft),
+        lambda: opened.press_key(slider, KEYS.Key_Left),
+    ):
+        (before,), count = strokes(opened), opened.editor.document.undo.count()
+        change()
+        opened.settle()
+        (after,) = strokes(opened)
+        assert after.radius_px < before.radius_px
+        assert after.radius_px == opened.editor.view.brush.radius_px
+        assert opened.editor.document.undo.undoText() == "Line width"
+        assert opened.editor.document.undo.count() == count + 1
+    opened.key(KEYS.Key_B)
+    opened.key(KEYS.Key_BracketRight)
+    assert strokes(opened) == (after,), "the brush's size is its own"
+    assert after.radius_px < first.radius_px
 
 
 def test_a_click_of_the_line_tool_leaves_nothing(opened):

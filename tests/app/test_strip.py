@@ -3,17 +3,25 @@
 import dataclasses
 from unittest.mock import Mock
 
+import cv2
 import numpy as np
 import pytest
 from kogao_app.features.preferences import EDITS, prefer
-from kogao_app.features.strip.facts import thumbnail
+from kogao_app.features.strip import facts
+from kogao_app.features.strip.facts import Sample, thumbnail
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from scenes import oval_face
 from test_own_results import click_on, marks
 from test_own_results import strip as strip
 
+from kogao_core.background.find import BackgroundFinder
+from kogao_core.background.holding import NOTHING_HELD
+from kogao_core.background.people import PersonLook, PersonMask
+from kogao_core.base.geometry import Affine
 from kogao_core.photo.metadata.rating import REJECTED
+from kogao_core.projects.project import Original, Project, Sheet
+from kogao_core.recipe.recipe import Recipe
 
 pytestmark = pytest.mark.usefixtures("one_window")
 
@@ -127,6 +135,26 @@ def test_a_thumbnail_shows_the_edits(strip, own):
     assert np.median(apart) <= 2, "it is the same photo"
     # On a busy machine the strip hears of the kept edit after the window has settled.
     strip.qtbot.waitUntil(lambda: film.item(0).icon().cacheKey() != icon)
+
+
+@pytest.mark.parametrize("holds", [True, False])
+def test_a_line_that_turns_is_a_reason_to_check(tmp_path, monkeypatch, holds):
+    """Such a result was not to check before; what holds lines is taken away here."""
+    if not holds:
+        monkeypatch.setattr(facts, "held_of", lambda *_: NOTHING_HELD)
+    face, photo = oval_face(800, 600, size=0.5), np.full((600, 800, 3), 90, np.uint8)
+    left, right = int(face.outline[:, 0].min()), int(face.outline[:, 0].max())
+    cv2.line(photo, (right + 33, 50), (right + 33, 333), (200, 200, 200), 4, cv2.LINE_AA)
+    cv2.imwrite(str(tmp_path / "a.png"), photo)
+    opacity = np.zeros((800, 800), np.float32)
+    opacity[83:600, left:right] = 1.0
+    look = PersonLook(opacity, Affine.similarity(1.0, 0.0, (0.0, 0.0)), 1.0)
+    finder = BackgroundFinder(Mock(find=lambda *_: PersonMask((look,), 0, (0,))))
+    edits = Sheet((face,), recipe=Recipe(percent=8))
+    project = Project(Original("a.png", "", 800, 600), "automatic", edits)
+    sample = Sample.of(tmp_path / "a.png", 72, project, 800)
+    assert sample.drawn(project).warning == ""
+    assert ("straight line" in sample.drawn(project, finder).warning) is not holds
 
 
 def test_a_key_leads_to_photos_to_check_once_and_says_why(start, encoded, tmp_path, source):

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Callable
 from typing import Final
 
 import cv2
 import numpy as np
 
 from kogao_core.base.geometry import Array
+from kogao_core.field.protection import Protection, Stroke
 
 from ...i18n import tr
 from ...view_state import ViewState
@@ -17,6 +19,8 @@ from .gesture import Gesture, PointerEvent
 # Simplification tolerance of a stroke as a fraction of the radius: fewer corners, faster fits.
 _LOOSE: Final = 1 / 8
 _LOOSE_PX: Final = 0.5
+# A line and the numbers of its ends that move.
+Grip = tuple[Stroke, list[int]]
 
 
 def protect(view: ViewState, event: PointerEvent) -> Gesture:
@@ -35,6 +39,40 @@ def protect(view: ViewState, event: PointerEvent) -> Gesture:
             ]
         else:
             path.append(event.point_px)
+    document.commit()
+
+
+def line_at(protection: Protection, point_px: Array, reach_px: float) -> Grip | None:
+    """Return the newest line within reach of (x, y), px, and the numbers of the ends to move."""
+    for stroke in reversed(protection.drawn):
+        ends = stroke.points_px
+        line, (x, y) = ends.astype(np.float32), point_px.tolist()
+        if len(ends) == 2 and -cv2.pointPolygonTest(line, (x, y), True) <= max(
+            stroke.radius_px, reach_px
+        ):
+            apart = np.hypot(*(ends - point_px).T)
+            return stroke, [int(apart.argmin())] if apart.min() <= reach_px else [0, 1]
+    return None
+
+
+def move_line(
+    view: ViewState, grip: Grip, event: PointerEvent, moved: Callable[[Stroke], object]
+) -> Gesture:
+    """Move one end of a line, or all of it; it is one undo step."""
+    document, (line, ends), start = view.document, grip, event.point_px
+    document.commit()
+    while not event.released:
+        if (event.point_px != start).any():
+            points = line.points_px.copy()
+            points[ends] += event.point_px - start
+            if event.straight and len(ends) == 1:
+                points[ends] = _squared(points[1 - ends[0]], points[ends[0]])
+            new = dataclasses.replace(line, points_px=points)
+            protection = document.committed.protection.replaced(line, new)
+            state = dataclasses.replace(document.committed, protection=protection)
+            document.preview(state, tr("Move a line"))
+            moved(new)
+        event = yield
     document.commit()
 
 

@@ -9,6 +9,7 @@ from typing import Final
 
 from PySide6.QtCore import QFileSystemWatcher, QTimer
 
+from kogao_core.background.find import BackgroundFinder
 from kogao_core.faces.doubt import verdicts
 from kogao_core.photo.formats import READABLE, suffix_of
 from kogao_core.projects.results import Results
@@ -46,6 +47,8 @@ class Strip(Feature):
         self._drawing = self.lane(self._show, lambda _: QTimer.singleShot(0, self._draw))
         self._looking = self.lane(self._show_facts, lambda _: QTimer.singleShot(0, self._look))
         self._undrawn: dict[Path, None] = {}
+        # A cache of its own: that of the open photo stays.
+        self._finder = BackgroundFinder(self.live.finder.people)
         self._to_look: list[Path] = []
         self._told: dict[Path, Mark] = {}
         self._check: tuple[Path | None, str] = None, ""  # the photo to check that opens, and why
@@ -286,7 +289,8 @@ class Strip(Feature):
         if path in self._undrawn and not self._drawing.busy:
             del self._undrawn[path]
             side_px, edits = self.side_px, self.storage.edits
-            self._drawing.submit(lambda: (path, thumbnail(path, side_px, edits)))
+            finder = self._finder
+            self._drawing.submit(lambda: (path, thumbnail(path, side_px, edits, finder)))
 
     @property
     def side_px(self) -> int:

@@ -12,6 +12,8 @@ import numpy as np
 from PySide6.QtCore import QSize, Qt
 from PySide6.QtGui import QImage, QImageReader
 
+from kogao_core.background.find import BackgroundFinder, MeasuredLines, held_of, measure
+from kogao_core.background.holding import NOTHING_HELD
 from kogao_core.base.display import Rgb8, eight_bits, png, reduced, rgb8
 from kogao_core.base.geometry import Box
 from kogao_core.base.json_reader import BadFile
@@ -31,6 +33,7 @@ from ...render.pictures import qt_image
 
 THUMBNAIL_PX: Final = 72
 LARGEST_PX: Final = 200
+_MEASURED_PX: Final = 800  # enough to find straight lines
 _RAW: Final = "RAW"  # takes seconds to develop
 _HEAD_BYTES: Final = 1 << 17  # where a file holds its profile
 _LIMITED: Final = 0.995  # a face below this share of its displacement was limited
@@ -81,30 +84,36 @@ class Sample:
     side_px: int
 
     @staticmethod
-    def of(path: Path, side_px: int, project: Project) -> Sample:
-        """Read a photo for previews of this size. Raises BadFile."""
-        picture = _read(path, max(LARGEST_PX, side_px))
+    def of(path: Path, side_px: int, project: Project, read_px: int = LARGEST_PX) -> Sample:
+        """Read a photo for previews of this size, at least at `read_px`. Raises BadFile."""
+        picture = _read(path, max(read_px, side_px))
         if picture.isNull():
             raise BadFile(path.name)
         kinds = QImage.Format
         kind = kinds.Format_RGBA8888 if picture.hasAlphaChannel() else kinds.Format_RGB888
         return Sample(picture, _pixels(picture.convertToFormat(kind)), project, side_px)
 
-    def drawn(self, project: Project) -> Preview:
-        """Return the thumbnail with a project. Raises BadFile."""
+    def drawn(self, project: Project, finder: BackgroundFinder | None = None) -> Preview:
+        """Return the thumbnail with a project. Raises BadFile.
+
+        With a finder, lines of the background are held, and lines that turn are a warning.
+        """
         done = sidecar.apply(project, self.pixels)
+        held = NOTHING_HELD if finder is None else held_of(self.pixels, done, finder)
         rendering = render(
             *(self.pixels, done.faces, done.recipe),
             protection=done.protection,
+            held=held,
             brushwork=done.brushwork,
         )
+        lines = None if finder is None else measure(self.pixels, rendering, done, finder)
         # QImage doesn't copy the array.
         made = qt_image(np.ascontiguousarray(rendering.pixels)).copy()
         made.setColorSpace(self.picture.colorSpace())
-        return Preview(_reduced(made, self.side_px), _warning(project, rendering.shares))
+        return Preview(_reduced(made, self.side_px), _warning(project, rendering.shares, lines))
 
 
-def _warning(project: Project, shares: Sequence[float]) -> str:
+def _warning(project: Project, shares: Sequence[float], lines: MeasuredLines | None) -> str:
     """Return the reasons to check a result, one per line."""
     size, sheet = project.original, sidecar.sheet_of(project)
     judged = verdicts(sheet.faces, Box(0, 0, size.width, size.height))
@@ -112,16 +121,26 @@ def _warning(project: Project, shares: Sequence[float]) -> str:
     why = [translated(verdict.told(n + 1)) for n, verdict in asks]
     if min(shares, default=1.0) < _LIMITED:
         why.append(tr("limited to {n:.0f} % to avoid folding", n=100 * min(shares)))
+    why.append(translated(lines.told) if lines else "")
     return "\n".join(filter(None, why))
 
 
-def thumbnail(path: Path, side_px: int = THUMBNAIL_PX, edits: Edits | None = None) -> Preview:
-    """Return a small upright preview of a photo with its edits; null for raw and damaged files."""
+def thumbnail(
+    path: Path,
+    side_px: int = THUMBNAIL_PX,
+    edits: Edits | None = None,
+    finder: BackgroundFinder | None = None,
+) -> Preview:
+    """Return a small upright preview of a photo with its edits; null for raw and damaged files.
+
+    With a finder, its warning tells of lines that turn.
+    """
     file = None if edits is None else edits.newest(path)
     if file is not None:
         with suppress(BadFile):  # the reason is shown when the photo is opened
             project = load(file)
-            return Sample.of(path, side_px, project).drawn(project)
+            read_px = LARGEST_PX if finder is None else _MEASURED_PX
+            return Sample.of(path, side_px, project, read_px).drawn(project, finder)
     return Preview(on_screen(_read(path, side_px)), "")
 
 
