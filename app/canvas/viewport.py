@@ -111,11 +111,10 @@ class Viewport(pg.GraphicsView):
 
     def visible_part(self) -> VisiblePart | None:
         """Return the visible part of the photo with a margin, at the level for the zoom."""
-        if self.photo.pyramid is None:
+        if (pyramid := self.photo.pyramid) is None:
             return None
-        level = self.photo.pyramid.level_for(self.zoom)
-        pixels = self.photo.pyramid.levels[level]
-        box = pixels_in(self._box.viewRect(), pixels, level, _PREVIEW_MARGIN_PX)
+        level = pyramid.level_for(self.zoom)
+        box = pixels_in(self._box.viewRect(), pyramid.levels[level], level, _PREVIEW_MARGIN_PX)
         return VisiblePart(level, box) if box.area else None
 
     def _redraw(self) -> None:
