@@ -324,13 +324,14 @@ def head_fields(
     """
     fields: list[HeadField | None] = []
     everyone = [(face, face_corners(face)) for face in (*faces, *still)]
+    fronts = ahead([face for face, _ in everyone])
     for k, (face, pair, recipe) in enumerate(zip(faces, pairs, recipes, strict=True)):
         motion = motion_of(face, pair, recipe)
         beside = neighbours_px[k] if neighbours_px else NOBODY
         head = HeadField(face, motion, photo, beside, lens, k)
         if motion.strength:
             others = tuple(
-                OtherHead(ring, head_corners(other), ahead(other, face), j >= len(faces))
+                OtherHead(ring, head_corners(other), float(fronts[j, k]), j >= len(faces))
                 for j, (other, ring) in enumerate(everyone)
                 if j != k and head.is_near(ring)
             )

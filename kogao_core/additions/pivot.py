@@ -47,9 +47,9 @@ def attract_pivots(
     step_px, heads = min(sizes) / _SAMPLES, (*faces, *still)
     protected = [sampled(strokes, step_px)] if strokes else []
     rings = [Stroke(np.vstack([ring := head_corners(one), ring[:1]])) for one in heads]
-    edges = [(one, sampled([ring], step_px)) for one, ring in zip(heads, rings, strict=True)]
-    for pair, face, size in zip(pairs, faces, sizes, strict=True):
-        front = [edge * (1.0, 1.0, ahead(one, face), 1.0) for one, edge in edges]
+    edges, fronts = [sampled([ring], step_px) for ring in rings], ahead(heads)
+    for k, (pair, face, size) in enumerate(zip(pairs, faces, sizes, strict=True)):
+        front = [edge * (1.0, 1.0, fronts[j, k], 1.0) for j, edge in enumerate(edges)]
         every = np.vstack([*protected, *front])
         reach = every[:, 3:] + _ATTRACTED * size
         low, high = face.points.min(axis=0) - reach, face.points.max(axis=0) + reach
