@@ -21,18 +21,6 @@ from kogao_core.base.language import (
 )
 from kogao_core.base.wording import system_reason
 
-__all__ = [
-    "bare",
-    "language_names",
-    "lettered",
-    "reason",
-    "sentence",
-    "speak",
-    "tr",
-    "tr_count",
-    "translated",
-    "unwritten",
-]
 _LETTER: Final = re.compile(r"\(&\w\)")
 _QT: Final = "qtbase"  # texts of Qt: buttons of dialogs, menus of text fields
 

@@ -228,11 +228,7 @@ class Rendering:
         with one_blas_thread():
             image, shown = (
                 self.domain.image,
-                (
-                    self.threshold_px,
-                    self.pixels,
-                    photo_sha256 or self.photo_sha256,
-                ),
+                (self.threshold_px, self.pixels, photo_sha256 or self.photo_sha256),
             )
             return evidence.gathered(self.field, self.pairs, image, self.recipe, *shown)
 

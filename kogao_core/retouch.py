@@ -15,12 +15,7 @@ from kogao_core.faces.doubt import Chosen, choose
 from kogao_core.faces.face import Face
 from kogao_core.faces.names import People, identify
 from kogao_core.photo import Photo, accompanied, write, write_in_place
-from kogao_core.photo.disclosure.disclosing import (
-    NO_DISCLOSURE,
-    Disclosure,
-    disclose,
-    undisclosed,
-)
+from kogao_core.photo.disclosure.disclosing import NO_DISCLOSURE, Disclosure, disclose, undisclosed
 from kogao_core.photo.export import AS_IT_IS, Export
 from kogao_core.photo.formats.jpeg import JPEG
 from kogao_core.photo.model import is_same

@@ -20,14 +20,7 @@ from ..canvas.tools.protect import line_at, move_line, protect
 from ..i18n import sentence, tr
 from ..theme import GRID_PX
 from ..view_state import Brush, Handle, ToolName
-from ..widgets.controls import (
-    Eye,
-    column_of,
-    heading,
-    muted_label,
-    row_of,
-    segmented,
-)
+from ..widgets.controls import Eye, column_of, heading, muted_label, row_of, segmented
 from ..widgets.dialogs import ask_path, photo_filter
 from ..widgets.sliders import ValueSlider
 from ..widgets.typed import SliderScale

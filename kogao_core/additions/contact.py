@@ -7,6 +7,7 @@ shrunk counts like a head that doesn't move.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Final
@@ -46,12 +47,13 @@ class OtherHead:
     still: bool  # it isn't shrunk
 
 
-def ahead(one: Face, other: Face) -> float:
-    """Return how far the head of `one` is in front of `other`; 0 if beside it or behind."""
-    larger = np.log(one.anchor.spacing_px / other.anchor.spacing_px) / np.log(_LARGER)
-    heights = [HeadFrame.of(face).height_px for face in (one, other)]
-    lower = float((one.eye_center - other.eye_center)[1]) / float(np.mean(heights)) / _LOWER
-    return float(smoothstep(np.asarray(larger + lower)))
+def ahead(faces: Sequence[Face]) -> Array:
+    """Return how far each head is in front of each other, (K, K); 0 if beside it or behind."""
+    larger = np.log([face.anchor.spacing_px for face in faces]) / np.log(_LARGER)
+    heights = np.array([HeadFrame.of(face).height_px for face in faces])
+    lower = np.array([face.eye_center[1] for face in faces]) / _LOWER
+    apart = (lower[:, None] - lower) / ((heights[:, None] + heights) / 2.0)
+    return smoothstep(larger[:, None] - larger + apart)
 
 
 def face_corners(face: Face) -> Array:

@@ -23,9 +23,7 @@ _BISECTIONS: Final = 40  # steps of the search for the ridge
 
 
 def exact(
-    problems: Sequence[Problem],
-    tolerances: Sequence[Array] = (),
-    norms: Sequence[float] = (),
+    problems: Sequence[Problem], tolerances: Sequence[Array] = (), norms: Sequence[float] = ()
 ) -> list[Lattice]:
     """Interpolate every landmark of every face with the smallest possible control points.
 
@@ -41,9 +39,7 @@ def exact(
     lattices = [problem.support.empty for problem in problems]
     for group in groups(lattices):
         solved = _solve_together(
-            [problems[k] for k in group],
-            [tolerances[k] for k in group],
-            [norms[k] for k in group],
+            [problems[k] for k in group], [tolerances[k] for k in group], [norms[k] for k in group]
         )
         for k, lattice in zip(group, solved, strict=True):
             lattices[k] = lattice

@@ -145,9 +145,7 @@ def _fitted(
     which = [k for k, recipe in enumerate(recipes) if recipe.fit == "exact"]
     solved = iter(
         exact(
-            [problems[k] for k in which],
-            [tolerances[k] for k in which],
-            [norms[k] for k in which],
+            [problems[k] for k in which], [tolerances[k] for k in which], [norms[k] for k in which]
         )
     )
     fitted = []

@@ -330,17 +330,16 @@ def head_fields(
     """
     fields: list[HeadField | None] = []
     everyone = (*faces, *still)
-    rings = [face_corners(face) for face in everyone]
+    rings, fronts = [face_corners(face) for face in everyone], ahead(everyone)
     spans_px = _spans_px(rings)
     for k, (face, pair, recipe) in enumerate(zip(faces, pairs, recipes, strict=True)):
         motion = motion_of(face, pair, recipe)
         beside = neighbours_px[k] if neighbours_px else NOBODY
         head = HeadField(face, motion, photo, beside, lens, k)
         if motion.strength:
-            near = [(j, everyone[j]) for j in np.flatnonzero(head.is_near(spans_px)).tolist()]
             others = tuple(
-                OtherHead(rings[j], head_corners(other), ahead(other, face), j >= len(faces))
-                for j, other in near
+                OtherHead(rings[j], head_corners(everyone[j]), float(fronts[j, k]), j >= len(faces))
+                for j in np.flatnonzero(head.is_near(spans_px)).tolist()
                 if j != k
             )
             head = dataclasses.replace(head, others=others)

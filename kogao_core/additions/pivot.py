@@ -47,17 +47,12 @@ def attract_pivots(
     step_px, heads = min(sizes) / _SAMPLES, (*faces, *still)
     protected = [sampled(strokes, step_px)] if strokes else []
     rings = [Stroke(np.vstack([ring := head_corners(one), ring[:1]])) for one in heads]
-    edges = [sampled([ring], step_px) for ring in rings]
-    ends = np.array([(edge[:, :2].min(axis=0), edge[:, :2].max(axis=0)) for edge in edges])
-    for pair, face, size in zip(pairs, faces, sizes, strict=True):
-        apart = np.maximum(
-            ends[:, 0] - face.points.max(axis=0), face.points.min(axis=0) - ends[:, 1]
-        )
-        front = [
-            edges[k] * (1.0, 1.0, ahead(heads[k], face), 1.0)
-            for k in np.flatnonzero((apart < _ATTRACTED * size).all(axis=1))
-        ]
-        every = np.vstack([*protected, *front])
+    edges, fronts = [sampled([ring], step_px) for ring in rings], ahead(heads)
+    owners = np.repeat(np.arange(len(heads)), [len(edge) for edge in edges])
+    for k, (pair, face, size) in enumerate(zip(pairs, faces, sizes, strict=True)):
+        front = np.vstack(edges)
+        front[:, 2] *= fronts[owners, k]
+        every = np.vstack([*protected, front])
         reach = every[:, 3:] + _ATTRACTED * size
         low, high = face.points.min(axis=0) - reach, face.points.max(axis=0) + reach
         near = every[((every[:, :2] > low) & (every[:, :2] < high)).all(axis=1)]

@@ -7,20 +7,3 @@ from kogao_core.batch.planning import NothingToDo, check_free, outdated, partial
 from kogao_core.batch.tasks import Outcome, Task, measures_of, outputs_of, record, work
 from kogao_core.batch.workers import Workers, run
 from kogao_core.projects.results import REPORT
-
-__all__ = [
-    "REPORT",
-    "NothingToDo",
-    "Outcome",
-    "Task",
-    "Workers",
-    "check_free",
-    "measures_of",
-    "outdated",
-    "outputs_of",
-    "partial",
-    "plan",
-    "record",
-    "run",
-    "work",
-]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import dataclasses
 import io
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
@@ -57,10 +58,7 @@ def measured(
             "center": recipe.center,
             "lattice": recipe.lattice,
             "fit": recipe.fit,
-            "width_px": after.width_px,
-            "jaw_px": after.jaw_px,
-            "area_px2": after.area_px2,
-            "interocular_px": after.interocular_px,
+            **dataclasses.asdict(after),
             "jaw_to_eyes": after.jaw_to_eyes,
             "width_change_percent": _change(before.width_px, after.width_px),
             "jaw_change_percent": _change(before.jaw_px, after.jaw_px),

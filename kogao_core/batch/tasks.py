@@ -216,10 +216,7 @@ def _sentence(error: Exception) -> str:
 
 
 def record(
-    outcomes: Iterable[Outcome],
-    report: Path,
-    results: Results,
-    then: Callable[[Outcome], object],
+    outcomes: Iterable[Outcome], report: Path, results: Results, then: Callable[[Outcome], object]
 ) -> None:
     """Append each outcome to a new or existing report, and each result to the list of results."""
     if report.is_file():

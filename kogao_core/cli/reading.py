@@ -21,14 +21,7 @@ from kogao_core.faces.face import Face, LandmarkSource, select
 from kogao_core.faces.landmarks import ModelRefused, networks_are_here
 from kogao_core.faces.landmarks import source as landmark_source
 from kogao_core.faces.names import NobodyNamed, people_of
-from kogao_core.photo import (
-    READABLE,
-    CannotDisclose,
-    Photo,
-    UnreadablePhoto,
-    formats,
-    read,
-)
+from kogao_core.photo import READABLE, CannotDisclose, Photo, UnreadablePhoto, formats, read
 from kogao_core.photo.disclosure.disclosing import Disclosure
 from kogao_core.photo.disclosure.label import check_label
 from kogao_core.photo.export import Export

@@ -81,10 +81,7 @@ class Lattice:
         return self.mixed(*self.weights_at(xs_px, ys_px))
 
     def weights_at(
-        self,
-        xs_px: npt.ArrayLike,
-        ys_px: npt.ArrayLike,
-        weigh: Callable[[Array], Array] = basis,
+        self, xs_px: npt.ArrayLike, ys_px: npt.ArrayLike, weigh: Callable[[Array], Array] = basis
     ) -> tuple[Array, Array]:
         """Return the weights of the stored nodes at coordinates along x (X,) and along y (Y,).
 

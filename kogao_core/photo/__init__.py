@@ -10,23 +10,3 @@ from kogao_core.photo.in_place import check_in_place, write_in_place
 from kogao_core.photo.model import Photo
 from kogao_core.photo.reading import MAX_MEGAPIXELS, read
 from kogao_core.photo.writing import bits_of, check_holds, check_output, write
-
-__all__ = [
-    "FORMATS",
-    "MAX_MEGAPIXELS",
-    "READABLE",
-    "CannotDisclose",
-    "CannotWrite",
-    "Photo",
-    "RefusedOutput",
-    "UnreadablePhoto",
-    "accompanied",
-    "bits_of",
-    "check_holds",
-    "check_in_place",
-    "check_output",
-    "has_gain_map",
-    "read",
-    "write",
-    "write_in_place",
-]

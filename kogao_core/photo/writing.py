@@ -25,14 +25,7 @@ from kogao_core.photo.errors import CannotWrite, RefusedOutput
 from kogao_core.photo.formats import FORMATS
 from kogao_core.photo.formats.base import Content, FileFormat
 from kogao_core.photo.jpeg.segments import SOI
-from kogao_core.photo.metadata import (
-    jpeg_extras,
-    kinds,
-    photoshop,
-    rating,
-    references,
-    upright,
-)
+from kogao_core.photo.metadata import jpeg_extras, kinds, photoshop, rating, references, upright
 from kogao_core.photo.metadata.kinds import Extra
 from kogao_core.photo.metadata.upright import as_stored
 from kogao_core.photo.model import Photo, channels_of, is_same

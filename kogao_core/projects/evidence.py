@@ -1,7 +1,7 @@
 """Evidence files: the numbers behind a warped photo, as one compressed ``.npz`` file.
 
 An evidence file holds no pixels of the photo. numpy reads the file without Kogao; all texts are
-JSON. `ARRAYS` says what each array holds; docs/python.md has the same table.
+JSON. docs/python.md says what each array holds.
 """
 
 from __future__ import annotations
@@ -15,7 +15,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any, Final, get_args
 
 import numpy as np
@@ -34,23 +33,6 @@ from kogao_core.recipe.recipe import Recipe
 from kogao_core.recipe.settings import DomainName
 
 VERSION: Final = 1
-ARRAYS: Final[Mapping[str, str]] = MappingProxyType({
-    "points_px": "(N, 2) landmarks of all outlines, x and y, px",
-    "targets_px": "(N, 2) their targets, px",
-    "face": "(N,) index of each point's face, from 0",
-    "centers_px": "(F, 2) centre of each face, px",
-    "phi_K": "(rows, columns, 2) control points of lattice K: displacement x and y, px",
-    "origin_px_K": "(2,) position of node (0, 0) of lattice K, px",
-    "first_K": "(2,) index (i, j) of the node of phi_K[0, 0]",
-    "spacing_px_K": "distance between neighbouring nodes of lattice K, px",
-    "displacement_px": "(H, W, 2) float32: a pixel shows the photo at its position plus this, px",
-    "det_j": "(H, W) float32: Jacobian determinant; below 1 stretched, 0 or less folded",
-    "domain_image": "(H, W) bool: the whole image",
-    "domain_control_points": "(H, W) bool: domain of section 4.1",
-    "domain_threshold": "(H, W) bool: domain of section 4.2",
-    "recipe": "JSON: the recipe, as `Recipe.to_dict` writes it",
-    "made": "JSON: versions, processor, BLAS, time, SHA-256 of photo, result's pixels and networks",
-})  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -48,9 +48,7 @@ class Provenance:
         if self.source is None:
             return Text("{name} is one of Kogao's own results", name=self.path.name)
         return Text(
-            "{name} is Kogao's own result of {source}",
-            name=self.path.name,
-            source=self.source.name,
+            "{name} is Kogao's own result of {source}", name=self.path.name, source=self.source.name
         )
 
 

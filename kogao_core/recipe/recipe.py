@@ -218,11 +218,7 @@ class Recipe:
         letter="b",
     )
     scope: ScopeName = setting(
-        "head",
-        Text("Change"),
-        Text("What gets smaller"),
-        alternatives=SCOPES,
-        letter="g",
+        "head", Text("Change"), Text("What gets smaller"), alternatives=SCOPES, letter="g"
     )
     even_out: float = setting(
         0.0,
@@ -254,10 +250,7 @@ class Recipe:
         letter="J",
     )
     chin_length: float = _signed(
-        0.0,
-        Text("Chin"),
-        Text("chin length"),
-        Text("Length of the chin; negative is shorter"),
+        0.0, Text("Chin"), Text("chin length"), Text("Length of the chin; negative is shorter")
     )
     cheeks_width: float = _signed(
         0.0,

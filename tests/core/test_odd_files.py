@@ -407,18 +407,8 @@ def test_exif_types_stay_in_a_tiff(tmp_path, suffix):
     Image.fromarray(RGB).save(path)
     subprocess.run(["exiftool", "-q", "-overwrite_original", *TYPES, path], check=True)
     written(tmp_path, photo.read(path), "o.tif")
-    command = [
-        "exiftool",
-        "-j",
-        "-D",
-        "-a",
-        "-G1",
-        "-validate",
-        "-warning",
-        "-ExifIFD:all",
-        "-GPS:all",
-    ]
-    done = subprocess.run([*command, path, out], capture_output=True, check=True)
+    told = ["-j", "-D", "-a", "-G1", "-validate", "-warning", "-ExifIFD:all", "-GPS:all"]
+    done = subprocess.run(["exiftool", *told, path, out], capture_output=True, check=True)
     before, after = json.loads(done.stdout)
     if suffix == ".jpg":  # a TIFF has other rules
         before, after = (

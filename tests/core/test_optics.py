@@ -116,7 +116,7 @@ def test_the_command_goes_by_the_photo_or_by_what_is_said(tmp_path, tags, lens, 
     told = CliRunner().invoke(
         program,
         ["warp", str(path), "-o", str(out), "--points", str(points), "--amount", "0",
-         "--lens", lens, "--json", "-"],
+         "--no-hold-background", "--lens", lens, "--json", "-"],
     )  # fmt: skip
     assert told.exit_code == 0, told.output
     found = json.loads(told.stdout)

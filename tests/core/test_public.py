@@ -95,44 +95,35 @@ def test_a_large_rendering_is_shown_reduced():
 PHOTO = textured_photo(480, 360)
 FACE = oval_face()
 FIELD = kogao.render(PHOTO, [FACE], kogao.PAPER).field
-PAPER, render = kogao.PAPER, kogao.render
+SAMPLE = kogao.sample()
+
+
+def drawn(photo=PHOTO, faces=(FACE,), recipe=kogao.PAPER, **more):
+    return lambda: kogao.render(photo, faces, recipe, **more)
+
+
 WRONG = {
-    "image of Pillow": (
-        lambda: render(Image.fromarray(PHOTO), [FACE], PAPER),
-        r"got Image; .* numpy.asarray\(image\)",
-    ),
-    "path": (lambda: render("a.jpg", [FACE], PAPER), "numpy array, got str"),
+    "image of Pillow": (drawn(Image.fromarray(PHOTO)), r"got Image; .* numpy.asarray\(image\)"),
+    "path": (drawn("a.jpg"), "numpy array, got str"),
     "Photo": (
-        lambda: kogao.write(kogao.read(kogao.sample()), kogao.read(kogao.sample()), "x.png"),
+        lambda: kogao.write(kogao.read(SAMPLE), kogao.read(SAMPLE), "x.png"),
         "pass photo.pixels of a Photo",
     ),
-    "float64": (lambda: render(PHOTO / 255.0, [FACE], PAPER), r"\.astype\(numpy.float32"),
-    "empty": (lambda: render(PHOTO[:0], [FACE], PAPER), "at least one pixel"),
-    "channels": (lambda: render(np.zeros((9, 9, 5), np.uint8), [FACE], PAPER), r"shape \(H, W\)"),
-    "recipe as a dict": (
-        lambda: render(PHOTO, [FACE], {"percent": 4}),
-        r"expected a Recipe such as kogao.Recipe\(\), got dict",
-    ),
-    "one face": (lambda: render(PHOTO, FACE, PAPER), r"sequence of Face, such as \[face"),
-    "face as an array": (lambda: render(PHOTO, [FACE.outline], PAPER), "sequence of Face"),
-    "protection as a list": (
-        lambda: render(PHOTO, [FACE], PAPER, protection=[(1, 2)]),
-        "expected a Protection",
-    ),
-    "brushwork as a text": (
-        lambda: render(PHOTO, [FACE], PAPER, brushwork="x"),
-        "expected a Brushwork",
-    ),
+    "float64": (drawn(PHOTO / 255.0), r"\.astype\(numpy.float32"),
+    "empty": (drawn(PHOTO[:0]), "at least one pixel"),
+    "channels": (drawn(np.zeros((9, 9, 5), np.uint8)), r"shape \(H, W\)"),
+    "dict": (drawn(recipe={"percent": 4}), r"expected a Recipe such as kogao.Recipe\(\), got dict"),
+    "one face": (drawn(faces=FACE), r"sequence of Face, such as \[face"),
+    "face as an array": (drawn(faces=[FACE.outline]), "sequence of Face"),
+    "protection as a list": (drawn(protection=[(1, 2)]), "expected a Protection"),
+    "brushwork as a text": (drawn(brushwork="x"), "expected a Brushwork"),
     "unknown brush": (
         lambda: kogao.Brushwork().with_stroke("pull", [(1, 2)], 20),
         "one of push, restore",
     ),
-    "measures of a list": (
-        lambda: kogao.measures([FACE]),
-        "expected a Face from kogao.find, got list",
-    ),
+    "a list": (lambda: kogao.measures([FACE]), "expected a Face from kogao.find, got list"),
     "shown by a rendering": (
-        lambda: kogao.shown_at(render(PHOTO, [FACE], PAPER), [(1, 2)]),
+        lambda: kogao.shown_at(drawn()(), [(1, 2)]),
         "expected a Field such as rendering.field, got Rendering",
     ),
     "one shown point": (lambda: kogao.shown_at(FIELD, (3.0, 4.0)), r"shape \(N, 2\), got \(2,\)"),
@@ -148,23 +139,17 @@ WRONG = {
     "one point": (lambda: FIELD.at((3.0, 4.0)), r"shape \(N, 2\), got \(2,\)"),
     "points of a volume": (lambda: FIELD.at(np.zeros((4, 3))), r"shape \(N, 2\), got \(4, 3\)"),
     "picture of Pillow": (
-        lambda: render(PHOTO, [FACE], PAPER).warped(Image.fromarray(PHOTO)),
+        lambda: drawn()().warped(Image.fromarray(PHOTO)),
         "numpy array, got Image",
     ),
     "search in a path": (lambda: kogao.find("a.jpg"), "numpy array, got str"),
     "search in nothing": (lambda: kogao.find(PHOTO[:0]), "at least one pixel"),
     "search in float64": (lambda: kogao.find(PHOTO / 255.0), "must be uint8"),
     "unknown source": (lambda: kogao.source("model"), "use one of mesh, aam, chin"),
-    "outline of one number": (
-        lambda: kogao.Face([1.0], FACE.eyes, FACE.mouth),
-        r"expected points of shape \(N, 2\)",
-    ),
+    "outline": (lambda: kogao.Face([1.0], FACE.eyes, FACE.mouth), r"points of shape \(N, 2\)"),
     "template in a volume": (lambda: kogao.template_face((1, 2, 3), 10.0), r"a point \(x, y\)"),
     "write without a Photo": (lambda: kogao.write(PHOTO, PHOTO, "x.png"), "expected a Photo"),
-    "write a list": (
-        lambda: kogao.write(kogao.read(kogao.sample()), [1], "x.png"),
-        "numpy array, got list",
-    ),
+    "write a list": (lambda: kogao.write(kogao.read(SAMPLE), [1], "x.png"), "array, got list"),
     "evidence of a text": (lambda: kogao.load_evidence(__file__), "is not an evidence file"),
 }
 

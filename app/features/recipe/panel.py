@@ -17,15 +17,7 @@ from ...document import DEFAULT, State
 from ...i18n import tr, translated
 from ...theme import GRID_PX
 from ...view_state import RenderedFrame
-from ...widgets.controls import (
-    ChoiceBox,
-    Eye,
-    Fold,
-    WarningLabel,
-    column_of,
-    muted_label,
-    row_of,
-)
+from ...widgets.controls import ChoiceBox, Eye, Fold, WarningLabel, column_of, muted_label, row_of
 from ...widgets.sliders import ValueSlider
 from . import fields
 from .fields import CenterChoice, LensChoice, OwnerLine, ScopeChoice

@@ -10,16 +10,3 @@ from kogao_core.faces.landmarks.sources import (
     source,
     template_face,
 )
-
-__all__ = [
-    "CHOICES",
-    "Choice",
-    "Measured",
-    "MeshSource",
-    "ModelRefused",
-    "check_networks",
-    "find",
-    "networks_are_here",
-    "source",
-    "template_face",
-]

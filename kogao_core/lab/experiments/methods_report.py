@@ -12,12 +12,7 @@ from kogao_core.base.geometry import Image
 from kogao_core.base.language import Text
 from kogao_core.lab.experiments import methods
 from kogao_core.lab.experiments.experiment import Experiment, ExperimentOption, Work
-from kogao_core.lab.experiments.methods import (
-    DIFFERENCE_GAIN,
-    SAMPLES_PX,
-    Compared,
-    Comparison,
-)
+from kogao_core.lab.experiments.methods import DIFFERENCE_GAIN, SAMPLES_PX, Compared, Comparison
 from kogao_core.lab.reports.report import Heading, Part, Picture, Report, Row, Table
 from kogao_core.lab.reports.spread import Spread, in_columns, rounded
 from kogao_core.recipe.recipe import Recipe

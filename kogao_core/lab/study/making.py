@@ -26,15 +26,7 @@ from kogao_core.base.language import BadValue, TextError
 from kogao_core.base.wording import printable
 from kogao_core.faces.face import Face
 from kogao_core.lab.study import page, plan
-from kogao_core.lab.study.design import (
-    CONDUCT,
-    RULES,
-    Conduct,
-    Rules,
-    Variant,
-    practice,
-    variants,
-)
+from kogao_core.lab.study.design import CONDUCT, RULES, Conduct, Rules, Variant, practice, variants
 from kogao_core.lab.study.plan import (
     Key,
     Meaning,

@@ -25,11 +25,7 @@ from kogao_core.photo.model import Photo
 _BRANDS: Final = {b"heic", b"heix", b"heim", b"heis", b"hevc", b"hevx", b"mif1", b"msf1"}
 # Boxes of pictures, and boxes of additional content.
 _PLAIN_BOXES: Final = (b"ftyp", b"meta", b"mdat", b"free", b"skip", b"idat")
-_BOXES: Final = {
-    b"mpvd": kinds.VIDEO,
-    b"sefd": kinds.SAMSUNG,
-    b"moov": kinds.FURTHER,
-}
+_BOXES: Final = {b"mpvd": kinds.VIDEO, b"sefd": kinds.SAMSUNG, b"moov": kinds.FURTHER}
 _CREDENTIALS: Final = bytes.fromhex("d8fec3d61b0e483c92975828877ec481")
 # Items that libheif's package can't decode: uncompressed, AV1, JPEG, JPEG 2000, VVC, AVC.
 _RARE: Final = re.compile(

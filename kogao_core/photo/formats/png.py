@@ -26,11 +26,7 @@ _OVERHEAD: Final = 12
 _WHOLE_PROFILE: Final = b"Raw profile type icc\0"
 _TEXT: Final = (b"tEXt", b"zTXt", b"iTXt")
 # Texts with metadata blocks that are written separately.
-_ELSEWHERE: Final = (
-    b"XML:com.adobe.xmp\0",
-    b"Raw profile type exif\0",
-    b"Raw profile type iptc\0",
-)
+_ELSEWHERE: Final = (b"XML:com.adobe.xmp\0", b"Raw profile type exif\0", b"Raw profile type iptc\0")
 # Pillow refuses a PNG with a larger profile. A text holds the whole profile.
 MOST_PROFILE_BYTES: Final = 1 << 20
 # The picture, metadata blocks that are written separately, and Apple's index of the picture.

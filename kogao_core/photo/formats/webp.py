@@ -18,11 +18,7 @@ from kogao_core.photo.model import Photo
 _QUALITY: Final = 95
 _EFFORT: Final = 50  # of lossless WebP: a quarter of the time of 95, and 0.1 % longer
 _PLAIN: Final = (b"VP8 ", b"VP8L", b"VP8X", b"ALPH", b"ICCP", b"EXIF", b"XMP ")
-_KNOWN: Final = {
-    b"C2PA": kinds.CREDENTIALS,
-    b"ANIM": kinds.FURTHER,
-    b"ANMF": kinds.FURTHER,
-}
+_KNOWN: Final = {b"C2PA": kinds.CREDENTIALS, b"ANIM": kinds.FURTHER, b"ANMF": kinds.FURTHER}
 _HEAD_BYTES: Final = 8
 _ALPHA: Final = 0x10  # flag of the alpha channel
 

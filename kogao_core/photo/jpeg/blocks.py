@@ -94,11 +94,7 @@ def _code(whole: Coefficients, pixels: Image, changed: Mask, top: int) -> None:
         # Whole numbers, as decoders return: fractions would be rounded twice.
         pixels = cv2.transform(pixels, _YCC)
     for plane, component, (down, along), table in zip(
-        whole.planes,
-        cv2.split(pixels),
-        whole.frame.factors,
-        whole.used,
-        strict=True,
+        whole.planes, cv2.split(pixels), whole.frame.factors, whole.used, strict=True
     ):
         size = BLOCK_PX * along * (right - left), BLOCK_PX * down * len(changed)
         values = np.asarray(component, np.float32)
