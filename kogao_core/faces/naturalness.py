@@ -78,9 +78,7 @@ def percent_of(pairs: FacePairs) -> float:
     return sign * 100.0 * float((moved / np.maximum(radius, 1e-9)).mean())
 
 
-def worst(
-    faces: Sequence[tuple[FacePairs, Recipe]], missed_px: float = 0.0
-) -> Naturalness | None:
+def worst(faces: Sequence[tuple[FacePairs, Recipe]], missed_px: float = 0.0) -> Naturalness | None:
     """Rate the face with the largest warp distance by table 1; None without faces.
 
     `missed_px`: largest error of the displacement on the contours (`Residual.contour_max_px`).
