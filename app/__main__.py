@@ -216,8 +216,8 @@ def _command() -> words.Command:
     def run(**given: Any) -> SimpleNamespace:
         """Make faces in photos slightly smaller.
 
-        PHOTO is a photo, a project or a folder. Several photos open as a film strip. The settings are
-        for --screenshot.
+        PHOTO is a photo, a project or a folder. Several photos open as a film strip. Settings need
+        --screenshot.
         """
         found = SimpleNamespace(**given)
         _check(found)
