@@ -23,7 +23,9 @@ from kogao_core.base.threads import (
     without_blas_threads,
 )
 from kogao_core.base.wording import sentence, shown
-from kogao_core.cli import common, words
+from kogao_core.cli import ending, words
+from kogao_core.cli.options import recipe_of, sets_recipe
+from kogao_core.recipe.recipe import SETTINGS
 
 from .workspaces import WORKSPACES
 
@@ -135,6 +137,13 @@ def _check(options: SimpleNamespace) -> None:
         raise click.UsageError(Text("--screenshot shows one photo; name one"))
     if options.edit and (options.screenshot is not None or not options.photos):
         raise click.UsageError(Text("--edit needs photos and can't be combined with --screenshot"))
+    try:
+        recipe = recipe_of(options.recipe_file, vars(options))
+    except ending.Stop as stop:
+        raise click.UsageError(stop.message) from stop
+    # Without --recipe, the other settings are the photo's own.
+    given = (n for n in SETTINGS if options.recipe_file or getattr(options, n) is not None)
+    options.settings = {name: getattr(recipe, name) for name in given}
 
 
 def _picture_options() -> Callable[[Any], Any]:
@@ -148,10 +157,6 @@ def _picture_options() -> Callable[[Any], Any]:
             "--show", callback=_names, metavar="NAME,...", needs="--screenshot",
             help="Overlays, comparisons and tools to show (see docs/inspect.md) [overlays of the "
             "workspace]",
-        ),
-        words.option(
-            "--amount", "percent", type=common.Number(-15.0, 15.0), metavar="N",
-            needs="--screenshot", help="Amount in the picture, -15..15 [6]",
         ),
         words.option(
             "--protect", callback=_line, metavar="'X,Y X,Y'", needs="--screenshot",
@@ -203,13 +208,15 @@ def _command() -> words.Command:
         ),
         words.shows_version,
         _picture_options(),
+        sets_recipe("--screenshot"),
         _host_options(),
     )  # fmt: skip
 
     def run(**given: Any) -> SimpleNamespace:
         """Make faces in photos slightly smaller.
 
-        PHOTO is a photo, a project or a folder. Several photos open as a film strip.
+        PHOTO is a photo, a project or a folder. Several photos open as a film strip. Settings need
+        --screenshot.
         """
         found = SimpleNamespace(**given)
         _check(found)

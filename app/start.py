@@ -7,9 +7,10 @@ import os
 import signal
 import socket
 import sys
+from collections.abc import Mapping
 from contextlib import nullcontext
 from pathlib import Path
-from types import SimpleNamespace
+from types import MappingProxyType, SimpleNamespace
 from typing import Final, get_args
 
 from PySide6.QtCore import QCoreApplication, QObject, QSocketNotifier, Qt, QTemporaryDir, QTimer
@@ -101,7 +102,7 @@ def _edit(
         editor.window.resize(*(options.size or FIRST_PX))
     shot = None
     if options.screenshot is not None:
-        look = options.show, options.percent, options.protect
+        look = options.show, options.settings, options.protect
         shot = Screenshot(editor, options.screenshot, *look)
     # Queued: the exception may come from the middle of a repaint.
     report = editor.admit if shot is None else shot.admit
@@ -139,11 +140,11 @@ class Screenshot(QObject):
         editor: Editor,
         path: Path,
         show: frozenset[str] | None = None,
-        percent: float | None = None,
+        settings: Mapping[str, object] = MappingProxyType({}),
         protect: tuple[tuple[float, float], ...] | None = None,
     ) -> None:
         super().__init__(editor)
-        self._editor, self._path, self._percent, self._protect = editor, path, percent, protect
+        self._editor, self._path, self._settings, self._protect = editor, path, settings, protect
         self._code, self._line = 0, ""
         editor.saver.keeps = False  # a screenshot must not save edits
         if show is not None:
@@ -186,8 +187,8 @@ class Screenshot(QObject):
 
     def _edit(self) -> None:
         state, photo = self._editor.document.state, self._editor.document.photo
-        if self._percent is not None:
-            state = state.with_choices(None, percent=self._percent)
+        if self._settings:
+            state = state.with_choices(None, **self._settings)
         if self._protect is not None and photo is not None:
             radius = self._editor.view.brush.radius_px
             protection = state.protection.with_stroke(self._protect, radius)

@@ -94,7 +94,7 @@ chooses_faces = words.option(
 )
 
 
-def _option(setting: Setting) -> Callable[[_Command], _Command]:
+def _option(setting: Setting, needs: str | None = None) -> Callable[[_Command], _Command]:
     """Return the option for a field of the recipe. Without the option, the value is None."""
     default = getattr(_DEFAULTS, setting.name)
     name = (setting.option or setting.name).replace("_", "-")
@@ -112,7 +112,8 @@ def _option(setting: Setting) -> Callable[[_Command], _Command]:
         declared, given["metavar"] = f"--{name}", unit
     shown_default = setting.default_text or default_text
     help_text = Text("{help} [{default}]", help=_help(setting), default=shown_default)
-    return words.option(declared, setting.name, help=help_text, section=_section(setting), **given)
+    given |= {"help": help_text, "section": _section(setting), "needs": needs}
+    return words.option(declared, setting.name, **given)
 
 
 def _number(setting: Setting) -> Any:
@@ -154,20 +155,30 @@ def _help(setting: Setting) -> Text:
     return Text("{help}: {offered}", help=setting.full_help, offered=Text.joined(", ", offered))
 
 
-def _recipe_file(help_text: Text) -> Callable[[_Command], _Command]:
+def _recipe_file(help_text: Text, needs: str | None = None) -> Callable[[_Command], _Command]:
     return words.option(
         "--recipe",
         "recipe_file",
         type=click.Path(path_type=Path),
         metavar="FILE",
+        needs=needs,
         help=help_text,
     )
 
 
 _ORDER: Final = ("", SHAPE, SURROUNDINGS, METHOD)
-# Adds the settings, ``--face``, ``--doubtful`` and ``--recipe``.
+
+
+def sets_recipe(needs: str | None = None) -> Callable[[_Command], _Command]:
+    """Return the settings and ``--recipe``, for a command where they need another option."""
+    every = sorted(SETTINGS.values(), key=lambda one: _ORDER.index(_section(one)))
+    file = _recipe_file(Text("Load settings (JSON); options override the file"), needs)
+    return words.together(*(_option(setting, needs) for setting in every), file)
+
+
+# Adds the settings, ``--recipe``, ``--face`` and ``--doubtful``.
 chooses = words.together(
-    *map(_option, sorted(SETTINGS.values(), key=lambda one: _ORDER.index(_section(one)))),
+    sets_recipe(),
     chooses_faces,
     words.option(
         "--person",
@@ -182,7 +193,6 @@ chooses = words.together(
         section=FACES,
         help="Include doubtful faces; detect lists the reasons",
     ),
-    _recipe_file(Text("Load settings (JSON); options override the file")),
 )
 
 

@@ -319,7 +319,7 @@ def share(strokes: Strokes, x: Array, y: Array, displacement_px: npt.NDArray[Any
 
     `x`, `y`: of points, (N,), or the columns and rows of a grid (`axes`).
     """
-    length, shares = np.hypot(displacement_px[0], displacement_px[1]), []
+    length, shares = np.sqrt(np.square(displacement_px).sum(axis=0)), []
     for step in _steps(strokes):
         total: Array = np.zeros(length.shape)
         for at, power, _, _ in _near(strokes, x, y, length, step):

@@ -26,6 +26,9 @@ from kogao_core.resample.blocks import (
     Job,
     block_height_px,
     channels_at,
+    cut,
+    resample,
+    settle,
     spread,
     write_channels,
 )
@@ -129,7 +132,7 @@ def warp_alike(picture: Image, field: Field, domain: Domain, kind: Interpolation
         at = field.on_grid(xs, ys) / scale[:, None, None]
         at += np.broadcast_arrays(columns, rows[:, None])
         out = warped[rows[0] : rows[-1] + 1, left : columns[-1] + 1]
-        write_channels(channels_at(picture, at, FLAGS[kind]), out)
+        settle(picture, FLAGS[kind], out, resample(picture, at, FLAGS[kind], out))
     return warped
 
 
@@ -176,9 +179,10 @@ def reduced(
         if reach.clipped(moving).area:
             there += field.on_grid(xs, ys)
         size = tile.width, tile.height
+        part, _, there = cut(source, there)
         means = [
-            np.asarray(cv2.resize(channel, size, interpolation=cv2.INTER_AREA), np.float32)
-            for channel in channels_at(source, there, flag)
+            np.asarray(cv2.resize(channel, size, interpolation=cv2.INTER_AREA))
+            for channel in channels_at(part, there, flag)
         ]
         write_channels(means, result[tile.slices])
 

@@ -60,6 +60,8 @@ def test_the_survey_follows_distance_and_centre_and_warns_above_six_percent(open
     QTest.mouseClick(opened.panel("recipe").centre.group.button(4), Qt.MouseButton.LeftButton)
     opened.settle()
     assert "6.8 %" in text.text()
+    opened.show("lattice", 0.25)
+    assert text.text() == "⚠ Table 1 doesn't apply: outline bent between landmarks"
 
 
 def test_it_is_silent_where_its_sources_say_nothing(opened):

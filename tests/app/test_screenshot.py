@@ -9,9 +9,13 @@ import cv2
 import pytest
 from kogao_app.__main__ import main
 from kogao_app.editor import Editor
+from kogao_app.start import Screenshot
 from scenes import oval_face
 from systems import TOO_LONG
 from timeouts import LONGEST_S
+
+from kogao_core.recipe import presets
+from kogao_core.recipe.recipe import PAPER, Recipe
 
 pytestmark = pytest.mark.usefixtures("qapp")
 
@@ -75,6 +79,17 @@ def test_a_picture_shows_what_is_asked_for_and_leaves_nothing_beside_the_photo(s
         for name in ("landmarks", "heat")
     }
     assert blue["landmarks"] > 2 * blue["heat"]
+
+
+def test_a_picture_takes_all_settings_of_warp(source, photo, shot, tmp_path, monkeypatch):
+    taken, file = [], tmp_path / "recipe.json"
+    presets.write(PAPER, file)
+    monkeypatch.setattr(
+        Screenshot, "finish", lambda shot: taken.append(shot._editor.document.state.recipe) or 0
+    )
+    for settings in (("--recipe", file, "--lattice", 0.25), ("--jaw-width", -4)):
+        assert run(source, photo, "--screenshot", shot, *settings) == 0
+    assert taken == [dataclasses.replace(PAPER, lattice=0.25), Recipe(jaw_width=-4.0)]
 
 
 @pytest.mark.parametrize(
@@ -160,6 +175,7 @@ def fail(*_, **__):
         ["--sample", "--show", "lattice"],
         ["--sample", "--protect", "80,40 80,600"],
         ["--sample", "--amount", "4"],
+        ["--sample", "--screenshot", "a.png", "--recipe", "none.json"],
     ],
 )
 def test_a_wrong_call_ends_with_2(source, wrong, capsys):

@@ -4,11 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import oval_face
+from scenes import oval_face, textured_photo
 
 from kogao_core.faces.naturalness import judge, percent_of, worst
 from kogao_core.faces.targets import aim
 from kogao_core.paper.table1 import DISTANCES, STUDENTS, SUBJECTS, UNNATURAL
+from kogao_core.pipeline import render
 from kogao_core.recipe.recipe import PAPER, Recipe
 
 
@@ -80,3 +81,13 @@ def test_it_speaks_for_faces_that_move_alone_and_says_so_of_others():
     assert not found.face_alone
     assert found.beyond_limit
     assert not found.warns, "nobody was asked"
+
+
+def test_it_is_silent_where_the_outline_bends_between_landmarks():
+    photo, face = textured_photo(500, 600), oval_face(500, 600)
+    for lattice, follows in ((0.25, False), (0.35, False), (1.0, True), (2.0, True)):
+        recipe = replace(PAPER, lattice=lattice)
+        rendering = render(photo, [face], recipe)
+        missed_px = rendering.residual.contour_max_px
+        found = worst([(rendering.pairs[0], recipe)], missed_px)
+        assert found.contour_follows == follows, lattice

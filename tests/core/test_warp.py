@@ -1,6 +1,10 @@
 """Tiles against a slow literal loop, every depth, and bytes that must not change."""
 
 import contextlib
+import os
+import subprocess
+import sys
+import textwrap
 import threading
 from dataclasses import replace
 
@@ -116,11 +120,40 @@ def test_a_canvas_is_whole_again_after_an_exception_in_the_middle(monkeypatch, w
     np.testing.assert_array_equal(canvas.pixels, fresh.pixels)
 
 
+HASHING = """
+    import zlib
+    from scenes import ALONE, oval_face, textured_photo
+    from dataclasses import replace
+    from kogao_core.pipeline import render
+    photo, faces = textured_photo(700, 600), [oval_face(700, 600, size=0.5)]
+    for kind, longest_px, fade in (
+        ("cubic", 0, 0.0), ("bilinear", 0, 0.0), ("lanczos4", 0, 0.5), ("cubic", 300, 0.0)
+    ):
+        recipe = replace(ALONE, percent=8.0, interpolation=kind, threshold_px=max(fade, 1 / 64))
+        print(zlib.crc32(render(photo, faces, recipe, longest_px=longest_px).pixels.tobytes()))
+    """
+
+
+def test_bytes_are_the_same_on_processors_with_fewer_instructions():
+    """OpenBLAS adds in another order, and neither it nor OpenCV fuses products with sums."""
+    older = {"OPENBLAS_CORETYPE": "Prescott", "OPENCV_CPU_DISABLE": "AVX2,FP16,AVX"}
+    path = os.pathsep.join(filter(None, sys.path))
+    hashes = [
+        subprocess.run(
+            [sys.executable, "-c", textwrap.dedent(HASHING)],
+            env={**os.environ, "PYTHONPATH": path, **some}, capture_output=True, text=True,
+            check=True,
+        ).stdout
+        for some in ({}, older)
+    ]  # fmt: skip
+    assert hashes[0] == hashes[1]
+
+
 def failing_in(where, run):
     """Return a `Job.run` that fails in one thread, in the middle of the photo."""
     failed, done = threading.Event(), []
 
-    def broken_run(job, number, box, buffer):
+    def broken_run(job, number, box, *buffers):
         here = "caller" if threading.current_thread() is threading.main_thread() else "helper"
         if here != where:
             # Wait, so that the other thread gets its share.
@@ -130,7 +163,7 @@ def failing_in(where, run):
             raise MemoryError
         else:
             done.append(box)
-        run(job, number, box, buffer)
+        run(job, number, box, *buffers)
 
     return broken_run
 

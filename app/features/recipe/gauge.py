@@ -56,7 +56,7 @@ class NaturalnessGauge(QWidget):
             for index, pairs in zip(on, every, strict=False)
             if (state.faces[index].recipe is None if chosen is None else chosen == index)
         ]
-        found = worst(faces)
+        found = worst(faces, 0.0 if frame is None else frame.rendering.residual.contour_max_px)
         both = _visibility(found), _survey(found)
         for label, words in zip((self.seen, self.text), both, strict=True):
             label.setText(words)
@@ -80,6 +80,8 @@ def _survey(found: Naturalness | None) -> str:
     """Return the paper's figure; empty if its survey has no figure for this kind of change."""
     if found is None or not (found.face_alone and found.whole_face and found.percent > 0.0):
         return ""
+    if not found.contour_follows:
+        return tr("⚠ Table 1 doesn't apply: outline bent between landmarks")
     text = tr("{n:.1f} % of answers: unnatural", n=found.unnatural)
     if found.percent < DISTANCES[0]:
         text = tr("At most {n:.1f} % of answers: unnatural", n=found.unnatural)
