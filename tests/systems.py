@@ -17,6 +17,5 @@ needs_stored_decimals = pytest.mark.skipif(
     sys.platform != "linux" or np.lib.NumpyVersion(np.__version__) < "2.2.0",
     reason="stored with the decimals of Linux's C library and of newer versions of numpy",
 )
-needs_linux_fonts = needs_linux("widths of the fonts of a Linux desktop")
 # Windows says in its own language of a name that is too long that there is no such file.
 TOO_LONG = ".+" if sys.platform == "win32" else "File name too long"

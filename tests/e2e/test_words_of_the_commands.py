@@ -20,7 +20,7 @@ from kogao_core.recipe.recipe import SETTINGS
 WORD = re.compile(r"[A-Za-z]{2,}")
 # What is typed or shown as it is: options, what stands for a value, files, places, programs.
 NAMES = re.compile(
-    r"--?[a-z][\w-]*|\b[A-Z]+(?:x[A-Z]+)?\b|\S*[./_]\S+|'[^']*'|\{\w+\}|\[[\w|-]+\]|kogao-cli|px|json|png|Kogao"
+    r"--?[a-z][\w-]*|\b[A-Z]+(?:x[A-Z]+)?\b|\S*[./_\\]\S+|'[^']*'|\{\w+\}|\[[\w|-]+\]|kogao-cli|px|json|png|Kogao"
 )
 
 
