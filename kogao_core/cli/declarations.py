@@ -267,6 +267,32 @@ def detect() -> None:
     """
 
 
+@program.command(
+    "proof",
+    examples=(
+        "kogao-cli proof portrait.jpg",
+        "kogao-cli proof portrait.jpg --amount 6 -o for-ann.html",
+    ),
+)
+@options.takes_photo
+@words.option(
+    "-o", "--output", type=common.FILE, metavar="FILE.html", callback=common.no_photo,
+    help="Page to write [IN-proof.html in this folder]",
+)  # fmt: skip
+@options.takes_amount
+@options.chooses_faces
+@options.takes_doubtful
+@options.takes_recipe
+@common.forces
+@words.loads("kogao_core.cli.proof:run")
+def proof() -> None:
+    """Let the person in a photo choose how much is changed.
+
+    The page is one file, for a phone or a computer: the photo as it is, and a third, two thirds and
+    all of the Amount. The answer is one line for --recipe, or to paste into the window.
+    """
+
+
 @program.command("read")
 @click.argument("inputs", nargs=-1, required=True, type=common.PHOTO, metavar="BEFORE AFTER...")
 @words.option(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 import re
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -165,6 +166,16 @@ def _recipe_file(help_text: Text) -> Callable[[_Command], _Command]:
 
 
 _ORDER: Final = ("", SHAPE, SURROUNDINGS, METHOD)
+takes_amount = _option(SETTINGS["percent"])
+takes_doubtful = words.option(
+    "--doubtful",
+    is_flag=True,
+    section=FACES,
+    help="Include doubtful faces; detect lists the reasons",
+)
+takes_recipe = _recipe_file(
+    Text("Load settings (JSON, a file or the text); options override these")
+)
 # Adds the settings, ``--face``, ``--doubtful`` and ``--recipe``.
 chooses = words.together(
     *map(_option, sorted(SETTINGS.values(), key=lambda one: _ORDER.index(_section(one)))),
@@ -176,13 +187,8 @@ chooses = words.together(
         excludes=("--face",),
         help="Change only the faces with these names in the photo's metadata, each by the Amount N",
     ),
-    words.option(
-        "--doubtful",
-        is_flag=True,
-        section=FACES,
-        help="Include doubtful faces; detect lists the reasons",
-    ),
-    _recipe_file(Text("Load settings (JSON); options override the file")),
+    takes_doubtful,
+    takes_recipe,
 )
 
 
@@ -250,10 +256,16 @@ chooses_as_the_paper = words.together(takes_papers_recipe, chooses_faces)
 def recipe_of(
     file: Path | None, choices: Mapping[str, Any], otherwise: Recipe = _DEFAULTS
 ) -> Recipe:
-    """Return the recipe in `file`, or `otherwise`, with the given settings. Raises Stop."""
+    """Return the recipe in `file`, or `otherwise`, with the given settings. Raises Stop.
+
+    `file` may also be a JSON text, such as the answer of `proof`.
+    """
     given = {name: choices[name] for name in SETTINGS if choices.get(name) is not None}
     with ending.stopping(ValueError, ending.USAGE):
-        recipe = dataclasses.replace(presets.read(file) if file else otherwise, **given)
+        if file is not None:
+            is_text = str(file).startswith("{")
+            otherwise = Recipe.from_dict(json.loads(str(file))) if is_text else presets.read(file)
+        recipe = dataclasses.replace(otherwise, **given)
         for setting in (SETTINGS[name] for name in given if not SETTINGS[name].counts(recipe)):
             needed = SETTINGS[setting.needs]
             raise BadValue(
