@@ -205,6 +205,11 @@ def warp() -> None:
     help="Write requested and achieved amounts and face measures (CSV), with a codebook",
 )  # fmt: skip
 @words.option(
+    "--card", type=common.FILE, metavar="FILE.zip", section=options.OUTPUT,
+    callback=common.no_photo,
+    help="Write one file to cite: results, recipe, landmarks, measures, versions, licences",
+)  # fmt: skip
+@words.option(
     "--projects", is_flag=True, section=options.INPUT,
     help="Apply the saved edits of photos (PHOTO.kogao.json); options apply to the others",
 )  # fmt: skip
