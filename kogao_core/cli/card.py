@@ -27,26 +27,23 @@ _POINT: Final = (
 def write(file: Path, folder: Path, recipe: Recipe, rows: Sequence[Mapping[str, Any]]) -> None:
     """Write the card of the results in a folder, from the rows of `measures_of`. Raises OSError."""
     photos = {Path(row["picture"]): Path(row["photo"]) for row in rows}
-    names = {str(one): one.relative_to(folder).as_posix() for one in photos}
-    measures = [
-        [names[row["picture"]], Path(row["photo"]).name, *(row[one] for one in list(COLUMNS)[2:])]
-        for row in rows
-    ]
-    points = [
-        (names[row["picture"]], row["face"], number, *places)
-        for row in rows
-        for number, places in enumerate(row.get("points", ()), start=1)
-    ]
+    names = {one: one.relative_to(folder).as_posix() for one in photos}
+    measures, points = list[list[object]](), list[list[object]]()
+    for row in rows:
+        name = names[Path(row["picture"])]
+        told = {**row, "picture": name, "photo": Path(row["photo"]).name}
+        measures.append([told[column] for column in COLUMNS])
+        found = enumerate(row.get("points", ()), start=1)
+        points += [[name, row["face"], number, *places] for number, places in found]
     words = sorted({one for photo in photos.values() for one in photo.parent.glob("LICEN[CS]E*")})
     card = {
         "program": f"Kogao {__version__}",
         **{name: machine()[name] for name in ("python", "packages")},
         "networks": networks(),
-        "licences_of_photos": [one.name for one in words],
         "pictures": [
-            {"name": names[str(picture)], "sha256": sha256_of(picture),
+            {"name": names[one], "sha256": sha256_of(one),
              "photo": photo.name, "photo_sha256": sha256_of(photo)}
-            for picture, photo in photos.items()
+            for one, photo in photos.items()
         ],
     }  # fmt: skip
     content: dict[str, str | Path] = {
@@ -57,7 +54,7 @@ def write(file: Path, folder: Path, recipe: Recipe, rows: Sequence[Mapping[str, 
         "codebook.csv": table_text([("column", "meaning"), *COLUMNS.items(), ("x_px", _POINT)]),
         "licences-of-kogao.txt": licences.text(),
         **{f"photos/{one.name}": one for one in words},
-        **{f"pictures/{names[str(one)]}": one for one in photos},
+        **{f"pictures/{name}": one for one, name in names.items()},
     }
     file.parent.mkdir(parents=True, exist_ok=True)
     with temporary_folder(file.parent) as place:
