@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QStatusB
 from kogao_core.photo import Photo, formats, has_gain_map
 from kogao_core.photo.formats.base import FileFormat
 from kogao_core.photo.metadata import kinds
+from kogao_core.photo.profiles import is_hdr
 
 from ..i18n import tr, translated
 from ..render.colour import screen_colours, told_screen
@@ -246,8 +247,7 @@ class StatusLine(QStatusBar):
             unusable = tr("colour profile can't be used")
             parts.append((colours.name or tr("colour profile")) if colours.usable else unusable)
         has_map = has_gain_map(photo)
-        if has_map:
-            parts.append(tr("HDR"))
+        parts += _hdr(photo, has_map)
         along = (kinds.GAIN_MAP,) if has_map else ()
         lost = _copied_as(photo).not_kept(photo, photo.extras, along)
         notes = [*photo.notes, *filter(None, [lost])]
@@ -267,6 +267,17 @@ class StatusLine(QStatusBar):
     def show_zoom(self, zoom: float) -> None:
         """Show the zoom in %."""
         self._zoom.setText(f"{zoom * 100:.0f} %")
+
+
+def _hdr(photo: Photo, has_map: bool) -> list[str]:
+    """Return a text on what makes a photo HDR, and whether a copy keeps it."""
+    if has_map:
+        return [tr("HDR: the gain map stays")]
+    if is_hdr(photo.icc_profile):
+        stays = _copied_as(photo).holds_hdr
+        return [tr("HDR: PQ or HLG stays") if stays else tr("HDR: tone-mapped in a copy")]
+    is_above = photo.pixels.dtype.kind == "f" and bool((photo.pixels > 1.0).any())
+    return [tr("HDR: values above white stay")] if is_above else []
 
 
 def _copied_as(photo: Photo) -> FileFormat:

@@ -9,6 +9,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
+import numpy as np
+
 from kogao_core.base.atomic import atomic_write
 from kogao_core.base.wording import printable
 from kogao_core.faces.face import Face
@@ -43,12 +45,16 @@ COLUMNS: Final = {
 def measured(
     picture: str, photo: str, rendering: Rendering, faces: Sequence[Face]
 ) -> list[dict[str, Any]]:
-    """Return one row of the table for each warped face."""
+    """Return one row of the table for each warped face.
+
+    Beside the columns, `points` has x and y, px, of each landmark before and after.
+    """
     rows = []
     pairs = zip(faces, rendering.pairs, rendering.achieved, rendering.shares, strict=True)
     for number, (face, pair, achieved, share) in enumerate(pairs, start=1):
         recipe = rendering.recipe.of_face(face.recipe)
-        before, after = measures(face), measures(moved(face, rendering.field, pair))
+        result = moved(face, rendering.field, pair)
+        before, after = measures(face), measures(result)
         row = {
             "picture": picture,
             "photo": photo,
@@ -66,6 +72,7 @@ def measured(
             "smallest_det_sampled": rendering.one_to_one.min_det,
             "one_to_one_proven": int(rendering.one_to_one.certified),
             "share_let_through": share,
+            "points": np.hstack([face.points, result.points]).round(2).tolist(),
         }
         rows.append({name: _rounded(value) for name, value in row.items()})
     return rows

@@ -18,7 +18,7 @@ from kogao_core.base.language import Text, tr, translated
 from kogao_core.batch import Outcome, Workers
 from kogao_core.batch.cluster import connect
 from kogao_core.batch.measures import codebook_of, write
-from kogao_core.cli import common, ending, options, reading
+from kogao_core.cli import card, common, ending, options, reading
 from kogao_core.projects.edits import Edits
 from kogao_core.projects.results import Results
 
@@ -33,6 +33,7 @@ def run(args: SimpleNamespace) -> int:
     if args.measures is not None:
         common.check_free(args.measures, args.force)
         common.check_free(codebook_of(args.measures), args.force)
+    common.check_report(args.card, args.force)
     with (
         ending.stopping(BadFile, ending.UNREADABLE),
         ending.stopping(batch.NothingToDo, ending.USAGE),
@@ -66,6 +67,9 @@ def run(args: SimpleNamespace) -> int:
     if args.measures is not None:
         with ending.writing(args.measures):
             write(batch.measures_of(report, tasks), args.measures)
+    if args.card is not None:
+        with ending.writing(args.card):
+            card.write(args.card, args.folder, recipe, batch.measures_of(report, tasks))
     progress.end(report)
     if progress.counts["failed"] or progress.counts["no face"]:
         return ending.SOME_FAILED

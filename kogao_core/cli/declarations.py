@@ -205,6 +205,11 @@ def warp() -> None:
     help="Write requested and achieved amounts and face measures (CSV), with a codebook",
 )  # fmt: skip
 @words.option(
+    "--card", type=common.FILE, metavar="FILE.zip", section=options.OUTPUT,
+    callback=common.no_photo,
+    help="Write one file to cite: results, recipe, landmarks, measures, versions, licences",
+)  # fmt: skip
+@words.option(
     "--projects", is_flag=True, section=options.INPUT,
     help="Apply the saved edits of photos (PHOTO.kogao.json); options apply to the others",
 )  # fmt: skip
@@ -264,6 +269,32 @@ def detect() -> None:
     """Find the faces in a photo.
 
     Positions are pixels of the upright photo; 0,0 is the centre of the first pixel.
+    """
+
+
+@program.command(
+    "proof",
+    examples=(
+        "kogao-cli proof portrait.jpg",
+        "kogao-cli proof portrait.jpg --amount 6 -o for-ann.html",
+    ),
+)
+@options.takes_photo
+@words.option(
+    "-o", "--output", type=common.FILE, metavar="FILE.html", callback=common.no_photo,
+    help="Page to write [IN-proof.html in this folder]",
+)  # fmt: skip
+@options.takes_amount
+@options.chooses_faces
+@options.takes_doubtful
+@options.takes_recipe
+@common.forces
+@words.loads("kogao_core.cli.proof:run")
+def proof() -> None:
+    """Let the person in a photo choose how much is changed.
+
+    The page is one file, for a phone or a computer: the photo as it is, and a third, two thirds and
+    all of the Amount. The answer is one line for --recipe, or to paste into the window.
     """
 
 

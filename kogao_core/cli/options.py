@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 import re
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -167,15 +168,24 @@ def _recipe_file(help_text: Text, needs: str | None = None) -> Callable[[_Comman
 
 
 _ORDER: Final = ("", SHAPE, SURROUNDINGS, METHOD)
+_SETTINGS: Final = Text("Load settings (JSON, a file or the text); options override these")
 
 
 def sets_recipe(needs: str | None = None) -> Callable[[_Command], _Command]:
     """Return the settings and ``--recipe``, for a command where they need another option."""
     every = sorted(SETTINGS.values(), key=lambda one: _ORDER.index(_section(one)))
-    file = _recipe_file(Text("Load settings (JSON); options override the file"), needs)
-    return words.together(*(_option(setting, needs) for setting in every), file)
+    settings = (_option(setting, needs) for setting in every)
+    return words.together(*settings, _recipe_file(_SETTINGS, needs))
 
 
+takes_amount = _option(SETTINGS["percent"])
+takes_doubtful = words.option(
+    "--doubtful",
+    is_flag=True,
+    section=FACES,
+    help="Include doubtful faces; detect lists the reasons",
+)
+takes_recipe = _recipe_file(_SETTINGS)
 # Adds the settings, ``--recipe``, ``--face`` and ``--doubtful``.
 chooses = words.together(
     sets_recipe(),
@@ -187,12 +197,7 @@ chooses = words.together(
         excludes=("--face",),
         help="Change only the faces with these names in the photo's metadata, each by the Amount N",
     ),
-    words.option(
-        "--doubtful",
-        is_flag=True,
-        section=FACES,
-        help="Include doubtful faces; detect lists the reasons",
-    ),
+    takes_doubtful,
 )
 
 
@@ -260,10 +265,16 @@ chooses_as_the_paper = words.together(takes_papers_recipe, chooses_faces)
 def recipe_of(
     file: Path | None, choices: Mapping[str, Any], otherwise: Recipe = _DEFAULTS
 ) -> Recipe:
-    """Return the recipe in `file`, or `otherwise`, with the given settings. Raises Stop."""
+    """Return the recipe in `file`, or `otherwise`, with the given settings. Raises Stop.
+
+    `file` may also be a JSON text, such as the answer of `proof`.
+    """
     given = {name: choices[name] for name in SETTINGS if choices.get(name) is not None}
     with ending.stopping(ValueError, ending.USAGE):
-        recipe = dataclasses.replace(presets.read(file) if file else otherwise, **given)
+        if file is not None:
+            is_text = str(file).startswith("{")
+            otherwise = Recipe.from_dict(json.loads(str(file))) if is_text else presets.read(file)
+        recipe = dataclasses.replace(otherwise, **given)
         for setting in (SETTINGS[name] for name in given if not SETTINGS[name].counts(recipe)):
             needed = SETTINGS[setting.needs]
             raise BadValue(

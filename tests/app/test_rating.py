@@ -9,8 +9,9 @@ import pytest
 from PySide6.QtQml import QJSEngine
 from ratings import DISPLAY, graded, judged, line_of, taken_back
 
+from kogao_core.base.web_page import SURROUND
 from kogao_core.lab.study import page, results
-from kogao_core.lab.study.design import SURROUND, Conduct
+from kogao_core.lab.study.design import Conduct
 from kogao_core.lab.study.plan import Study
 from kogao_core.lab.study.results import Session
 

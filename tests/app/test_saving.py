@@ -58,12 +58,17 @@ def test_an_hdr_photo_is_called_one_and_its_copy_is_one(opened, jpeg, tmp_path):
     more = metadata_cases.gain_map(metadata_cases.packet('hdrgm:Version="1.0"'))
     jpeg.write_bytes(jpeg.read_bytes() + more)
     opened.open(jpeg)
-    assert opened.window.status._photo.text().endswith(" · HDR")
+    assert opened.window.status._photo.text().endswith(" · HDR: the gain map stays")
     opened.save(tmp_path / "copy.jpg")
     assert "ot kept" not in opened.say()
     assert has_gain_map(read(tmp_path / "copy.jpg"))
     opened.save(tmp_path / "copy.png")
     assert opened.say().endswith(". Not kept: the HDR gain map.")
+    for brightest, text in ((4.0, " · 32-bit · HDR: values above white stay"), (1.0, " · 32-bit")):
+        pixels = brightest * read(jpeg).pixels[..., ::-1].astype(np.float32) / 255.0
+        assert cv2.imwrite(str(tmp_path / "f.tif"), pixels)
+        opened.open(tmp_path / "f.tif")
+        assert opened.window.status._photo.text().partition(" · notes")[0].endswith(text)
 
 
 def test_saving_names_what_a_copy_does_not_keep(opened, jpeg, tmp_path):

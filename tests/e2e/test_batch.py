@@ -12,6 +12,7 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 from unittest.mock import Mock
+from zipfile import ZipFile
 
 import numpy as np
 import pytest
@@ -21,6 +22,7 @@ from PIL import Image
 from kogao_core import batch, photo
 from kogao_core.batch import workers
 from kogao_core.batch.measures import COLUMNS
+from kogao_core.photo.picture import sha256_of
 from kogao_core.retouch import RetouchJob
 
 
@@ -96,9 +98,10 @@ def test_good_photos_are_done_and_bad_ones_named(cli, folder, tmp_path):
 
 @pytest.mark.usefixtures("in_process")
 def test_measures_of_all_faces_are_one_table_whenever_they_were_done(cli, folder, tmp_path):
-    out, table = tmp_path / "out", tmp_path / "measures.csv"
-    wanted = folder, "-o", out, "-j", 1, "--amount", 6, "--measures", table
-    cli(folder / "a.jpg", *wanted[1:-2])
+    out, table, card = (tmp_path / name for name in ("out", "measures.csv", "set.zip"))
+    (folder / "LICENCE.txt").write_text("CC0")
+    wanted = folder, "-o", out, "-j", 1, "--amount", 6, "--measures", table, "--card", card
+    cli(folder / "a.jpg", *wanted[1:-4])
     code, _, err = cli(*wanted, "--force")
     assert (code, "1 skipped" in err) == (5, True)
     rows = list(csv.DictReader(table.read_text(encoding="utf-8").splitlines()))
@@ -110,6 +113,19 @@ def test_measures_of_all_faces_are_one_table_whenever_they_were_done(cli, folder
         assert row["one_to_one_proven"] == "1"
     told = (tmp_path / "measures-codebook.csv").read_text(encoding="utf-8").splitlines()
     assert [one["column"] for one in csv.DictReader(told)] == list(rows[0]) == list(COLUMNS)
+    with ZipFile(card) as zipped:
+        content = {name: zipped.read(name).decode(errors="replace") for name in zipped.namelist()}
+    assert {f"pictures/{name}" for name in pictures} <= content.keys()
+    assert content["photos/LICENCE.txt"] == "CC0"
+    assert json.loads(content["recipe.json"])["percent"] == 6.0
+    assert len(content["landmarks.csv"].splitlines()) == 1 + 4 * 27
+    told = json.loads(content["card.json"])["pictures"]
+    assert told[1] == {"name": "b.jpg", "sha256": sha256_of(out / "b.jpg"),
+                       "photo": "b.jpg", "photo_sha256": sha256_of(folder / "b.jpg")}  # fmt: skip
+    assert str(tmp_path) not in "".join(content.values())
+    made = card.read_bytes()
+    cli(*wanted, "--force")
+    assert card.read_bytes() == made
     # The report stays what it is; what is there isn't replaced unasked.
     code, _, err = cli(*wanted)
     assert code == 2

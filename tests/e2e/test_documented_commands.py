@@ -8,6 +8,9 @@ import sys
 import time
 from pathlib import Path
 
+import cv2
+import metadata_cases
+import numpy as np
 import pytest
 from named import HEAD, mwg
 from PIL import Image
@@ -18,6 +21,7 @@ BLOCK = re.compile(r"^```(sh|python)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 PAGES = (
     "README.md", "docs/install.md", "docs/command-line.md", "docs/python.md",
     "docs/experiments.md", "README.ja.md", "docs/ja/command-line.md", "docs/editor.md",
+    "docs/hdr.md",
 )  # fmt: skip
 # .ci/first-contact and .ci/bundle run these in bare systems; a Flatpak nobody could build yet.
 INSTALLS = re.compile(
@@ -51,6 +55,10 @@ def reader(tmp_path, monkeypatch, portrait):
     with Image.open(portrait) as picture:
         picture.resize((2 * picture.width, 2 * picture.height)).save(here / "big.jpg")
         regions = mwg([("Ann", ((0.5, 0.5), (0.5, 0.5)))], picture.size)
+        more = metadata_cases.gain_map(metadata_cases.packet('hdrgm:Version="1.0"'))
+        (here / "phone.jpg").write_bytes(portrait.read_bytes() + more)
+        bright = np.asarray(picture.convert("RGB"), np.float32)[..., ::-1] / 100.0
+        cv2.imwrite(str(here / "render.tif"), bright)
         (here / "wedding").mkdir()
         picture.save(here / "wedding" / "c.jpg", xmp=HEAD.format(regions).encode())
     for name in list(os.environ):

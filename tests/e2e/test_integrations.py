@@ -52,7 +52,7 @@ end)
 # A second plug-in, whose hands do what a user's would: open a photo, choose an action, look.
 KRITA = """
 import os, traceback
-from krita import Extension, InfoObject, Krita
+from krita import Extension, InfoObject, Krita, Selection
 from PyQt5.QtCore import QTimer
 from PyQt5.QtWidgets import QApplication, QInputDialog
 
@@ -92,11 +92,17 @@ def answer(action):
     action.trigger()
 
 def choose(document, action):
+    place, selection = (0, 0, document.width(), document.height()), Selection()
+    selection.select(*place, 255)
+    document.setSelection(selection)
     answer(action)
+    document.setSelection(None)
     answer(action)
     document.setBatchmode(True)
     document.exportImage(r"{shown}", InfoObject())
-    told(repr(([node.name() for node in document.topLevelNodes()], document.colorDepth())))
+    nodes = document.topLevelNodes()
+    is_held = nodes[1].pixelData(*place) == nodes[0].pixelData(*place)
+    told(repr(([node.name() for node in nodes], document.colorDepth(), is_held)))
 
 class Hands(Extension):
     def setup(self): pass
@@ -123,7 +129,10 @@ GIMP_2_10 = """
   (kogao-smaller RUN-NONINTERACTIVE mine (car (layers mine)) 4)
   (kogao-smaller RUN-NONINTERACTIVE mine (car (layers mine)) 4)
   (gimp-image-resize wide 340 350 30 40)
+  (gimp-selection-all wide)
   (kogao-smaller RUN-NONINTERACTIVE wide (car (layers wide)) 4)
+  (gimp-selection-none wide)
+  (file-png-save RUN-NONINTERACTIVE wide (car (layers wide)) "{held}" "" 0 9 0 0 0 0 0)
   (file-png-save RUN-NONINTERACTIVE mine (car (layers mine)) "{shown}" "" 0 9 0 0 0 0 0)
   (call-with-output-file "{told}" (lambda (file)
     (write (list after-cancelling (names nobody) (names mine)) file)
@@ -436,7 +445,8 @@ def test_gimp_2_10_gets_a_layer_back(
     cli, works, sandbox, faceless, small_portrait, tmp_path, monkeypatch, depth, is_sandboxed
 ):
     monkeypatch.setattr(files, "profile_for", lambda _: colours.profile("Display P3"))
-    mine, told, shown = (tmp_path / name for name in ("小 顔's.png", "told", "shown.png"))
+    names = "小 顔's.png", "told", "shown.png", "held.png"
+    mine, told, shown, held = (tmp_path / name for name in names)
     pixels = deep(small_portrait, mine, depth)
     cancels = shell_script(tmp_path / "cancels", "exit 6")
     programs = {"kogao": cancels, "kogao-cli": installed.program("kogao-cli")}
@@ -445,7 +455,7 @@ def test_gimp_2_10_gets_a_layer_back(
     works("integrate", "gimp", "--settings", config / "GIMP" / "2.10")
     folders = {"XDG_CONFIG_HOME": config, "XDG_DATA_HOME": tmp_path / "data",
                "XDG_CACHE_HOME": tmp_path / "cache", "TMPDIR": tmp_path}  # fmt: skip
-    script = GIMP_2_10.format(mine=mine, nobody=faceless, shown=shown, told=told)
+    script = GIMP_2_10.format(mine=mine, nobody=faceless, shown=shown, told=told, held=held)
     done = subprocess.run(
         ["gimp-console-2.10", "-b", script, "-b", "(gimp-quit 1)"],
         env=os.environ | {name: str(folder) for name, folder in folders.items()}
@@ -466,6 +476,8 @@ def test_gimp_2_10_gets_a_layer_back(
     assert "'kogao-edit'" not in done.stderr
     by_itself = tmp_path / "by itself.png"
     assert cli("warp", mine, "-o", by_itself, "--amount", 4)[0] == 0
+    inside = photo.read(held).pixels[40:340, 30:330, :3]  # of the enlarged canvas
+    np.testing.assert_array_equal(inside, pixels)
     result, was = photo.read(shown), photo.read(by_itself)
     assert result.pixels.dtype == depth
     assert (result.pixels[..., :3] == was.pixels).all()
@@ -568,7 +580,7 @@ def test_krita_gets_a_layer_back(works, request, small_portrait, tmp_path, depth
         krita.kill()
     assert not kept(data)
     assert told.read_text() == repr(
-        (["Background", *["Kogao, 6 %, faces: 1"] * 2], f"U{8 * depth().itemsize}")
+        (["Background", *["Kogao, 6 %, faces: 1"] * 2], f"U{8 * depth().itemsize}", True)
     )
     result, was = photo.read(shown), photo.read(mine)
     assert result.bits == was.bits

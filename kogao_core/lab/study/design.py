@@ -98,8 +98,6 @@ def practice(count: int, base: Recipe = PAPER) -> tuple[Variant, ...]:
 
 
 Answer = Literal["natural", "unnatural"]
-# Grey around every picture: the surround changes the perceived colours of a face.
-SURROUND: Final = "#b8b8b8"
 _LONGEST_TEXT: Final = 20_000
 _LONGEST_CODE: Final = 64
 _SIZE: Final = re.compile(r"(\d+(?:\.\d+)?)px")

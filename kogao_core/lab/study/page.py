@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import base64
-import hashlib
-import html
 import json
-from importlib import resources
 from pathlib import Path
 from typing import Final
 
 from PIL import Image as Pillow
 
-from kogao_core.base.language import Text, language, translated
+from kogao_core.base.language import Text, translated
+from kogao_core.base.web_page import filled, part
 from kogao_core.lab.study import results
-from kogao_core.lab.study.design import LEAST_MS, SURROUND
+from kogao_core.lab.study.design import LEAST_MS
 from kogao_core.lab.study.plan import Study
 from kogao_core.lab.subjects import PAPER_SIZE
 
@@ -105,24 +102,9 @@ SCRIPT: Final = {
 
 
 def page(study: Study, folder: Path) -> str:
-    """Return the page for the folder of the pictures, in the current language.
-
-    The content security policy allows the page's script and style (by digest) and pictures of the
-    folder. All other requests are blocked.
-    """
-    style = _part("page.css").replace("SURROUND", SURROUND)
-    script = _part("page.js").replace('"STUDY"', _data(study, folder))
-    policy = (
-        f"default-src 'none'; img-src 'self' file: data:; script-src {_digest(script)}; "
-        f"style-src {_digest(style)}; base-uri 'none'; form-action 'none'"
-    )
-    filled = {"POLICY": policy, "STYLE": style, "SCRIPT": script}
-    filled |= {name: html.escape(translated(text)) for name, text in PAGE.items()}
-    filled["LANGUAGE"] = language()
-    text = _part("page.html")
-    for name, value in filled.items():
-        text = text.replace(f"<!--{name}-->", value)
-    return text
+    """Return the page for the folder of the pictures, in the current language."""
+    script = part(__package__, "page.js").replace('"STUDY"', _data(study, folder))
+    return filled(__package__, "page", script, PAGE, {})
 
 
 def _data(study: Study, folder: Path) -> str:
@@ -147,11 +129,3 @@ def _box(study: Study, folder: Path) -> tuple[int, int]:
             continue  # the page reports the missing picture when needed
     wide, high = zip(*(sizes or [PAPER_SIZE]), strict=True)
     return max(wide), max(high)
-
-
-def _part(name: str) -> str:
-    return resources.files(__package__).joinpath(name).read_text(encoding="utf-8")
-
-
-def _digest(text: str) -> str:
-    return "'sha256-" + base64.b64encode(hashlib.sha256(text.encode()).digest()).decode() + "'"

@@ -13,8 +13,9 @@ from typing import Any, Final, Literal
 from kogao_core import __version__
 from kogao_core.base.json_reader import BadFile, Node, parse, read
 from kogao_core.base.language import Text
+from kogao_core.base.web_page import SURROUND
 from kogao_core.lab.study import plan
-from kogao_core.lab.study.design import SURROUND, Answer, one_of
+from kogao_core.lab.study.design import Answer, one_of
 from kogao_core.lab.study.plan import Study
 
 # Keys for natural and unnatural.

@@ -30,6 +30,8 @@ PLUGIN = 1
 INTERACTIVE, WITH_LAST_VALUES = 0, 2
 NONINTERACTIVE = 1
 CLIP_TO_IMAGE = 1
+RGB_IMAGE, GRAY, NORMAL = 0, 1, 28  # types of layer and image, layer mode
+FOREGROUND, BACKGROUND = 0, 1
 EXECUTION_ERROR, SUCCESS, CANCEL = 0, 3, 4
 GTK_OK, GTK_CANCEL = -5, -6
 GAP_PX, WIDTH_PX = 6, 320
@@ -102,7 +104,8 @@ def run(name, count, values, length, results):
         amount = amount_of(values[0].data.number, given) if is_smaller else None
         file = gimp.gimp_image_get_filename(image)
         exchange = partial(save, image), partial(add_layer, image)
-        common.send(name.decode(), file and os.fsdecode(file), *exchange, amount)
+        select = partial(save_selection, image)
+        common.send(name.decode(), file and os.fsdecode(file), *exchange, amount, select)
     except common.Cancelled:
         status = CANCEL
     except Exception as problem:  # ctypes would drop the exception
@@ -179,6 +182,30 @@ def save(image, path):
     flat = gimp.gimp_image_duplicate(image)
     keep_source(flat)
     layer = gimp.gimp_image_merge_visible_layers(flat, CLIP_TO_IMAGE)
+    export(flat, layer, path)
+
+
+def save_selection(image, path):
+    """Write the selection, white on black; return False without one."""
+    if gimp.gimp_selection_is_empty(image):
+        return False
+    flat = gimp.gimp_image_duplicate(image)
+    if gimp.gimp_image_base_type(flat) == GRAY:
+        gimp.gimp_image_convert_rgb(flat)
+    size = gimp.gimp_image_width(flat), gimp.gimp_image_height(flat)
+    layer = gimp.gimp_layer_new(flat, b"selection", *size, RGB_IMAGE, c_double(100), NORMAL)
+    gimp.gimp_image_insert_layer(flat, layer, 0, 0)
+    gimp.gimp_context_push()
+    gimp.gimp_context_set_default_colors()  # black, white
+    gimp.gimp_drawable_fill(layer, FOREGROUND)
+    gimp.gimp_drawable_edit_fill(layer, BACKGROUND)  # where selected
+    gimp.gimp_context_pop()
+    export(flat, gimp.gimp_image_flatten(flat), path)
+    return True
+
+
+def export(flat, layer, path):
+    """Write a layer of a copy of an image as TIFF, and delete the copy."""
     file = os.fsencode(path)
     try:
         check(layer != -1 and gimp.gimp_layer_resize_to_image_size(layer))

@@ -11,9 +11,11 @@ from krita import Extension, InfoObject, Krita
 
 try:  # Krita 6
     from PyQt6.QtCore import QEventLoop, QProcess, QProcessEnvironment
+    from PyQt6.QtGui import QImage
     from PyQt6.QtWidgets import QInputDialog, QMessageBox
 except ImportError:  # Krita 5
     from PyQt5.QtCore import QEventLoop, QProcess, QProcessEnvironment
+    from PyQt5.QtGui import QImage
     from PyQt5.QtWidgets import QInputDialog, QMessageBox
 
 from .kogao_outside import (
@@ -34,6 +36,7 @@ from .kogao_outside import (
     problem,
 )
 
+MASK_OPTIONS = "--protect", "--mask"  # of the command line and of the editor
 ACTIONS = {
     "kogao_edit": (EDIT_TITLE, EDITOR),
     "kogao_smaller": (SMALLER_TITLE, SMALLER),
@@ -62,7 +65,9 @@ class Scripts(Extension):
                 return
             command = [*command, "--amount", f"{amount:g}"]
         with tempfile.TemporaryDirectory(prefix="kogao-", dir=TEMPORARY) as folder:
-            path = str(Path(folder, "picture.png"))
+            path, mask = str(Path(folder, "picture.png")), str(Path(folder, "mask.png"))
+            if _save_selection(document, mask):
+                command = [*command, MASK_OPTIONS["--edit" in command], mask]
             code, message, output = self._run(document, command, path)
             if code == 0:
                 message = _add_layer(document, path, layer_name(output))
@@ -123,6 +128,17 @@ def _without_results(document):
     copy.refreshProjection()
     copy.waitForDone()
     return copy
+
+
+def _save_selection(document, path):
+    """Write the selection, white on black; return False without one."""
+    selection = document.selection()
+    if selection is None:
+        return False
+    width, height = document.width(), document.height()
+    shares = bytes(selection.pixelData(0, 0, width, height))
+    kind = QImage.Format.Format_Grayscale8
+    return QImage(shares, width, height, width, kind).save(path)
 
 
 def _add_layer(document, path, title):
