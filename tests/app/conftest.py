@@ -225,7 +225,7 @@ class Driver:
     def say(self) -> str:
         """What the message bar says; empty when it is hidden."""
         bar = self.window.bar
-        return bar.text.text() if bar.isVisible() else ""
+        return bar.accessibleDescription() if bar.isVisible() else ""
 
     def take_step(self, words: str) -> None:
         """Press the button of the message bar that says `words`."""
