@@ -8,7 +8,15 @@ from typing import Final
 
 import numpy as np
 from PySide6.QtCore import QCoreApplication, QEvent, QRectF, QSize, QSizeF, Qt, Signal
-from PySide6.QtGui import QAction, QCloseEvent, QDragEnterEvent, QDropEvent, QKeyEvent, QResizeEvent
+from PySide6.QtGui import (
+    QAction,
+    QCloseEvent,
+    QDragEnterEvent,
+    QDragLeaveEvent,
+    QDropEvent,
+    QKeyEvent,
+    QResizeEvent,
+)
 from PySide6.QtWidgets import (
     QGridLayout,
     QHBoxLayout,
@@ -65,6 +73,8 @@ class Window(QMainWindow):
 
     # (files: list of Path): files and folders dropped on the window.
     dropped = Signal(object)
+    # (over: bool): files are dragged over the window, or no longer.
+    dragged = Signal(bool)
     # (wanted: bool): the key or button for the original is pressed or released.
     original_wanted = Signal(bool)
     # (active: bool): the window becomes active or inactive.
@@ -251,9 +261,16 @@ class Window(QMainWindow):
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:
         if event.mimeData().hasUrls():
             event.acceptProposedAction()
+            self.dragged.emit(True)
+
+    def dragLeaveEvent(self, event: QDragLeaveEvent) -> None:
+        """End the drag."""
+        super().dragLeaveEvent(event)
+        self.dragged.emit(False)
 
     def dropEvent(self, event: QDropEvent) -> None:
         event.acceptProposedAction()
+        self.dragged.emit(False)
         self.dropped.emit(files_in(event.mimeData()))
 
     def closeEvent(self, event: QCloseEvent) -> None:

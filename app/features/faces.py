@@ -418,7 +418,7 @@ class _FaceRow(QStyledItemDelegate):
         option.decorationPosition = QStyleOptionViewItem.Position.Right
         option.displayAlignment = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
         if index.data(_OWN):
-            option.text += " \N{BULLET}"
+            option.text += " \N{BULLET}\N{LEFT-TO-RIGHT MARK}"
         if index.data(_WORD):
             option.text += "\N{LINE SEPARATOR}\N{NO-BREAK SPACE}"
         if option.checkState == Qt.CheckState.Unchecked and index.row():

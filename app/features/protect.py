@@ -85,7 +85,7 @@ class Protect(Feature):
         self._radii[_use(before)] = before.radius_px
         self._line = None
         use = _use(dataclasses.replace(before, tool=tool))
-        self.set_brush(tool=tool, radius_px=self._radii.get(use, before.radius_px))
+        self.set_brush(tool=tool, radius_px=self._radii.get(use) or self.fitting_px(use))
 
     def _turn(self, turned: bool) -> None:
         """Restore, or erase protection, with the eraser end of a pen."""
@@ -110,10 +110,9 @@ class Protect(Feature):
             self.document.preview(state, tr("Line width"))
 
     def fit_brush(self) -> None:
-        self._radii = {use: self.fitting_px(use) for use in _OF_PHOTO}
-        use = _use(self.view.brush)
-        self.set_radius(self._radii[use])
-        self.panel.size_px.show_first(self._radii["area" if use == "move" else use])
+        self._radii, use = {}, _use(self.view.brush)  # of other tools once the faces are known
+        self.set_radius(self.fitting_px(use))
+        self.panel.size_px.show_first(self.fitting_px("area" if use == "move" else use))
 
     def fitting_px(self, use: Use) -> float:
         """Return the default radius of a tool, px: a line is narrow beside a head."""

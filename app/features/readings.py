@@ -88,7 +88,8 @@ class _Timings(QWidget):
 class _Domains(QWidget):
     def __init__(self) -> None:
         super().__init__()
-        grid = _table(self, tr("Domains"), muted_label())
+        self.saving = muted_label()
+        grid = _table(self, tr("Domains"), self.saving)
         self.rows: dict[DomainName, tuple[QLabel, QLabel]] = {}
         for row, domain in enumerate(DOMAINS):
             mark = QLabel()
@@ -103,9 +104,15 @@ class _Domains(QWidget):
         grid.setColumnMinimumWidth(3, 64)
         grid.setRowStretch(len(DOMAINS), 1)
 
-    def show_counts(self, counts: Mapping[DomainName, int]) -> None:
-        """Show the pixels of each domain and their share of the photo; dashes without counts."""
-        whole = max(1, counts.get("image", 0))
+    def show_counts(self, counts: Mapping[DomainName, int], computed: DomainName) -> None:
+        """Show the pixels of each domain and their share of the photo; dashes without counts.
+
+        Also show how much less the computed domain is than the photo.
+        """
+        whole, part = max(1, counts.get("image", 0)), counts.get(computed, 0)
+        told = tr("{n:.1f} % computed, {times:.1f} × less",  # noqa: RUF001
+                  n=100 * part / whole, times=whole / max(1, part))  # fmt: skip
+        self.saving.setText(told if part else "")
         for name, (pixels, share) in self.rows.items():
             count = counts.get(name, 0)
             pixels.setText(tr("{n:,} px", n=count) if counts else _NONE)
@@ -212,7 +219,8 @@ class Readings(Feature):
         full = self.view.full
         laps_ms = full.rendering.timings_ms if full is not None and full.rendering.pairs else {}
         self.panel.timings.show_laps(laps_ms)
-        self.panel.domains.show_counts(self.view.counts)
+        name: DomainName = "image" if full is None else full.rendering.domain.name
+        self.panel.domains.show_counts(self.view.counts, name)
 
 
 def settings_text(recipe: Recipe) -> str:

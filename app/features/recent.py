@@ -121,6 +121,11 @@ class EmptyState(QFrame):
                 square.moveCenter(image.rect().center())
                 self._links[path].setIcon(untinted(QPixmap.fromImage(image.copy(square))))
 
+    def show_drag(self, over: bool) -> None:
+        """Show a solid frame while files are dragged over the window."""
+        self.setProperty("dragged", over)
+        self.style().polish(self)
+
     def showEvent(self, event: QShowEvent) -> None:
         """Tell that the page appears."""
         super().showEvent(event)
@@ -153,6 +158,7 @@ class Recent(Feature):
         self._open, self._files = strip.open, files
         self.empty = EmptyState([strip.folder, files.opening, files.sampling])
         self.empty.wanted.connect(strip.open)
+        self.window.dragged.connect(self.empty.show_drag)
         self.empty.wants_folder.connect(lambda folder: strip.show_places([folder]))
         self._lane = self.lane(self.empty.show_pictures, lambda _: None)
         self.empty.appeared.connect(self._draw)

@@ -136,7 +136,7 @@ class Speech(Feature):
         steps = [bare(button.text()) for button in bar.buttons[:-1]]
         words = [tr("Buttons: {names}", names=", ".join(steps))] if steps else []
         wrong = bar.shown is not None and bar.shown.wrong
-        announce(self.window.canvas, " ".join([bar.text.text(), *words]), urgent=wrong)
+        announce(self.window.canvas, " ".join([bar.accessibleDescription(), *words]), urgent=wrong)
 
     def _tell_switch(self, action: QAction) -> None:
         what = bare(action.text())

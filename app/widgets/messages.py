@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Final
 
 from PySide6.QtCore import QElapsedTimer, QSize, Qt, QTimer, Signal
@@ -23,6 +25,8 @@ from .controls import Elided, muted_label
 UNREAD_MS: Final = 2000
 LINGER_MS: Final = 10_000
 _WIDEST_PX: Final = 720
+_MOST_LINES: Final = 2  # of a message; the rest of a longer one is behind *Details*
+_SENTENCE: Final = re.compile(r"(?<=[.!?])\s+|(?<=。)|\n")  # where the first sentence ends
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,18 +148,29 @@ class MessageBar(QFrame):
 
     def _fill(self, message: Message) -> None:
         self.text.setText(message.text)
+        first, *rest = _SENTENCE.split(message.text, maxsplit=1)
+        if rest and self.fontMetrics().horizontalAdvance(message.text) > _MOST_LINES * _WIDEST_PX:
+            self.text.setText(first)
+            self._add(tr("Details"), self._show_details)
         self.setProperty("bar", "wrong" if message.wrong else "hint")
         self.style().polish(self)
         self.setAccessibleDescription(message.text)
         for step in message.steps:
-            self._add(step.text, step.act)
-        self._add(tr("Dismiss"), self.dismissed.emit)
+            self._add(step.text, partial(self._take, step.act))
+        self._add(tr("Dismiss"), partial(self._take, self.dismissed.emit))
         self.buttons[-1].setToolTip(tr("Close this message (Escape)"))
         self._since.start()
         if not message.wrong and not message.steps and message.applies is None:
             self._linger.start(LINGER_MS)
         self.show()
         self.raise_()
+        self.appeared.emit()
+
+    def _show_details(self) -> None:
+        """Show all of a long message."""
+        self.buttons[1].setFocus()
+        self.buttons[0].hide()
+        self.text.setText(self.accessibleDescription())
         self.appeared.emit()
 
     def _empty(self) -> None:
@@ -171,7 +186,7 @@ class MessageBar(QFrame):
 
     def _add(self, text: str, act: Callable[[], object]) -> None:
         button = QPushButton(text)
-        button.clicked.connect(lambda: self._take(act))
+        button.clicked.connect(lambda: act())
         self._row.addWidget(button)
         self.buttons.append(button)
 

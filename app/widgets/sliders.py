@@ -34,7 +34,6 @@ from ..accessibility import DECREASE, INCREASE, NOTHING, actions_of, speak
 from ..i18n import bare, tr
 from ..theme import LEAD
 from .controls import (
-    Elided,
     Eye,
     column_of,
     columns_of,
@@ -286,8 +285,7 @@ class ValueSlider(QWidget):
         super().__init__()
         self._first: float | None = None
         self.slider = GestureSlider(scale)
-        self.title, self.second = _Title(), Elided()
-        self.second.setProperty("muted", "true")
+        self.title = _Title()
         self.title.setBuddy(self.slider)
         self.field = ValueField("", scale)
         self.slider.setProperty("lead", lead)
@@ -299,8 +297,7 @@ class ValueSlider(QWidget):
         self.note.setVisible(note_lines > 0)
         self.note.setMinimumHeight(note_lines * self.note.fontMetrics().height())
         if lead or not fits(self.title, self.field):
-            self._row = row_of(self.title, self.second, self.field)
-            self._row.setStretchFactor(self.second, 1)
+            self._row = row_of(self.title, None, self.field)
             column_of(self, self._row, self.slider, self.note, spacing=0)
         else:
             self._row = columns_of(self.title, self.slider, self.field)

@@ -22,6 +22,7 @@ from kogao_app.canvas.handles import position
 from kogao_app.editor import Editor
 from kogao_app.features.experiments.dialog import ExperimentDialog, Findings
 from kogao_app.features.files.saver import Saver
+from kogao_app.features.together import TogetherDialog
 from kogao_app.render.live import REST_MS
 from kogao_app.storage import Storage
 from kogao_app.view_state import Following, Handle, RenderedFrame
@@ -225,7 +226,7 @@ class Driver:
     def say(self) -> str:
         """What the message bar says; empty when it is hidden."""
         bar = self.window.bar
-        return bar.text.text() if bar.isVisible() else ""
+        return bar.accessibleDescription() if bar.isVisible() else ""
 
     def take_step(self, words: str) -> None:
         """Press the button of the message bar that says `words`."""
@@ -597,7 +598,10 @@ def dialogs(two: Driver) -> Iterator[list[QWidget]]:
     experiment = ExperimentDialog("An experiment", two.window, "the paper's settings")
     caption = "How long each of the methods takes for this photo, median of ten runs, ms"
     experiment.show_findings(Findings("timing", "What it asks", [Table(caption, ["a"], [["1"]])]))
-    experiment.open()
+    together = TogetherDialog(two.window, 2 * [two.editor.document.path])
+    for dialog in (experiment, together):
+        dialog.open()
+    together.resize(together.minimumSizeHint())
     two.editor.saver.guard(lambda: None)
     two.settle()
     found = [one for one in QApplication.topLevelWidgets() if one.isVisible()]

@@ -199,4 +199,4 @@ def test_an_entry_writes_the_evidence_of_the_result(opened, tmp_path):
     assert found.recipe == opened.state.recipe
     assert len(found.made["photo_sha256"]) == 64
     write(tmp_path / "none" / "e.npz")
-    assert "can't be written" in opened.window.bar.text.text()
+    assert "can't be written" in opened.say()

@@ -31,7 +31,7 @@ def alone(qtbot):
 
 
 def says(shown):
-    return shown.text.text() if shown.isVisible() else ""
+    return shown.accessibleDescription() if shown.isVisible() else ""
 
 
 def dismiss(shown):
@@ -203,7 +203,12 @@ def test_a_message_leaves_what_to_do_next_in_sight(start, photo):
 def test_the_whole_of_a_long_message_is_seen(opened):
     words = "A sentence that is long enough to need several lines. " * 6
     opened.editor.points.say(words.strip())
-    text = opened.window.bar.text
+    text, size = opened.window.bar.text, opened.window.bar.size()
+    assert text.text() == words[: words.index(".") + 1], "one sentence at first"
+    assert opened.say() == words.strip(), "read as a whole"
+    QTest.mouseClick(opened.window.bar.buttons[0], Qt.MouseButton.LeftButton)
+    assert text.text() == words.strip()
+    assert opened.window.bar.height() > size.height()
     assert text.height() >= text.heightForWidth(text.width())
 
 

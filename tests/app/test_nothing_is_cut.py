@@ -149,7 +149,7 @@ def test_no_text_is_cut_in_the_least_window(start, photo, text_size, look, share
     driver = start(photo, workspace="retouch")
     for where in arrangements(driver):
         readings = driver.panel("readings")
-        readings.domains.show_counts(COUNTS)
+        readings.domains.show_counts(COUNTS, "threshold")
         readings.timings.show_laps(dict.fromkeys(readings.timings.rows, 12345.6))
         for size in ((1280, 800), LEAST):
             fit_into(driver, size, where)

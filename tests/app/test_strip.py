@@ -179,7 +179,7 @@ def test_a_key_leads_to_photos_to_check_once_and_says_why(start, encoded, tmp_pa
         driver.key(Qt.Key.Key_Right, CONTROL, Qt.KeyboardModifier.ShiftModifier)
         driver.settle()
         seen.append(driver.editor.document.path.name)
-        assert f"To check: {seen[-1]}" in driver.say()
+        assert f"To check: {seen[-1]}, face 1" in driver.say().splitlines()[0]
         assert "50 %" in driver.say()
     assert seen == ["b.png", "c.png"]
     assert chip.isHidden(), "both are marked as seen"

@@ -130,4 +130,4 @@ def test_the_result_is_copied_and_a_copied_photo_is_opened(opened, other):
     clipboard.setText("no file")
     opened.key(KEYS.Key_V, CONTROL)
     words = tr("The clipboard holds no photo file; copy a file, or drop it here.")
-    assert opened.window.bar.text.text() == words
+    assert opened.say() == words

@@ -304,7 +304,7 @@ def test_a_folder_or_photos_on_the_command_line_become_a_film_strip(
             return False
         marked = strip.currentItem().text()
         seen.extend((window.windowTitle(), marked, strip.count()))
-        seen.append(bar.text.text() if bar.isVisible() else "")
+        seen.append(bar.accessibleDescription() if bar.isVisible() else "")
         return window.close()
 
     assert run_main(names, look) == 0

@@ -34,6 +34,7 @@ _SAMPLE_PX: Final = 3
 _SMOOTH_PX: Final = 4.0
 _STRONGEST: Final = 0.8  # greatest opacity of a map
 _LEGEND_PX: Final = (160.0, 10.0)
+_VALUES_LINES: Final = 18.0, 8.0  # room for the values at the upper left, in heights of a line
 _MARGIN_PX: Final = 16.0
 _NICE: Final = (1.0, 1.5, 2.0, 3.0, 5.0, 7.5, 10.0)
 # Leave out the darkest colours of a scale: these look like shadows on a photo.
@@ -142,8 +143,15 @@ class DomainRegions(FrameOverlay):
         text = tr("Only these {n:.1f} % are computed", n=share)
         seen = region.intersected(place.viewport)
         width = glyphs.plate(painter.font(), QPointF(), text, bold=True).width()
-        # At the top: the legend is at the bottom.
+        # At the top: the legend is at the bottom. Beside or below the values under the cursor.
         at = QPointF(seen.center().x() - width / 2, seen.top() + 20.0)
+        line, corner = painter.fontMetrics().height(), place.viewport.topLeft()
+        values = corner + QPointF(*_VALUES_LINES) * line
+        if at.x() < values.x() and at.y() < values.y():
+            if values.x() + width < place.viewport.right():
+                at.setX(values.x())
+            else:
+                at.setY(values.y())
         glyphs.label(painter, at, text, bold=True, within=place.viewport)
 
 

@@ -25,7 +25,7 @@ from kogao_core.projects.edits import SUFFIX
 from kogao_core.projects.project import Project, to_bytes
 from kogao_core.projects.results import MARK, Provenance
 from kogao_core.projects.sidecar import sheet_of
-from kogao_core.recipe.recipe import Recipe
+from kogao_core.recipe.recipe import SHAPE, Recipe
 from kogao_core.retouch import Output, draw, over_itself, retouch, to_file
 
 from ...actions import call
@@ -173,8 +173,8 @@ class Files(Feature):
     def _say_stop(self, number: int) -> None:
         stops = (
             tr("Move the slider “Amount”: the face gets smaller."),
-            tr("Drag an orange ring: the outline of the face follows."),
-            tr("Hold \\ to see the photo as it was. Then open one of yours."),
+            tr("Drag a dot or a curve on the face: its outline follows."),
+            tr("Hold F4 to see the photo as it was. Then open one of yours."),
         )
         last = number == len(stops) - 1
         further = BarAction(tr("Next"), lambda: self._say_stop(number + 1))
@@ -195,7 +195,9 @@ class Files(Feature):
         if card is None or card.text != self._card or not isinstance(step, ReplaceState):
             return
         before, after = step.before, step.after
-        changed = (before.recipe != after.recipe, before.faces != after.faces, False)
+        shapes = ([getattr(one.recipe, name) for name in SHAPE] for one in (before, after))
+        shaped = before.faces != after.faces or next(shapes) != next(shapes)
+        changed = (before.recipe != after.recipe, shaped, False)
         if changed[self._stop] and not self._reading.busy:
             self._say_stop(self._stop + 1)
 

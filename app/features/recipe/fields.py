@@ -32,7 +32,6 @@ from ...widgets.controls import (
     WholeNumber,
     column_of,
     columns_of,
-    heading,
     muted_label,
     row_of,
     without_gaps,
@@ -362,7 +361,7 @@ class OwnerLine(QWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        self.title, self.note = heading(""), muted_label(wraps=True)
+        self.title, self.note = QLabel(), muted_label(wraps=True)
         self.button = QPushButton(tr("Use the photo's"))
         self.button.setToolTip(tr("Forget this face's own settings"))
         self.button.setAccessibleName(tr("Use the photo's settings"))

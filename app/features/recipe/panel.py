@@ -140,8 +140,6 @@ class RecipePanel(QWidget):
         self.plain, self._is_new = plain, True
         for field in ("percent", "lattice"):
             self.sliders[field].rename(*fields.wording(field, plain=plain))
-        word = "" if plain else translated(SETTINGS["percent"].title).lower()
-        self.percent.second.setText(word)
         self.more.flatten(not plain)
         self._show_lens()
         for reading in (self.percent.note, self.lattice.note, self.residual):
@@ -258,7 +256,7 @@ class RecipePanel(QWidget):
         face, pairs = state.faces[index], state.pairs[index]
         moved = pairs.warp_distance_px
         spacing = fit.spacing_px(pairs, face.anchor, state.recipe_of(index))
-        self.percent.note.setText(tr("{px:.1f} px on average", px=moved))
+        self.percent.note.setText(tr("warp distance: {px:.1f} px on average", px=moved))
         per_warp = f"{spacing / moved:.1f}" if moved > 0.0 else _NONE
         self.lattice.note.setText(
             tr(

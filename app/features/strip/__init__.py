@@ -126,8 +126,9 @@ class Strip(Feature):
             self.say(tr("No photo of the strip is left to check."), wrong=False)
             return
         path, why = found
-        text = tr("To check: {name}", name=path.name)
-        self._check = path, "\n".join([text, why or tr("The list of faces says why.")])
+        first, *rest = (why or tr("the list of faces says why")).splitlines()
+        text = tr("To check: {name}, {why}", name=path.name, why=first)
+        self._check = path, "\n".join([text, *rest])
         self.open(path)
         if path == self.document.path:
             self._follow()
