@@ -182,8 +182,8 @@ class TogetherDialog(Dialog):
             action.triggered.connect(lambda _=False, act=act: act())
         self.addActions(actions)
         note = muted_label(tr("Large photos are reduced; open one to see each of its pixels"))
-        below = row_of(*map(action_button, actions), note, None, self.closing())
-        column_of(self, grid, below, margin=2 * GRID_PX).setStretchFactor(grid, 1)
+        below = row_of(*map(action_button, actions), None, self.closing())
+        column_of(self, grid, note, below, margin=2 * GRID_PX).setStretchFactor(grid, 1)
 
     def _each(self, act: Callable[[LinkedView], None]) -> None:
         for view in self.views:
