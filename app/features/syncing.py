@@ -49,15 +49,15 @@ class Settings:
     @staticmethod
     def of(values: Mapping[str, Any]) -> Settings:
         """Return the settings that an act stores. Raises ValueError."""
-        fields = {name: value for name, value in values.items() if name != _PERSON}
+        fields = dict(values)
+        person = fields.pop(_PERSON, "")
         recipe = Recipe.from_dict({"version": VERSION, **fields})
-        return Settings(recipe, frozenset(fields), values.get(_PERSON, ""))
+        return Settings(recipe, frozenset(fields), person)
 
     @property
     def values(self) -> dict[str, Any]:
-        """What an act stores; empty without fields."""
-        fields = {name: getattr(self.recipe, name) for name in self.names}
-        return {**fields, _PERSON: self.person} if fields and self.person else fields
+        """What an act stores."""
+        return {_PERSON: self.person} | {it: getattr(self.recipe, it) for it in self.names}
 
     def onto(self, recipe: Recipe) -> Recipe:
         """Return another photo's recipe with the copied fields."""
