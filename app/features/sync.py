@@ -30,6 +30,7 @@ from .strip.facts import Preview, Sample
 from .syncing import Outcome, Settings, loaded, step_text, synced
 
 _GROUPS: Final = "sync/groups"
+_SETTLE_MS: Final = 100
 _NOT_AT_FIRST: Final = "lens"  # groups that are copied only once they are ticked
 
 
@@ -91,10 +92,11 @@ class Sync(Feature):
         self.person = self.bind("give-person", self.start_person)
         strip.panel.offer_sync(self.action, self.menu, self.person)
         self.view.watch(self._name_person, "face")
-        self.document.watch(
-            self._name_person, "faces"
-        )  # after the list of faces, which reads names
-        strip.film.counted.connect(self._name_person)
+        # Photos and drags come many at a time.
+        self._naming = QTimer(self, singleShot=True, interval=_SETTLE_MS)
+        self._naming.timeout.connect(self._name_person)
+        self.document.watch(self._naming.start, "faces")
+        strip.film.counted.connect(self._naming.start)
         strip.film.itemSelectionChanged.connect(self._select)
         self.document.opened.connect(self._select)
         self.view.watch(self._preview, "frame")
@@ -134,6 +136,7 @@ class Sync(Feature):
     def stop(self) -> None:
         """Skip the remaining photos."""
         self._waiting, self._acts, self._act, self._undrawn = [], [], None, {}
+        self._naming.stop()
         super().stop()
 
     # -- the preview -------------------------------------------------------------------------------
