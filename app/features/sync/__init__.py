@@ -18,16 +18,16 @@ from kogao_core.faces.names import NobodyNamed
 from kogao_core.projects.acts import ActPhoto, Acts
 from kogao_core.recipe.recipe import FACE_FIELDS, SETTINGS, SHAPE, Recipe
 
-from ..document import ReplaceState
-from ..i18n import bare, reason, tr, tr_count
-from ..widgets.messages import BarAction
-from .faces import Faces
-from .feature import Context, Feature
-from .files.saver import Saver
-from .projects import Projects
-from .strip import Strip
-from .strip.facts import Preview, Sample
-from .syncing import Outcome, Settings, loaded, step_text, synced
+from ...document import ReplaceState
+from ...i18n import bare, reason, tr, tr_count
+from ...widgets.messages import BarAction
+from ..faces import Faces
+from ..feature import Context, Feature
+from ..files.saver import Saver
+from ..projects import Projects
+from ..strip import Strip
+from ..strip.facts import Preview, Sample
+from .one_photo import Outcome, Settings, loaded, step_text, synced
 
 _GROUPS: Final = "sync/groups"
 _SETTLE_MS: Final = 100

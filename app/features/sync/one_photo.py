@@ -24,12 +24,12 @@ from kogao_core.projects.edits import Edits, SavedEdits
 from kogao_core.projects.project import Project, Sheet, from_node, load, to_bytes
 from kogao_core.recipe.recipe import VERSION, Recipe
 
-from ..ahead import FaceSearch
-from ..document import State, UndoSteps
-from ..i18n import tr
-from .files import history
-from .files.history import project_of, state_of
-from .projects import Keeping
+from ...ahead import FaceSearch
+from ...document import State, UndoSteps
+from ...i18n import tr
+from ..files import history
+from ..files.history import project_of, state_of
+from ..projects import Keeping
 
 _PERSON: Final = "person"  # beside the fields of a recipe in an act
 _S = TypeVar("_S", bound=Sheet)
