@@ -73,8 +73,6 @@ class Faces(Feature):
     found = Signal(int)
     # (why: str): the search has failed; before `found`.
     not_found = Signal(str)
-    # (): the faces may have other names.
-    named = Signal()
     # (search: FaceSearch): a face is found while the search goes on; from a worker.
     _came = Signal(object)
 
@@ -281,7 +279,6 @@ class Faces(Feature):
         document, faces = self.document, self.document.state.faces
         if document.photo is not None and not document.in_gesture and faces is not self._named:
             self.names, self._named = names_of(document.photo, faces).names, faces
-            self.named.emit()
         self.panel.show_state(document.state, self.view.face, self.view.also, self.names)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from named import HEAD, microsoft, mwg
 from PIL import Image
 
 from kogao_core.photo.metadata.rating import Rated, rating_of
@@ -49,3 +50,11 @@ def test_a_sidecar_comes_before_the_photo(photo, name):
     assert rating_of(photo) == Rated(-1, "")
     photo.with_name(name).write_bytes(ELEMENTS.replace(b"<xmp:Label/>", b""))
     assert rating_of(photo) == Rated(-1, "Sélection & co")
+
+
+def test_names_of_people_are_read_in_every_form(tmp_path):
+    place = ((0.5, 0.5), (0.2, 0.2))
+    named = [("Zoë Ann", place), ("Tom &amp; Jo", place)]
+    for content in (mwg(named, (8, 8)), mwg(named, (8, 8), as_elements=True), microsoft(named)):
+        (tmp_path / "x.jpg").write_bytes(HEAD.format(content).encode())
+        assert rating_of(tmp_path / "x.jpg").people == {"Zoë Ann", "Tom & Jo"}

@@ -57,7 +57,7 @@ def rating_of(photo: Path) -> Rated:
     Names are of the photo only.
     """
     read = [_ends(photo)]
-    people = frozenset(_values(_PERSON, read))
+    people = frozenset(map(str.strip, _values(_PERSON, read))) - {""}  # of end tags
     sidecar = _sidecar(photo)
     if sidecar is not None:
         read.insert(0, _ends(sidecar))

@@ -18,18 +18,19 @@ from kogao_core.faces.names import NobodyNamed
 from kogao_core.projects.acts import ActPhoto, Acts
 from kogao_core.recipe.recipe import FACE_FIELDS, SETTINGS, SHAPE, Recipe
 
-from ..document import ReplaceState
-from ..i18n import bare, reason, tr, tr_count
-from ..widgets.messages import BarAction
-from .faces import Faces
-from .feature import Context, Feature
-from .files.saver import Saver
-from .projects import Projects
-from .strip import Strip
-from .strip.facts import Preview, Sample
-from .syncing import Outcome, Settings, loaded, step_text, synced
+from ...document import ReplaceState
+from ...i18n import bare, reason, tr, tr_count
+from ...widgets.messages import BarAction
+from ..faces import Faces
+from ..feature import Context, Feature
+from ..files.saver import Saver
+from ..projects import Projects
+from ..strip import Strip
+from ..strip.facts import Preview, Sample
+from .one_photo import Outcome, Settings, loaded, step_text, synced
 
 _GROUPS: Final = "sync/groups"
+_SETTLE_MS: Final = 100
 _NOT_AT_FIRST: Final = "lens"  # groups that are copied only once they are ticked
 
 
@@ -64,8 +65,7 @@ class Sync(Feature):
         self._acts: list[tuple[int, bool]] = []  # that wait, and whether to apply or undo them
         self._act: int | None = None  # under way
         self._wanted, self._waiting = True, list[ActPhoto]()
-        self._total = self._failed = self._edited = 0
-        self._newer, self._doubtful = list[str](), list[str]()  # names of photos left alone
+        self._total, self._went = 0, dict[Outcome, list[str]]()  # names of the photos by outcome
         # The acts of the open photo by index and text of their undo steps.
         self._steps: dict[tuple[int, str], int] = {}
         self._base, self._index = self.document.base, 0
@@ -92,8 +92,11 @@ class Sync(Feature):
         self.person = self.bind("give-person", self.start_person)
         strip.panel.offer_sync(self.action, self.menu, self.person)
         self.view.watch(self._name_person, "face")
-        faces.named.connect(self._name_person)
-        strip.film.counted.connect(self._name_person)
+        # Photos and drags come many at a time.
+        self._naming = QTimer(self, singleShot=True, interval=_SETTLE_MS)
+        self._naming.timeout.connect(self._name_person)
+        self.document.watch(self._naming.start, "faces")
+        strip.film.counted.connect(self._naming.start)
         strip.film.itemSelectionChanged.connect(self._select)
         self.document.opened.connect(self._select)
         self.view.watch(self._preview, "frame")
@@ -132,6 +135,7 @@ class Sync(Feature):
 
     def stop(self) -> None:
         self._waiting, self._acts, self._act, self._undrawn = [], [], None, {}
+        self._naming.stop()
         super().stop()
 
     # -- the preview -------------------------------------------------------------------------------
@@ -197,14 +201,12 @@ class Sync(Feature):
         """Apply the settings of the selected face to the person's face in all visible photos."""
         face, name, photos = self._person
         if photos and self._act is None:
-            names, recipe = (
-                self._chosen.names & set(FACE_FIELDS),
-                self.document.state.recipe_of(face),
-            )
+            names = self._chosen.names & set(FACE_FIELDS)
+            settings = Settings(self.document.state.recipe_of(face), names, name)
             # Undo steps are stored without names.
             text = tr_count(len(photos), "Apply to one person in {n} photo",
                             "Apply to one person in {n} photos")  # fmt: skip
-            self._apply(Settings(recipe, names, name), photos, text)
+            self._apply(settings, photos, text)
         elif not photos:
             self.say(tr("Select a face with a name that other photos of the film strip have, too."))
 
@@ -308,8 +310,7 @@ class Sync(Feature):
             self._lock.enter_context(locked(*self._lock_place))
         self._act, self._wanted = self._acts.pop(0)
         self._waiting = self._store.turn(self._act, self._wanted)
-        self._total, self._failed, self._edited = len(self._waiting), 0, 0
-        self._newer, self._doubtful = [], []
+        self._total, self._went = len(self._waiting), {}
         self._next()
 
     def _next(self) -> None:
@@ -329,10 +330,7 @@ class Sync(Feature):
     def _synced(self, synced: tuple[ActPhoto, Outcome]) -> None:
         photo, outcome = synced
         path, undo = photo.path, self.document.undo
-        self._edited += outcome == "edited"
-        left = {"newer": self._newer, "doubtful": self._doubtful}.get(outcome)
-        if left is not None:
-            left.append(path.name)
+        self._went.setdefault(outcome, []).append(path.name)
         self._samples.pop(path, None)
         if path == self.document.path and self._projects.adopt(path):
             # The photo was opened before its file was written.
@@ -350,7 +348,6 @@ class Sync(Feature):
             self.document.step(state, step_text())
 
     def _not_synced(self, problem: Exception) -> None:
-        self._failed += 1
         self.say(tr("The settings can't be applied: {problem}", problem=reason(problem)))
         self._next()
 
@@ -359,18 +356,22 @@ class Sync(Feature):
         self.working.emit("")
         if self._act is not None:
             self._store.leave(self._act)
-        self._act, count = None, self._total - self._failed - len(self._newer + self._doubtful)
+        names = {outcome: ", ".join(one) for outcome, one in self._went.items()}
+        edited = len(self._went.get("edited", ()))
+        self._act, count = None, len(self._went.get("new", ())) + edited
         if self._wanted:
             text = tr_count(
                 count, "Settings applied to {n} photo", "Settings applied to {n} photos"
             )
-            had = tr("{n} had edits", n=self._edited)
+            had = tr("{n} had edits", n=edited)
             self.did.emit(tr("{text} ({had}); undo is one step", text=text, had=had))
         elif self._total:
             self.did.emit(tr_count(count, "Undone in {n} photo", "Undone in {n} photos"))
-        newer = tr("Newer edits stay as they are: {names}.", names=", ".join(self._newer))
-        doubtful = tr("Left alone, since the person's face isn't certain: {names}.",
-                      names=", ".join(self._doubtful))  # fmt: skip
-        if self._newer or self._doubtful:
-            self.say(newer if self._newer else doubtful, wrong=False)
+        if "newer" in names:
+            text = tr("Newer edits stay as they are: {names}.", names=names["newer"])
+            self.say(text, wrong=False)
+        if "doubtful" in names:
+            text = tr("Left alone, since the person's face isn't certain: {names}.",
+                      names=names["doubtful"])  # fmt: skip
+            self.say(text, wrong=False)
         self._next_act()

@@ -24,12 +24,12 @@ from kogao_core.projects.edits import Edits, SavedEdits
 from kogao_core.projects.project import Project, Sheet, from_node, load, to_bytes
 from kogao_core.recipe.recipe import VERSION, Recipe
 
-from ..ahead import FaceSearch
-from ..document import State, UndoSteps
-from ..i18n import tr
-from .files import history
-from .files.history import project_of, state_of
-from .projects import Keeping
+from ...ahead import FaceSearch
+from ...document import State, UndoSteps
+from ...i18n import tr
+from ..files import history
+from ..files.history import project_of, state_of
+from ..projects import Keeping
 
 _PERSON: Final = "person"  # beside the fields of a recipe in an act
 _S = TypeVar("_S", bound=Sheet)
@@ -49,15 +49,15 @@ class Settings:
     @staticmethod
     def of(values: Mapping[str, Any]) -> Settings:
         """Return the settings that an act stores. Raises ValueError."""
-        fields = {name: value for name, value in values.items() if name != _PERSON}
+        fields = dict(values)
+        person = fields.pop(_PERSON, "")
         recipe = Recipe.from_dict({"version": VERSION, **fields})
-        return Settings(recipe, frozenset(fields), values.get(_PERSON, ""))
+        return Settings(recipe, frozenset(fields), person)
 
     @property
     def values(self) -> dict[str, Any]:
-        """What an act stores; empty without fields."""
-        fields = {name: getattr(self.recipe, name) for name in self.names}
-        return {**fields, _PERSON: self.person} if fields and self.person else fields
+        """What an act stores."""
+        return {_PERSON: self.person} | {it: getattr(self.recipe, it) for it in self.names}
 
     def onto(self, recipe: Recipe) -> Recipe:
         """Return another photo's recipe with the copied fields."""
