@@ -235,8 +235,7 @@ def test_what_keys_do_to_photo_brush_strokes_and_points_is_said(opened, heard, m
 
 
 def test_a_warning_is_said_when_it_comes_and_when_it_goes(opened, heard):
-    opened.set("scope", "face")
-    opened.settle()
+    opened.show("scope", "face")
     slider = opened.panel("recipe").percent.slider
     heard.clear()
     opened.press_key(slider, KEYS.Key_PageUp, times=5)

@@ -23,8 +23,7 @@ def test_an_eye_switches_a_slider_off_and_on_as_undo_steps(opened, pixels):
     without = opened.shown.copy()
     assert not eye.isEnabled()
     panel.shape.button.setChecked(True)
-    opened.set("jaw_width", -6.0)
-    opened.settle()
+    opened.show("jaw_width", -6.0)
     with_it = opened.shown.copy()
     assert eye.accessibleName() == "Switch off: Jaw"
     press(opened, eye)

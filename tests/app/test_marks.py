@@ -160,8 +160,7 @@ def test_what_goes_wrong_is_said_plainly_too(retouch):
     retouch.press_key(panel.percent.slider, KEYS.Key_End)
     retouch.settle()
     assert "clearly different" in panel.gauge.seen.text()
-    retouch.set("scope", "face")
-    retouch.settle()
+    retouch.show("scope", "face")
     assert panel.gauge.text.text() == "⚠ At least 70 % of answers: unnatural"
     panel.more.button.setChecked(True)
     retouch.press_key(panel.lattice.slider, KEYS.Key_Home)

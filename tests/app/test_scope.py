@@ -121,8 +121,7 @@ def test_the_rim_of_a_forehead_that_follows_is_shown(opened):
         return (shown != hidden).any()
 
     def choose(value):
-        opened.set("scope", value)
-        opened.settle()
+        opened.show("scope", value)
 
     choose("face")
     before = opened.shown.copy()
@@ -149,8 +148,7 @@ def test_a_face_at_the_photos_edge_is_told_of_unless_it_is_left_as_it_is(start, 
     rows.item(0).setCheckState(Qt.CheckState.Checked)
     driver.settle()
     assert note.isVisible()
-    driver.set("guard", False)
-    driver.settle()
+    driver.show("guard", False)
     assert not note.isVisible()
 
 

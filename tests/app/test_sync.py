@@ -242,8 +242,7 @@ def test_auto_sync_applies_each_change_and_undoes_it_with_the_step(strip):
     strip.editor.sync.auto.setChecked(True)
     strip.edit(8.0)
     assert percent_of(folder / "b.png") == 8.0
-    strip.set("lens", 50.0)
-    strip.settle()
+    strip.show("lens", 50.0)
     assert load(sidecar_of(folder / "b.png")).automatic.recipe.lens != 50.0, "it isn't ticked"
     for _ in range(2):
         strip.editor.history.undo()
