@@ -7,7 +7,7 @@
     (if (not (= precision PRECISION-U8-NON-LINEAR)) (gimp-image-convert-precision image precision))
     (if grey (gimp-image-convert-grayscale image))
     (if alpha (gimp-layer-add-alpha layer))
-    (if select (gimp-image-select-rectangle image CHANNEL-OP-REPLACE 20 20 100 100))
+    (if select (gimp-image-select-rectangle image CHANNEL-OP-REPLACE 300 400 100 100))
     (kogao-smaller #:run-mode RUN-NONINTERACTIVE #:image image
                    #:drawables (car (gimp-image-get-layers image)) #:amount 7)
     (let ((layers (car (gimp-image-get-layers image))))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from operator import attrgetter
 from typing import Any
 
 from PySide6.QtCore import QObject, QSettings, QThreadPool, Signal
@@ -93,7 +94,7 @@ class Feature(QObject):
     @property
     def busy(self) -> bool:
         """True while a job runs or waits."""
-        return any(lane.busy for lane in self._lanes)
+        return any(map(attrgetter("busy"), self._lanes))
 
     def stop(self) -> None:
         """Discard queued jobs and ignore the results of running jobs."""

@@ -528,7 +528,7 @@ def test_darktable_gets_a_photo_back_beside_its_own(
             env=os.environ | named | (sandbox if is_sandboxed else {}),
             stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
         ) as darktable:  # fmt: skip
-            if is_there_within(LONGEST_S / 2, begun, darktable):
+            if is_there_within(LONGEST_S, begun, darktable):
                 is_there_within(4 * LONGEST_S, done, darktable, move)
             darktable.kill()
         if begun.exists():
@@ -586,4 +586,5 @@ def test_krita_gets_a_layer_back(works, request, small_portrait, tmp_path, depth
     assert result.bits == was.bits
     steps = np.abs(result.pixels[..., :3].astype(int) - was.pixels).max(axis=2)
     assert 0.001 < (steps > 16 * (np.iinfo(depth).max // 255)).mean() < 0.5
-    assert (steps == 0).mean() > 0.3
+    # Krita 5.2 converts 16 bits with errors of 1 and 2 levels.
+    assert (steps <= np.iinfo(depth).max // 2**14).mean() > 0.3
