@@ -17,5 +17,7 @@ needs_stored_decimals = pytest.mark.skipif(
     sys.platform != "linux" or np.lib.NumpyVersion(np.__version__) < "2.2.0",
     reason="stored with the decimals of Linux's C library and of newer versions of numpy",
 )
+# Where a point and a shape's handle lie apart on screen depends on the panels' width.
+needs_linux_fonts = needs_linux("the canvas has its size by the fonts of a Linux desktop")
 # Windows says in its own language of a name that is too long that there is no such file.
 TOO_LONG = ".+" if sys.platform == "win32" else "File name too long"
