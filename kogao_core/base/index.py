@@ -103,7 +103,11 @@ class Index:
             with suppress(FileExistsError):  # only its owner may read the paths
                 os.close(os.open(file, os.O_CREAT | os.O_EXCL, 0o600))
             db = sqlite3.connect(file, timeout=_WAIT_S, isolation_level=None)
-            db.execute("PRAGMA journal_mode = WAL")
+            try:
+                db.execute("PRAGMA journal_mode = WAL")
+            except sqlite3.Error:
+                db.close()  # Windows sets no open file aside
+                raise
             return db
         except (OSError, sqlite3.OperationalError):
             if writes:

@@ -15,18 +15,17 @@ from kogao_app.features.recipe.fields import CenterChoice
 from kogao_app.view_state import Handle
 from kogao_app.widgets.messages import BarAction
 from kogao_app.widgets.sliders import ValueSlider
-from PySide6 import __version_info__ as binding
 from PySide6.QtCore import QCoreApplication, QEvent, Qt, QTimer
 from PySide6.QtGui import QAccessible
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QToolButton
 from scenes import oval_face
+from systems import needs_own_names
 
 pytestmark = pytest.mark.usefixtures("one_window")
 
 KEYS, CONTROL = Qt.Key, Qt.KeyboardModifier.ControlModifier
 TEXT = QAccessible.Text
-tells_radio_buttons = pytest.mark.skipif(binding < (6, 9), reason="PySide6 6.8 keeps Qt's own role")
 
 
 def of(widget):
@@ -96,7 +95,7 @@ def test_assistive_technology_sets_a_value_as_one_undo_step(opened):
     assert of(slider).state().focused
 
 
-@tells_radio_buttons
+@needs_own_names
 def test_controls_come_and_go_while_they_are_asked(qtbot):
     tell_choices()
     for _ in range(10):
@@ -112,7 +111,7 @@ def test_controls_come_and_go_while_they_are_asked(qtbot):
     gc.collect()
 
 
-@tells_radio_buttons
+@needs_own_names
 def test_what_excludes_each_other_is_told_as_radio_buttons(opened):
     opened.window.actions_by_name["workspace-inspect"].trigger()
     opened.editor.recipe.set_field("scope", "face")  # with which the centre counts

@@ -10,6 +10,7 @@ from kogao_app.workspaces import RETOUCH
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtWidgets import QLabel
 from scenes import oval_face
+from systems import needs_linux_fonts
 from test_view import picture
 
 pytestmark = pytest.mark.usefixtures("one_window")
@@ -35,6 +36,7 @@ def test_what_steps_back_is_what_can_be_taken_hold_of():
     assert {one.name for one in LISTED if one.handles} | {"shape"} == MARKS
 
 
+@needs_linux_fonts
 def test_marks_show_under_the_cursor_and_on_a_point_in_hand(retouch):
     assert not marks(retouch)
     bare = picture(retouch)
@@ -52,6 +54,7 @@ def test_marks_show_under_the_cursor_and_on_a_point_in_hand(retouch):
     np.testing.assert_array_equal(picture(retouch), bare)
 
 
+@needs_linux_fonts
 def test_a_press_without_a_move_takes_the_point_that_it_meets(retouch):
     assert not marks(retouch)
     retouch.drag(retouch.on_screen(CHIN), QPoint(6, 9))

@@ -22,6 +22,7 @@ from PySide6.QtWidgets import (
     QToolButton,
     QWidget,
 )
+from systems import needs_own_names
 from test_mnemonics import doubled, letters_of
 from test_nothing_is_cut import LEAST, arrangements, fit_into, needed_tools_are_seen, told
 
@@ -134,6 +135,7 @@ def japanese(spoken):  # noqa: ARG001
 
 
 @in_japanese
+@needs_own_names
 def test_a_letter_leads_to_one_place_and_what_has_none_shows_none_in_japanese(two, dialogs):
     """A toolbar has no letters, and a screen reader spells none."""
     texts = letters_of(two.window)
