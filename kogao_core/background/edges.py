@@ -31,7 +31,8 @@ _SPREAD: Final = 0.6  # standard deviation of the blur of the sums
 # has the same in all directions.
 _TEXTURE: Final = 1.5
 _AROUND: Final = 1.25  # standard deviation of a further blur of that median; larger: calmer
-_ARMS: Final = (1.0, 2.0, 4.0)  # distances between the two places of a row
+# Distances between the two places of a row. The shortest holds the ends of lines beside a head.
+_ARMS: Final = (0.6, 1.0, 2.0, 4.0)
 _CHECKED: Final = 2.0  # from this distance on, the edge must also be seen halfway
 # Edges as long as this shall not shift across either: where nothing else moves them, they stay.
 _LONG: Final = 4.0
