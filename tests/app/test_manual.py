@@ -345,9 +345,8 @@ def test_differences_are_the_distances_from_the_outline(manual):
     between = np.linalg.norm(hand.outline - found.outline, axis=1)
     assert (apart.landmarks_px <= between + 1e-9).all()
     for count in (9, 11, 34):
-        moved = dataclasses.replace(
-            hand, outline=along(found.outline, count) + np.array([0.0, 3.0])
-        )
+        outline = along(found.outline, count) + np.array([0.0, 3.0])
+        moved = dataclasses.replace(hand, outline=outline, targets=None)
         slid = differences(moved, found, (Recipe(), Recipe()))
         assert slid.landmarks_px.max() < 3.1
         assert slid.landmarks_px[count // 2] == pytest.approx(3.0, abs=0.05), "the chin"

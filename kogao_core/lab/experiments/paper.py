@@ -67,17 +67,26 @@ def _figures(
         ("lattice", _drawn(subject, [across, down], [marks]),
          Text("Control lattice of R = {r:g} (section 3.3)", r=recipe.lattice)),
     ]  # fmt: skip
-    distances = [dataclasses.replace(recipe, percent=value) for value in DISTANCES]
-    sizes = [dataclasses.replace(recipe, lattice=value) for value in LATTICES]
-    for name, title, recipes, values, unit in (
-        ("distance", Text("Figure 10: warp distances"), distances, DISTANCES, "{value:g} %"),
-        ("lattice-size", Text("Figure 11: lattice sizes"), sizes, LATTICES, "R = {value:g}"),
+    distances = [
+        (f"{value:g}", dataclasses.replace(recipe, percent=value), Text("{n:g} %", n=value))
+        for value in DISTANCES
+    ]
+    sizes = [
+        (f"{value:g}", dataclasses.replace(recipe, lattice=value), Text("R = {n:g}", n=value))
+        for value in LATTICES
+    ]
+    for name, title, warps in (
+        ("distance", Text("Figure 10: warp distances"), distances),
+        ("lattice-size", Text("Figure 11: lattice sizes"), sizes),
     ):
-        yield name, title, [
-            (f"{value:g}", render(subject.pixels, subject.faces, one).pixels,
-             Text(unit, value=value))
-            for value, one in zip(values, recipes, strict=True)
-        ]  # fmt: skip
+        yield (
+            name,
+            title,
+            [
+                (value, render(subject.pixels, subject.faces, one).pixels, caption)
+                for value, one, caption in warps
+            ],
+        )
 
 
 def _run(work: Work) -> Report:
