@@ -35,6 +35,17 @@ def arc_lengths(line: Array) -> Array:
     return np.append(0.0, np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1)))
 
 
+def curve(points: Array, per_step: int = 8) -> Array:
+    """Sample the Catmull-Rom curve through points of shape (N, dimensions)."""
+    before = np.vstack([2 * points[0] - points[1], points, 2 * points[-1] - points[-2]])
+    a, b, c, d = before[:-3], before[1:-2], before[2:-1], before[3:]
+    t = (np.arange(per_step) / per_step)[:, None, None]
+    curve = 0.5 * (
+        2 * b + (c - a) * t + (2 * a - 5 * b + 4 * c - d) * t**2 + (3 * b - a - 3 * c + d) * t**3
+    )
+    return np.asarray(curve.transpose(1, 0, 2).reshape(-1, points.shape[1]))
+
+
 _ROUND: Final = 0.3  # fraction of `ramp` that is rounded at each end
 
 

@@ -11,9 +11,8 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-import numpy.typing as npt
 
-from kogao_core.base.geometry import Array, Box
+from kogao_core.base.geometry import Array, Box, curve
 from kogao_core.faces.face import Face
 from kogao_core.faces.head import pivot_and_share
 from kogao_core.faces.zones import Shape, evened
@@ -22,6 +21,7 @@ from kogao_core.paper.targets import Pairs
 from kogao_core.recipe.recipe import Recipe
 from kogao_core.recipe.settings import CENTERS
 
+_PER_STEP: Final = 64  # samples of an outline between two of its points
 _HEAD_CENTER: Final = 2  # centre candidate for shaping faces with scope "head"
 
 
@@ -92,30 +92,28 @@ def shape_center(face: Face, recipe: Recipe) -> Array:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Differences:
-    """Distances from each point of the first face to its partner on the second."""
+    """Distances of the points of a face from the outline of another, px, (N,) each."""
 
-    # Int (N,): index of the partner. Outlines with equal numbers of points: the same index;
-    # otherwise the nearest point.
-    partners: npt.NDArray[np.intp]
-    # (N,): distance between partners, px.
     landmarks_px: Array
-    targets_px: Array
+    targets_px: Array  # from the curve through the other's targets
 
 
 def differences(first: Face, second: Face, recipes: tuple[Recipe, Recipe]) -> Differences:
     """Compare the landmarks and targets of two faces.
 
-    Result: for each outline point of the first face.
+    A slide along the outline is no difference, so the numbers of points may differ. Result: for
+    each outline point of the first face.
     """
     ours, theirs = aim(first, recipes[0]), aim(second, recipes[1])
-    between = np.linalg.norm(ours.source_px[:, None] - theirs.source_px, axis=2)
-    same_count = len(ours.source_px) == len(theirs.source_px)
-    partners = np.arange(len(between)) if same_count else between.argmin(axis=1)
     return Differences(
-        partners,
-        between[np.arange(len(between)), partners],
-        np.linalg.norm(ours.target_px - theirs.target_px[partners], axis=1),
+        _away_px(ours.source_px, theirs.source_px), _away_px(ours.target_px, theirs.target_px)
     )
+
+
+def _away_px(points_px: Array, line_px: Array) -> Array:
+    """Return the distance of points from the curve through the points of a line, px, (N,)."""
+    line_px = np.vstack([curve(line_px, _PER_STEP), line_px[-1:]])
+    return np.asarray(np.linalg.norm(points_px[:, None] - line_px, axis=2).min(axis=1))
 
 
 def matching(face: Face, others: Sequence[Face]) -> int | None:

@@ -10,7 +10,7 @@ from typing import Final, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from kogao_core.base.geometry import Array, points_of, smoothstep
+from kogao_core.base.geometry import Array, curve, points_of, smoothstep
 from kogao_core.faces.targets import FacePairs
 from kogao_core.field.protection import NOTHING, Protection, axes, share, slopes_on_grid
 from kogao_core.paper.lattice import Lattice, Spline
@@ -290,20 +290,9 @@ def residual(field: Field, pairs: Sequence[FacePairs]) -> Residual:
     if not pairs:
         return Residual(0.0, 0.0, 0.0, 0.0)
     wanted = [np.hstack([p.target_px, p.displacement_px]) for p in pairs]
-    requested = np.concatenate([*wanted, *(_curve(each) for each in wanted)])
+    requested = np.concatenate([*wanted, *(curve(each) for each in wanted)])
     missed = np.linalg.norm(field.at(requested[:, :2]) - requested[:, 2:], axis=1)
     points, between = np.split(missed, [sum(len(each) for each in wanted)])
     return Residual(
         float(points.mean()), float(points.max()), float(between.mean()), float(between.max())
     )
-
-
-def _curve(points: Array, per_step: int = 8) -> Array:
-    """Sample the Catmull-Rom curve through points of shape (N, dimensions)."""
-    before = np.vstack([2 * points[0] - points[1], points, 2 * points[-1] - points[-2]])
-    a, b, c, d = before[:-3], before[1:-2], before[2:-1], before[3:]
-    t = (np.arange(per_step) / per_step)[:, None, None]
-    curve = 0.5 * (
-        2 * b + (c - a) * t + (2 * a - 5 * b + 4 * c - d) * t**2 + (3 * b - a - 3 * c + d) * t**3
-    )
-    return np.asarray(curve.transpose(1, 0, 2).reshape(-1, points.shape[1]))

@@ -13,8 +13,9 @@ from kogao_core.base.geometry import Affine, Array, Box, Image
 from kogao_core.base.language import Text
 from kogao_core.faces.face import Face
 from kogao_core.field.field import shown_at
+from kogao_core.field.measures import measures
 from kogao_core.pipeline import render
-from kogao_core.reading.displacement import Reading, read_faces, width_px
+from kogao_core.reading.displacement import Reading, read_faces
 from kogao_core.recipe.recipe import SETTINGS, SHAPE, Recipe
 from kogao_core.recipe.settings import ScopeName
 
@@ -86,7 +87,7 @@ def fit_controls(reading: Reading, image: Box) -> Match:
 
     The photo's box is `image`.
     """
-    scale = _FACE_PX / width_px(reading.face)
+    scale = _FACE_PX / measures(reading.face).width_px
     small = Affine.similarity(scale, 0.0, (_SIDE_PX - 1) / 2.0 - scale * reading.face.middle)
     face = dataclasses.replace(reading.face.mapped(small), targets=None, recipe=None)
     points, wanted = small(reading.points), small(reading.moved) - small(reading.points)

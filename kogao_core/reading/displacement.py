@@ -14,6 +14,7 @@ from kogao_core.base.geometry import Affine, Array, Image
 from kogao_core.base.threads import one_blas_thread
 from kogao_core.faces.face import Face
 from kogao_core.faces.landmarks.pixels import Pyramid
+from kogao_core.field.measures import measures
 from kogao_core.reading.flow import Alignment, NotRead, aligned, at, contrast, flow
 
 # Width of the outline in the square in which a face is measured, and the side of the square, px.
@@ -70,7 +71,7 @@ class Reading:
     def moved_percent(self) -> float:
         """Mean move of the outline, % of its width."""
         away = np.linalg.norm(self.outline - self.face.outline, axis=1).mean()
-        return float(100.0 * away / width_px(self.face))
+        return float(100.0 * away / measures(self.face).width_px)
 
     @property
     def moved_doubt_percent(self) -> float:
@@ -89,11 +90,6 @@ class Reading:
         }
 
 
-def width_px(face: Face) -> float:
-    """Return the largest distance of two opposite points of an outline."""
-    return float(np.linalg.norm(face.outline - face.outline[::-1], axis=1).max())
-
-
 def read_faces(before: Image, after: Image, faces: Sequence[Face]) -> list[Reading]:
     """Return how `after` moved the faces of `before`.
 
@@ -108,7 +104,7 @@ def read_faces(before: Image, after: Image, faces: Sequence[Face]) -> list[Readi
 
 
 def _read(before: Pyramid, after: Pyramid, alignment: Alignment, face: Face) -> Reading:
-    width, to_after = width_px(face), alignment.to_after
+    width, to_after = measures(face).width_px, alignment.to_after
     if min(1.0, to_after.scale) * width < _LEAST_FACE_PX:
         raise NotRead("the face is too small to read: less than {n:g} px wide", n=_LEAST_FACE_PX)
     points, scale = _points(face), width / _FACE_PX

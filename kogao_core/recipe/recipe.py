@@ -378,8 +378,8 @@ class Recipe:
         fields = dict(values)
         if (version := fields.pop("version", VERSION)) != VERSION:
             raise BadValue(
-                "this program reads recipes of version {version}, got {found}; update Kogao, "
-                "or save the recipe again",
+                "this program reads recipes of version {version}, got {found}; use the Kogao "
+                "that wrote it, or set its values again",
                 version=VERSION,
                 found=shown(version),
             )

@@ -1,5 +1,7 @@
 """Manual mode: points by hand against a clock, and both modes side by side."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from kogao_app.canvas.handles import position
@@ -10,6 +12,10 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QToolButton
 from scenes import oval_face
+
+from kogao_core.faces.targets import differences
+from kogao_core.projects.interchange import along
+from kogao_core.recipe.recipe import Recipe
 
 pytestmark = pytest.mark.usefixtures("one_window")
 
@@ -331,10 +337,16 @@ def test_looking_takes_time_and_is_no_change(manual):
 # -- the comparison ------------------------------------------------------------------------------
 
 
-def test_differences_are_the_distances_between_the_points(manual):
+def test_differences_are_the_distances_from_the_outline(manual):
     mark_face(manual, points=range(21))
     state = manual.state
     ((mine, theirs, apart),) = faces_compared(state)
     hand, found = state.sheet("manual").faces[mine], state.sheet("automatic").faces[theirs]
-    expected = np.linalg.norm(hand.outline - found.outline, axis=1)
-    np.testing.assert_allclose(apart.landmarks_px, expected)
+    between = np.linalg.norm(hand.outline - found.outline, axis=1)
+    assert (apart.landmarks_px <= between + 1e-9).all()
+    for count in (9, 11, 34):
+        outline = along(found.outline, count) + np.array([0.0, 3.0])
+        moved = dataclasses.replace(hand, outline=outline, targets=None)
+        slid = differences(moved, found, (Recipe(), Recipe()))
+        assert slid.landmarks_px.max() < 3.1
+        assert slid.landmarks_px[count // 2] == pytest.approx(3.0, abs=0.05), "the chin"

@@ -20,7 +20,8 @@ import kogao_core as kogao
 from kogao_core.base.geometry import Array, Image
 from kogao_core.faces.face import Face
 from kogao_core.field.field import shown_at
-from kogao_core.reading.displacement import read_faces, width_px
+from kogao_core.field.measures import measures
+from kogao_core.reading.displacement import read_faces
 from kogao_core.reading.flow import NotRead
 from kogao_core.recipe.recipe import SETTINGS, SHAPE, Recipe
 
@@ -65,7 +66,7 @@ def main() -> None:
             away = np.linalg.norm(reading.outline - outline, axis=1).mean()
         except NotRead:
             away = np.nan
-        errors.setdefault(kind, []).append(100.0 * float(away) / width_px(face))
+        errors.setdefault(kind, []).append(100.0 * float(away) / measures(face).width_px)
 
     for file in sorted((folder / "portraits").glob("*.jpg"))[::3]:
         photo, face = face_of(file)

@@ -140,6 +140,13 @@ def test_figures_show_todays_engine():
     assert {name: read(ROOT / "docs" / "figures" / f"{name}.svg") for name in drawn} == drawn
 
 
+def test_the_walk_through_the_paper_shows_its_code():
+    page, walk = read(ROOT / "docs" / "paper.md"), read(ROOT / "kogao_core" / "paper" / "walk.py")
+    code = [block for block in walk.split('"""')[1].split("\n\n") if block.startswith(">>>")]
+    assert code
+    assert [block for block in code if block.strip() not in page] == []
+
+
 def test_decisions_that_are_named_are_there():
     named = {int(n) for path in DOCUMENTS for n in re.findall(r"\bdecisions?[ /](\d+)", read(path))}
     assert named <= set(range(1, len(PAGES) + 1))

@@ -14,9 +14,10 @@ from kogao_core.base.geometry import Box
 from kogao_core.faces.landmarks import MeshSource
 from kogao_core.faces.landmarks.pixels import Pyramid
 from kogao_core.field.field import shown_at
+from kogao_core.field.measures import measures
 from kogao_core.pipeline import render
 from kogao_core.reading.controls import CONTROLS, NOTHING_PERCENT, fit_controls, style
-from kogao_core.reading.displacement import read_faces, width_px
+from kogao_core.reading.displacement import read_faces
 from kogao_core.reading.flow import NotRead, aligned
 from kogao_core.recipe.recipe import SETTINGS, Recipe
 
@@ -45,7 +46,7 @@ def retouched(picture, face, **settings):
 
 def error_percent(reading, outline):
     away = np.linalg.norm(reading.outline - outline, axis=1).mean()
-    return 100.0 * away / width_px(reading.face)
+    return 100.0 * away / measures(reading.face).width_px
 
 
 def test_an_outline_is_read_beneath_tone_smoothing_and_compression(scene):
@@ -104,7 +105,7 @@ def test_a_background_that_moves_too_widens_the_interval(scene, percent):
     picture, face = scene
     copy, outline = thin_plate(picture, face, percent)
     (reading,) = read_faces(picture, copy, [face])
-    true = np.linalg.norm(outline - face.outline, axis=1).mean() / width_px(face) * 100.0
+    true = np.linalg.norm(outline - face.outline, axis=1).mean() / measures(face).width_px * 100.0
     assert abs(reading.moved_percent - true) < reading.moved_doubt_percent
     (still,) = read_faces(picture, retouched(picture, face, percent=percent)[0], [face])
     assert 1.5 * still.moved_doubt_percent < reading.moved_doubt_percent < true

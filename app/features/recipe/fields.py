@@ -75,9 +75,9 @@ def signed() -> SliderScale:
 
 def lattice() -> SliderScale:
     """Return the scale of the lattice."""
-    # Logarithmic: factors 2 and 1/2 are equally far from the middle.
+    # Logarithmic, from 0.16: R = 1 in warp distances, as in the paper, is about 0.18 at 4 %.
     return SliderScale(
-        -2 * _PER_OCTAVE,
+        round(-2.6 * _PER_OCTAVE),
         2 * _PER_OCTAVE,
         10,
         lambda n: 2.0 ** (n / _PER_OCTAVE),

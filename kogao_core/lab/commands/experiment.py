@@ -19,7 +19,7 @@ from kogao_core.faces.face import LandmarkSource
 from kogao_core.faces.landmarks import ModelRefused
 from kogao_core.faces.landmarks import source as landmark_source
 from kogao_core.lab.commands import outputs, study
-from kogao_core.lab.experiments import EXPERIMENTS
+from kogao_core.lab.experiments import EXPERIMENTS, paper
 from kogao_core.lab.experiments.experiment import Experiment, ExperimentOption, Work
 from kogao_core.lab.subjects import Subject
 from kogao_core.photo.profiles import for_search
@@ -151,5 +151,5 @@ def _command_of(experiment: Experiment) -> click.Command:
     return words.command(experiment.name)(takes(run))
 
 
-for one in (*map(_command_of, EXPERIMENTS), study.command):
+for one in (*map(_command_of, (*EXPERIMENTS, paper.EXPERIMENT)), study.command):
     experiment.add_command(one)

@@ -25,8 +25,8 @@ class Work:
     given: Mapping[str, Any]  # values of the options, by key
     progress: Progress
     leave_out: Callable[[str], None]  # called with the reason for a skipped photo or method
-    # Called with pictures, grey or RGB, by file name; ignored in the window.
-    keep: Callable[[Iterable[tuple[str, Image]]], None]
+    # Called with pictures, grey or RGB, and texts by file name; ignored in the window.
+    keep: Callable[[Iterable[tuple[str, Image | str]]], None]
 
 
 @dataclass(frozen=True, slots=True)
