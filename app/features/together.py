@@ -9,14 +9,15 @@ from pathlib import Path
 from typing import Final
 
 from PySide6.QtCore import QPointF, QRectF, Qt, Signal
-from PySide6.QtGui import QFocusEvent, QKeyEvent, QMouseEvent, QPainter, QPaintEvent, QPen
-from PySide6.QtWidgets import QApplication, QGridLayout
+from PySide6.QtGui import QKeyEvent, QMouseEvent
+from PySide6.QtWidgets import QGridLayout
 
 from kogao_core.background.find import BackgroundFinder
 from kogao_core.base.geometry import Box
 from kogao_core.photo.optics import optics_of
 
 from ..actions import TABLE, Item
+from ..canvas.photo_canvas import ARROWS
 from ..canvas.viewport import Viewport, plate_on
 from ..document import Document
 from ..i18n import reason, tr, translated
@@ -37,12 +38,7 @@ _IN_A_ROW: Final = 3
 _SIDE_PX: Final = 1600
 _STEP: Final = 1.5
 _AROUND: Final = 0.5  # margin around faces, as a fraction of their width
-_ARROWS: Final = {
-    Qt.Key.Key_Left: QPointF(40, 0),
-    Qt.Key.Key_Right: QPointF(-40, 0),
-    Qt.Key.Key_Up: QPointF(0, 40),
-    Qt.Key.Key_Down: QPointF(0, -40),
-}
+_PAN_PX: Final = 40.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,6 +82,7 @@ class LinkedView(Viewport):
         self.path, self.linked, self._alone = path, [self], False
         self.versions: Versions | None = None
         self.plate = plate_on(self)
+        self.setProperty("linked", "true")
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setToolTip(tr("Double click or Return opens it; with Shift, a drag moves it alone"))
         self.tell("…")
@@ -134,23 +131,10 @@ class LinkedView(Viewport):
         """Pan with the arrow keys; open the photo with Return."""
         if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
             self.wanted.emit(self.path)
-        elif (step := _ARROWS.get(Qt.Key(event.key()))) is not None:
-            self.pan(QPointF(), step)
+        elif (step := ARROWS.get(Qt.Key(event.key()))) is not None:
+            self.pan(QPointF(*step) * _PAN_PX, QPointF())
         else:
             event.ignore()
-
-    def focusInEvent(self, event: QFocusEvent) -> None:
-        """Draw a frame around the photo with the focus."""
-        super().focusInEvent(event)
-        self.viewport().update()
-
-    def paintEvent(self, event: QPaintEvent) -> None:
-        """Draw the frame of the focus."""
-        super().paintEvent(event)
-        if self.hasFocus():
-            with QPainter(self.viewport()) as painter:
-                painter.setPen(QPen(QApplication.palette().accent(), 2.0))
-                painter.drawRect(self.viewport().rect().adjusted(1, 1, -1, -1))
 
 
 class TogetherDialog(Dialog):
@@ -225,19 +209,15 @@ class Together(Feature):
         self._waiting, self.dialog = [], None
 
     def _next(self) -> None:
-        if self._waiting:
-            self._reading.submit(partial(self._read, self._waiting[0].path, self._opened()))
-
-    def _opened(self) -> Opened | None:
-        """Return the open photo with its newest edits, if it is next."""
-        photo, pyramid = self.document.photo, self.document.pyramid
-        if photo is None or pyramid is None or self._waiting[0].path != self.document.path:
-            return None
-        return Opened(photo, pyramid, self.document.committed)
-
-    def _read(self, path: Path, opened: Opened | None) -> Versions:
-        finder = BackgroundFinder(self.live.finder.people)
-        return versions_of(opened or open_photo(path, self.storage), finder)
+        """Read the next photo; of the open photo, show the newest edits."""
+        if not self._waiting:
+            return
+        path, photo, pyramid = self._waiting[0].path, self.document.photo, self.document.pyramid
+        opened, finder = None, BackgroundFinder(self.live.finder.people)
+        if photo is not None and pyramid is not None and path == self.document.path:
+            opened = Opened(photo, pyramid, self.document.committed)
+        storage = self.storage
+        self._reading.submit(lambda: versions_of(opened or open_photo(path, storage), finder))
 
     def _show(self, versions: Versions) -> None:
         view = self._waiting.pop(0)
