@@ -77,9 +77,9 @@ class LinkedView(Viewport):
     # (photo: Path): the user opens this photo.
     wanted = Signal(object)
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, linked: list[LinkedView]) -> None:
         super().__init__(ViewState(document=Document()))
-        self.path, self.linked, self._alone = path, [self], False
+        self.path, self._linked, self._alone = path, linked, False
         self.versions: Versions | None = None
         self.plate = plate_on(self)
         self.setProperty("linked", "true")
@@ -93,22 +93,27 @@ class LinkedView(Viewport):
         self.plate.adjustSize()
         self.setAccessibleName(self.plate.text())
 
+    def take(self, versions: Versions, before: bool) -> None:
+        """Show a photo that was read."""
+        self.versions = versions
+        self.show_version(before)
+        self.fit()
+
     def show_version(self, before: bool) -> None:
         """Show the photo before or after its edits."""
         if (versions := self.versions) is not None:
             self.shown.document.recolour(versions.before if before else versions.after)
             self.tell(tr("before") if before else versions.told)
-            self.viewport().update()
 
     def zoom_to(self, zoom: float, about: QPointF | None = None) -> None:
         """Zoom all photos by a factor, each at its own place below the pointer."""
         factor = zoom / self.zoom
-        for one in self.linked:
+        for one in self._linked:
             Viewport.zoom_to(one, factor * one.zoom, about)
 
     def pan(self, start: QPointF, end: QPointF) -> None:
         """Move all photos; with Shift, only this one."""
-        for one in [self] if self.panning and self._alone else self.linked:
+        for one in [self] if self.panning and self._alone else self._linked:
             Viewport.pan(one, start, end)
 
     def look_at_faces(self) -> None:
@@ -143,11 +148,11 @@ class TogetherDialog(Dialog):
     def __init__(self, window: Window, paths: Sequence[Path]) -> None:
         title = tr("Photos side by side")
         super().__init__(title, window, window.size().toTuple())
-        self.views = [LinkedView(path) for path in paths]
+        self.views: list[LinkedView] = []
+        self.views += [LinkedView(path, self.views) for path in paths]
         grid, columns = QGridLayout(), -(-len(paths) // (1 + (len(paths) > _IN_A_ROW)))
         grid.setSpacing(GRID_PX // 2)
         for place, view in enumerate(self.views):
-            view.linked = self.views
             view.setBackground(window.canvas.backgroundBrush())
             grid.addWidget(view, *divmod(place, columns))
         first = self.views[0]
@@ -220,10 +225,8 @@ class Together(Feature):
         self._reading.submit(lambda: versions_of(opened or open_photo(path, storage), finder))
 
     def _show(self, versions: Versions) -> None:
-        view = self._waiting.pop(0)
-        view.versions = versions
-        view.show_version(self.dialog is not None and self.dialog.before.isChecked())
-        view.fit()
+        before = self.dialog is not None and self.dialog.before.isChecked()
+        self._waiting.pop(0).take(versions, before)
         self._next()
 
     def _fail(self, problem: Exception) -> None:
