@@ -25,7 +25,7 @@ from ..pyramid import PicturePyramid
 from ..render.live import Holding, Surface
 from ..theme import GRID_PX
 from ..view_state import ViewState, VisiblePart
-from ..widgets.controls import action_button, column_of, muted_label, row_of
+from ..widgets.controls import Elided, action_button, column_of, row_of
 from ..widgets.dialogs import Dialog
 from ..window import Window
 from .feature import Context, Feature
@@ -170,8 +170,11 @@ class TogetherDialog(Dialog):
         for action, act in zip(actions[1:], acts.values(), strict=True):
             action.triggered.connect(lambda _=False, act=act: act())
         self.addActions(actions)
-        note = muted_label(tr("Large photos are reduced; open one to see each of its pixels"))
-        below = row_of(*map(action_button, actions), note, None, self.closing())
+        note = Elided()
+        note.setText(tr("Large photos are reduced; open one to see each of its pixels"))
+        note.setProperty("muted", "true")
+        below = row_of(*map(action_button, actions), note, self.closing())
+        below.setStretchFactor(note, 1)
         column_of(self, grid, below, margin=2 * GRID_PX).setStretchFactor(grid, 1)
 
     def _each(self, act: Callable[[LinkedView], None]) -> None:
