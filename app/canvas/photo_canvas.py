@@ -42,7 +42,7 @@ _BESIDE_A_CURVE_PX: Final = 8.0  # the reach of a point that a curve passes
 # Maximum distance from a landmark for Ctrl+click, in landmark spacings.
 NEAR: Final = 3.0
 _MARK_PX: Final = 5.0
-_ARROWS: Final = {
+ARROWS: Final = {
     Qt.Key.Key_Left: (-1, 0),
     Qt.Key.Key_Right: (1, 0),
     Qt.Key.Key_Up: (0, -1),
@@ -395,7 +395,7 @@ class PhotoCanvas(SpokenView):
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Nudge the selected point with the arrow keys, or move the tool by keyboard."""
-        key, step = Qt.Key(event.key()), _ARROWS.get(Qt.Key(event.key()))
+        key, step = Qt.Key(event.key()), ARROWS.get(Qt.Key(event.key()))
         shift = event.modifiers() & Qt.KeyboardModifier.ShiftModifier
         times = _MANY_STEPS if shift else 1
         marks = self.shown.marking and self.shown.selected is None
@@ -428,7 +428,7 @@ class PhotoCanvas(SpokenView):
         announce(self, place)
 
     def keyReleaseEvent(self, event: QKeyEvent) -> None:
-        nudges = Qt.Key(event.key()) in _ARROWS and not self.in_hand
+        nudges = Qt.Key(event.key()) in ARROWS and not self.in_hand
         if nudges and not event.isAutoRepeat():
             self.nudge_ended.emit()
         else:

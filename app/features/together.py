@@ -9,14 +9,15 @@ from pathlib import Path
 from typing import Final
 
 from PySide6.QtCore import QPointF, QRectF, Qt, Signal
-from PySide6.QtGui import QFocusEvent, QKeyEvent, QMouseEvent, QPainter, QPaintEvent, QPen
-from PySide6.QtWidgets import QApplication, QGridLayout
+from PySide6.QtGui import QKeyEvent, QMouseEvent
+from PySide6.QtWidgets import QGridLayout
 
 from kogao_core.background.find import BackgroundFinder
 from kogao_core.base.geometry import Box
 from kogao_core.photo.optics import optics_of
 
 from ..actions import TABLE, Item
+from ..canvas.photo_canvas import ARROWS
 from ..canvas.viewport import Viewport, plate_on
 from ..document import Document
 from ..i18n import reason, tr, translated
@@ -24,7 +25,7 @@ from ..pyramid import PicturePyramid
 from ..render.live import Holding, Surface
 from ..theme import GRID_PX
 from ..view_state import ViewState, VisiblePart
-from ..widgets.controls import action_button, column_of, muted_label, row_of
+from ..widgets.controls import Elided, action_button, column_of, row_of
 from ..widgets.dialogs import Dialog
 from ..window import Window
 from .feature import Context, Feature
@@ -37,12 +38,7 @@ _IN_A_ROW: Final = 3
 _SIDE_PX: Final = 1600
 _STEP: Final = 1.5
 _AROUND: Final = 0.5  # margin around faces, as a fraction of their width
-_ARROWS: Final = {
-    Qt.Key.Key_Left: QPointF(40, 0),
-    Qt.Key.Key_Right: QPointF(-40, 0),
-    Qt.Key.Key_Up: QPointF(0, 40),
-    Qt.Key.Key_Down: QPointF(0, -40),
-}
+_PAN_PX: Final = 40.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,11 +77,12 @@ class LinkedView(Viewport):
     # (photo: Path): the user opens this photo.
     wanted = Signal(object)
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, linked: list[LinkedView]) -> None:
         super().__init__(ViewState(document=Document()))
-        self.path, self.linked, self._alone = path, [self], False
+        self.path, self._linked, self._alone = path, linked, False
         self.versions: Versions | None = None
         self.plate = plate_on(self)
+        self.setProperty("linked", "true")
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setToolTip(tr("Double click or Return opens it; with Shift, a drag moves it alone"))
         self.tell("…")
@@ -96,22 +93,27 @@ class LinkedView(Viewport):
         self.plate.adjustSize()
         self.setAccessibleName(self.plate.text())
 
+    def take(self, versions: Versions, before: bool) -> None:
+        """Show a photo that was read."""
+        self.versions = versions
+        self.show_version(before)
+        self.fit()
+
     def show_version(self, before: bool) -> None:
         """Show the photo before or after its edits."""
         if (versions := self.versions) is not None:
             self.shown.document.recolour(versions.before if before else versions.after)
             self.tell(tr("before") if before else versions.told)
-            self.viewport().update()
 
     def zoom_to(self, zoom: float, about: QPointF | None = None) -> None:
         """Zoom all photos by a factor, each at its own place below the pointer."""
         factor = zoom / self.zoom
-        for one in self.linked:
+        for one in self._linked:
             Viewport.zoom_to(one, factor * one.zoom, about)
 
     def pan(self, start: QPointF, end: QPointF) -> None:
         """Move all photos; with Shift, only this one."""
-        for one in [self] if self.panning and self._alone else self.linked:
+        for one in [self] if self.panning and self._alone else self._linked:
             Viewport.pan(one, start, end)
 
     def look_at_faces(self) -> None:
@@ -134,23 +136,10 @@ class LinkedView(Viewport):
         """Pan with the arrow keys; open the photo with Return."""
         if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
             self.wanted.emit(self.path)
-        elif (step := _ARROWS.get(Qt.Key(event.key()))) is not None:
-            self.pan(QPointF(), step)
+        elif (step := ARROWS.get(Qt.Key(event.key()))) is not None:
+            self.pan(QPointF(*step) * _PAN_PX, QPointF())
         else:
             event.ignore()
-
-    def focusInEvent(self, event: QFocusEvent) -> None:
-        """Draw a frame around the photo with the focus."""
-        super().focusInEvent(event)
-        self.viewport().update()
-
-    def paintEvent(self, event: QPaintEvent) -> None:
-        """Draw the frame of the focus."""
-        super().paintEvent(event)
-        if self.hasFocus():
-            with QPainter(self.viewport()) as painter:
-                painter.setPen(QPen(QApplication.palette().accent(), 2.0))
-                painter.drawRect(self.viewport().rect().adjusted(1, 1, -1, -1))
 
 
 class TogetherDialog(Dialog):
@@ -159,11 +148,11 @@ class TogetherDialog(Dialog):
     def __init__(self, window: Window, paths: Sequence[Path]) -> None:
         title = tr("Photos side by side")
         super().__init__(title, window, window.size().toTuple())
-        self.views = [LinkedView(path) for path in paths]
+        self.views: list[LinkedView] = []
+        self.views += [LinkedView(path, self.views) for path in paths]
         grid, columns = QGridLayout(), -(-len(paths) // (1 + (len(paths) > _IN_A_ROW)))
         grid.setSpacing(GRID_PX // 2)
         for place, view in enumerate(self.views):
-            view.linked = self.views
             view.setBackground(window.canvas.backgroundBrush())
             grid.addWidget(view, *divmod(place, columns))
         first = self.views[0]
@@ -181,9 +170,12 @@ class TogetherDialog(Dialog):
         for action, act in zip(actions[1:], acts.values(), strict=True):
             action.triggered.connect(lambda _=False, act=act: act())
         self.addActions(actions)
-        note = muted_label(tr("Large photos are reduced; open one to see each of its pixels"))
-        below = row_of(*map(action_button, actions), None, self.closing())
-        column_of(self, grid, note, below, margin=2 * GRID_PX).setStretchFactor(grid, 1)
+        note = Elided()
+        note.setText(tr("Large photos are reduced; open one to see each of its pixels"))
+        note.setProperty("muted", "true")
+        below = row_of(*map(action_button, actions), note, self.closing())
+        below.setStretchFactor(note, 1)
+        column_of(self, grid, below, margin=2 * GRID_PX).setStretchFactor(grid, 1)
 
     def _each(self, act: Callable[[LinkedView], None]) -> None:
         for view in self.views:
@@ -225,25 +217,19 @@ class Together(Feature):
         self._waiting, self.dialog = [], None
 
     def _next(self) -> None:
-        if self._waiting:
-            self._reading.submit(partial(self._read, self._waiting[0].path, self._opened()))
-
-    def _opened(self) -> Opened | None:
-        """Return the open photo with its newest edits, if it is next."""
-        photo, pyramid = self.document.photo, self.document.pyramid
-        if photo is None or pyramid is None or self._waiting[0].path != self.document.path:
-            return None
-        return Opened(photo, pyramid, self.document.committed)
-
-    def _read(self, path: Path, opened: Opened | None) -> Versions:
-        finder = BackgroundFinder(self.live.finder.people)
-        return versions_of(opened or open_photo(path, self.storage), finder)
+        """Read the next photo; of the open photo, show the newest edits."""
+        if not self._waiting:
+            return
+        path, photo, pyramid = self._waiting[0].path, self.document.photo, self.document.pyramid
+        opened, finder = None, BackgroundFinder(self.live.finder.people)
+        if photo is not None and pyramid is not None and path == self.document.path:
+            opened = Opened(photo, pyramid, self.document.committed)
+        storage = self.storage
+        self._reading.submit(lambda: versions_of(opened or open_photo(path, storage), finder))
 
     def _show(self, versions: Versions) -> None:
-        view = self._waiting.pop(0)
-        view.versions = versions
-        view.show_version(self.dialog is not None and self.dialog.before.isChecked())
-        view.fit()
+        before = self.dialog is not None and self.dialog.before.isChecked()
+        self._waiting.pop(0).take(versions, before)
         self._next()
 
     def _fail(self, problem: Exception) -> None:

@@ -1,5 +1,6 @@
 """Each face with settings of its own, and settings carried from face to face and photo to photo."""
 
+import dataclasses
 import io
 
 import numpy as np
@@ -43,6 +44,22 @@ def test_only_the_selected_face_is_marked_in_the_list(two):
         two.settle()
         marked = [index.row() for index in rows.selectedIndexes()]
         assert marked == [0 if face is None else face + 1]
+
+
+def test_a_word_that_asks_for_a_look_stands_below_the_name_in_the_warning_colour(opened):
+    """The word stood before the name, in its colour."""
+    face = dataclasses.replace(opened.state.faces[0], score=0.5, source="mesh")
+    opened.editor.document.step(opened.state.with_face(0, face), "")
+    opened.settle()
+    rows = opened.panel("faces").list
+    place = rows.visualItemRect(rows.item(1))
+    image = rows.viewport().grab(place).toImage()
+    names = image.copy(image.rect().adjusted(60, 0, -40, 0))
+    pixels = [(y, names.pixelColor(x, y)) for y in range(names.height())
+              for x in range(names.width())]  # fmt: skip
+    inked = [y for y, colour in pixels if colour.red() > 2 * colour.blue()]
+    assert len(inked) > 20
+    assert min(inked) >= image.height() / 2 - 1
 
 
 def test_a_face_chosen_in_the_list_comes_into_view(two):

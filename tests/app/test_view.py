@@ -222,6 +222,9 @@ def test_readings_show_the_pipelines_own_numbers(opened, pixels):
     rendering = opened.editor.view.frame.rendering
     counts = rendering.pixel_counts
     assert counts["image"] == pixels.shape[0] * pixels.shape[1]
+    share = counts["threshold"] / counts["image"]
+    saving = opened.panel("readings").domains.saving.text()
+    assert saving == f"{100 * share:.1f} % computed, {1 / share:.1f} × less"  # noqa: RUF001
     shown = opened.panel("readings").domains.rows
     for name, count in counts.items():
         share = 100 * count / counts["image"]
