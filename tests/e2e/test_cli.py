@@ -22,6 +22,7 @@ from PIL import Image
 from PIL.PngImagePlugin import PngInfo
 from programs import ran
 from scenes import oval_face, textured_photo
+from systems import needs_linux
 
 import kogao_core as kogao
 from kogao_core import photo, pipeline
@@ -792,17 +793,17 @@ def test_doctor_says_how_to_get_an_extra_and_calls_nothing_broken(cli, monkeypat
     assert not any("raw" in command for command in doctor.examine()["mend"])
 
 
+@needs_linux("libraries of a Linux desktop")
 @pytest.mark.usefixtures("portrait")
 @pytest.mark.parametrize(("user", "sudo"), [(0, ""), (1000, "sudo ")])
 def test_doctor_names_missing_libraries_and_the_one_command(cli, tmp_path, monkeypatch, user, sudo):
-    monkeypatch.setattr(os, "geteuid", lambda: user, raising=False)
+    monkeypatch.setattr(os, "geteuid", lambda: user)
     missing = {
         "libEGL.so.1": "libegl1",
         "libX11.so.6": "libx11-6",
         "libglib-2.0.so.0": "libglib2.0-0",
         "libxcb-cursor.so.0": "libxcb-cursor0",
     }
-    monkeypatch.setattr(sys, "platform", "linux")
     monkeypatch.setattr(installed, "_loads", lambda name: name not in missing)
     code, said, _ = cli("doctor", "--json", tmp_path / "found.json")
     assert code == 1
