@@ -228,7 +228,15 @@ class Protection:
         return Protection(tuple(parts))
 
     def replaced(self, old: Stroke, new: Stroke) -> Protection:
-        """Return the protection with another stroke instead of one of its strokes."""
+        """Return the protection with another stroke instead of one of its strokes.
+
+        Parameters
+        ----------
+        old : Stroke
+            One of `strokes`.
+        new : Stroke
+            The stroke in its place.
+        """
         return Protection(tuple(new if one is old else one for one in self.strokes))
 
     def to_dict(self) -> dict[str, Any]:

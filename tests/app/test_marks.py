@@ -16,7 +16,7 @@ from test_view import picture
 pytestmark = pytest.mark.usefixtures("one_window")
 
 KEYS, ALT = Qt.Key, Qt.KeyboardModifier.AltModifier
-CHIN = Handle("target", 0, 10)
+CHIN = Handle("outline", 0, 10)
 
 
 @pytest.fixture

@@ -2,10 +2,12 @@
 
 import dataclasses
 import io
+import itertools
 import threading
 from unittest.mock import Mock
 
 import pytest
+from few_cases import few_of
 from kogao_app.features import files, sync
 from kogao_app.features.strip.film import _WARNING as WARNING
 from kogao_app.features.sync import groups
@@ -204,12 +206,16 @@ def test_a_photo_edited_since_a_sync_keeps_its_edits_and_is_named(synced_two):
     assert strip.say() == "Newer edits stay as they are: c.png."
 
 
+LEFT = {"Finish": [8.0, 8.0], "Undo": [3.0, None], "Leave": [8.0, None]}
+KILLED = [*(("", one) for one in LEFT), ("note", "Finish"), ("steps", "Undo")]
+
+
 @pytest.mark.parametrize(
-    ("answer", "percents"), [("Finish", [8.0, 8.0]), ("Undo", [3.0, None]), ("Leave", [8.0, None])]
+    ("missing", "answer"),
+    few_of(dict.fromkeys([*KILLED, *itertools.product(("", "note", "steps"), LEFT)]), len(KILLED)),
 )
-@pytest.mark.parametrize("missing", ["", "note", "steps"])
 def test_a_sync_that_was_killed_is_finished_undone_or_left(
-    synced_two, monkeypatch, answer, percents, missing
+    synced_two, monkeypatch, missing, answer
 ):
     strip, acts = synced_two, synced_two.editor.sync._store
     strip.editor.history.undo()
@@ -231,7 +237,7 @@ def test_a_sync_that_was_killed_is_finished_undone_or_left(
     assert ("1 of 2" in strip.say()) is not bool(missing)
     strip.take_step(answer)
     strip.settle()
-    assert strip.percents() == percents
+    assert strip.percents() == LEFT[answer]
     assert acts.unfinished() is None
 
 
