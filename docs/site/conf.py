@@ -42,10 +42,11 @@ USE = (
     "docs/command-line",
     "docs/hosts",
     "docs/fidelity",
+    "docs/hdr",
     "docs/faq",
 )
 LIBRARY = ("docs/python", "docs/api", "docs/interchange")
-MEASURED = ("docs/experiments", "docs/slimming", "docs/study", "docs/measurements")
+MEASURED = ("docs/experiments", "docs/paper", "docs/slimming", "docs/study", "docs/measurements")
 JAPANESE = (
     "README.ja",
     "docs/ja/gallery",
