@@ -102,8 +102,8 @@ def choose(document, action):
     document.exportImage(r"{shown}", InfoObject())
     nodes = document.topLevelNodes()
     depth = document.colorDepth()
-    # Krita 5.2 converts 16 bits with errors of 1 and 2 levels.
-    kind, most = ("H", 3) if depth == "U16" else ("B", 0)
+    # Krita 5.2 converts 16 bits with errors of 1 and 2 levels, some of 6.
+    kind, most = ("H", 8) if depth == "U16" else ("B", 0)
     was, now = (array.array(kind, bytes(node.pixelData(*place))) for node in nodes[:2])
     is_held = max(map(abs, map(int.__sub__, was, now))) <= most
     told(repr(([node.name() for node in nodes], depth, is_held)))
