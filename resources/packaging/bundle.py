@@ -23,7 +23,7 @@ HERE: Final = Path(__file__).resolve().parent
 ROOT: Final = HERE.parents[1]
 _PYINSTALLER: Final = "pyinstaller>=6.16,<7"
 _EXTRAS: Final = "heic,raw"
-_MOST_MB: Final = 255
+_MOST_MB: Final = 256
 # Qt plug-ins that the window doesn't use: it has no OpenGL, no network and no virtual keyboard.
 # Delete these first: PyInstaller would collect their dependencies, such as GTK.
 _UNUSED_PLUGINS: Final = (
