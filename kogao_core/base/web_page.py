@@ -18,10 +18,10 @@ SURROUND: Final = "#b8b8b8"
 def filled(
     package: str, page: str, script: str, texts: Mapping[str, Text], markup: Mapping[str, str]
 ) -> str:
-    """Return a page of a package in the current language, with the style of all pages.
+    """Return a page of a package in the current language, with the head and style of all pages.
 
-    The page is `page`.html, with more rules in `page`.css. Its placeholders are STYLE, SCRIPT, and
-    the names of texts and markup. The content security policy allows the page's script and style
+    The body is `page`.html, with more rules in `page`.css. Its placeholders are the names of texts
+    and markup. The content security policy allows the page's script and style
     (by digest) and pictures of the folder; all other requests are blocked.
     """
     style = part(__package__, "page.css") + part(package, f"{page}.css")
@@ -32,7 +32,7 @@ def filled(
     )
     values = {"POLICY": policy, "STYLE": style, "SCRIPT": script, "LANGUAGE": language()}
     values |= {name: html.escape(translated(text)) for name, text in texts.items()}
-    text = part(package, f"{page}.html")
+    text = part(__package__, "page.html").replace("<!--BODY-->", part(package, f"{page}.html"))
     for name, value in {**values, **markup}.items():
         text = text.replace(f"<!--{name}-->", value)
     return text
