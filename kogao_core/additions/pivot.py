@@ -45,17 +45,19 @@ def attract_pivots(
         return tuple(pairs)
     sizes, found = [HeadFrame.of(face).height_px for face in faces], []
     step_px, heads = min(sizes) / _SAMPLES, (*faces, *still)
-    protected = [sampled(strokes, step_px)] if strokes else []
+    protected = sampled(strokes, step_px)
     rings = [Stroke(np.vstack([ring := head_corners(one), ring[:1]])) for one in heads]
-    edges, fronts = [sampled([ring], step_px) for ring in rings], ahead(heads)
+    edges = [sampled([ring], step_px) for ring in rings]
+    every = np.vstack([protected, *edges])
+    # A protected place attracts all heads, a place on the edge of a head those behind it.
     owners = np.repeat(np.arange(len(heads)), [len(edge) for edge in edges])
+    shares = np.vstack([np.ones((len(protected), len(heads))), ahead(heads)[owners]])
     for k, (pair, face, size) in enumerate(zip(pairs, faces, sizes, strict=True)):
-        front = np.vstack(edges)
-        front[:, 2] *= fronts[owners, k]
-        every = np.vstack([*protected, front])
         reach = every[:, 3:] + _ATTRACTED * size
         low, high = face.points.min(axis=0) - reach, face.points.max(axis=0) + reach
-        near = every[((every[:, :2] > low) & (every[:, :2] < high)).all(axis=1)]
+        inside = ((every[:, :2] > low) & (every[:, :2] < high)).all(axis=1)
+        near = every[inside]
+        near[:, 2] *= shares[inside, k]
         places, (lengths, radii) = near[:, :2], near[:, 2:].T
         away = (away_px(places, face.points) - radii) / (_ATTRACTED * size)
         weights = lengths / size * smoothstep(1.0 - away)
