@@ -226,11 +226,10 @@ class Rendering:
         ((21, 2), (1, 2))
         """
         with one_blas_thread():
-            image, shown = (
-                self.domain.image,
-                (self.threshold_px, self.pixels, photo_sha256 or self.photo_sha256),
-            )
-            return evidence.gathered(self.field, self.pairs, image, self.recipe, *shown)
+            return evidence.gathered(
+                self.field, self.pairs, self.domain.image, self.recipe, self.threshold_px,
+                self.pixels, photo_sha256 or self.photo_sha256,
+            )  # fmt: skip
 
     def save_evidence(self, path: str | os.PathLike[str], photo_sha256: str = "") -> None:
         """Write the intermediate results to an ``.npz`` file; `load_evidence` reads the file.
