@@ -82,7 +82,7 @@ def _without(stroke: Stroke | Mask, eraser: Stroke) -> Strokes:
     step = max(_LEAST_STEP_PX, reach / 8.0)
     length = arc_lengths(stroke.points_px)
     at = np.linspace(0.0, length[-1], int(np.ceil(length[-1] / step)) + 1)
-    kept = _distance(_at(stroke.points_px, at), eraser.points_px) > reach
+    kept = distance_px(_at(stroke.points_px, at), eraser.points_px) > reach
     if kept.all():
         return [stroke]
     edges = np.flatnonzero(np.diff(np.pad(kept, 1).astype(np.int8)))
@@ -92,8 +92,8 @@ def _without(stroke: Stroke | Mask, eraser: Stroke) -> Strokes:
     ]
 
 
-def _distance(points: Array, line: Array) -> Array:
-    """Return the distance of points (N, 2) from a line, shape (N,)."""
+def distance_px(points: Array, line: Array) -> Array:
+    """Return the distance of points (N, 2) from a line, shape (N,), px."""
     x, y = points.T
     return np.asarray(np.min([_apart(x, y, *ends)[0] for ends in _segments(line)], axis=0))
 
@@ -310,7 +310,7 @@ def slope_bound(
         if isinstance(stroke, Mask):
             near += stroke.distance(centers_px[:, 0], centers_px[:, 1], 1) < reach
         else:
-            near += _distance(centers_px, stroke.points_px) - stroke.radius_px < reach
+            near += distance_px(centers_px, stroke.points_px) - stroke.radius_px < reach
     at = np.flatnonzero(near)
     result = np.zeros(len(centers_px))
     # The derivative is A D + d grad(S)'. No direction of A stretches by more than `stretch`.

@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 
 from kogao_core.base.geometry import Array
-from kogao_core.field.protection import Protection, Stroke
+from kogao_core.field.protection import Protection, Stroke, distance_px
 
 from ...i18n import tr
 from ...view_state import ViewState
@@ -45,11 +45,8 @@ def protect(view: ViewState, event: PointerEvent) -> Gesture:
 def line_at(protection: Protection, point_px: Array, reach_px: float) -> Grip | None:
     """Return the newest line within reach of (x, y), px, and the numbers of the ends to move."""
     for stroke in reversed(protection.drawn):
-        ends = stroke.points_px
-        line, (x, y) = ends.astype(np.float32), point_px.tolist()
-        if len(ends) == 2 and -cv2.pointPolygonTest(line, (x, y), True) <= max(
-            stroke.radius_px, reach_px
-        ):
+        ends, reach = stroke.points_px, max(stroke.radius_px, reach_px)
+        if len(ends) == 2 and distance_px(point_px[None], ends)[0] <= reach:
             apart = np.hypot(*(ends - point_px).T)
             return stroke, [int(apart.argmin())] if apart.min() <= reach_px else [0, 1]
     return None
